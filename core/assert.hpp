@@ -12,6 +12,7 @@
 
 namespace hairnet {
 
+// Out of line and cold, so that a check costs its function one comparison and one jump.
 [[noreturn, gnu::cold, gnu::noinline]] inline void assertion_failed(const char* condition, const char* file, int line,
                                                                     const char* function) noexcept {
   std::fprintf(stderr, "%s:%d: %s: assertion failed: %s\n", file, line, function, condition);
@@ -32,5 +33,6 @@ namespace hairnet {
 #ifdef HAIRNET_VALIDATE_ON
 #define HAIRNET_VALIDATE(...) HAIRNET_ASSERT(__VA_ARGS__)
 #else
+// sizeof compiles the condition without evaluating it, so it cannot rot, and its variables count as used.
 #define HAIRNET_VALIDATE(...) static_cast<void>(sizeof((__VA_ARGS__) ? 1 : 0))
 #endif

@@ -32,6 +32,8 @@ inline std::size_t edit_distance(std::string_view a, std::string_view b) {
 inline std::string_view closest_name(std::string_view name, std::span<const std::string> known) {
   if (name.size() > 64) return {};
   std::string_view closest;
+  // A long word may have more wrong letters. A distance as great as the candidate's own length would make every short
+  // name close.
   std::size_t least = 2 + name.size() / 4;
   for (const std::string& candidate : known) {
     const std::size_t distance = edit_distance(name, candidate);
@@ -46,7 +48,9 @@ inline std::string_view closest_name(std::string_view name, std::span<const std:
 // first flag, or else the first word. `flags` are without their dashes.
 inline std::string unexpected_argument(std::span<const std::string> unknown, std::span<const std::string> flags,
                                        std::span<const std::string> words) {
-  const auto is_flag = [](const std::string& text) { return text.size() > 1 && text.starts_with('-'); };
+  const auto is_flag = [](const std::string& text) {
+    return text.starts_with('-') && text.find_first_not_of('-') != std::string::npos;
+  };
   const auto flag = std::find_if(unknown.begin(), unknown.end(), is_flag);
   if (flag == unknown.end()) {
     const std::string_view meant = closest_name(unknown.front(), words);

@@ -4,7 +4,8 @@
 
 namespace hairnet {
 
-// SplitMix64 with its own mapping to reals: the standard library's distributions differ between vendors.
+// SplitMix64 with its own mapping to reals: the standard library's distributions differ between vendors. The numbers
+// are for hair and wind, not for secrets: a few of them tell all later ones.
 class Random {
  public:
   explicit Random(std::uint64_t seed, std::uint64_t stream = 0) : state_(seed * kStep ^ mix(stream + kStep)) {}

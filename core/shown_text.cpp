@@ -7,6 +7,8 @@ namespace {
 
 constexpr std::size_t kWordBytesMax = 40;
 
+// Characters with which a stranger's text could forge a line of the log, hide what follows, or turn the direction of a
+// terminal.
 bool is_hidden(std::uint32_t code) {
   return code < 0x20 || (code >= 0x7f && code < 0xa0)  // controls
          || code == 0x61c                              // Arabic letter mark
@@ -25,6 +27,7 @@ void add_escaped(std::string& out, char kind, int digit_count, std::uint32_t val
 std::string_view beginning(std::string_view text, std::size_t bytes_max) {
   if (text.size() <= bytes_max) return text;
   std::size_t cut = bytes_max;
+  // A character has at most four bytes. The search ends there, so that text that is no UTF-8 is cut as well.
   while (cut > 0 && cut + 4 > bytes_max && (text[cut] & 0xc0) == 0x80) --cut;
   return text.substr(0, cut);
 }
@@ -43,6 +46,7 @@ Utf8Character first_character(std::string_view text) {
     code = code << 6 | (c & 0x3fu);
   }
   const bool is_surrogate = code >= 0xd800 && code < 0xe000;
+  // An overlong form could smuggle a control character past a filter that looks at bytes.
   if (code < kCodeMin[bytes] || code > 0x10ffff || is_surrogate) return {};
   return {code, bytes};
 }

@@ -10,7 +10,9 @@
 // each: write one plain number a line.
 namespace hairnet::wire {
 
+// Servers refuse every other version. PROTOCOL.md, Versions, says which changes raise it.
 inline constexpr std::uint16_t kProtocolVersion = 4;
+// Bounds the memory that a packet which is not yet whole takes at its receiver.
 inline constexpr std::size_t kPacketBytesMax = 4'194'304;
 // A prefix, the root, the identifier and an empty table take so much.
 inline constexpr std::size_t kPacketBytesMin = 16;
@@ -18,7 +20,9 @@ inline constexpr std::size_t kPacketBytesMin = 16;
 inline constexpr std::size_t kPacketOverheadBytesMax = 4096;
 // Some browsers take no more.
 inline constexpr std::size_t kDatagramBytesMax = 1024;
+// A packet with one chunk fits the window of a download's stream (client/link/download_reader.hpp).
 inline constexpr std::size_t kGroomChunkBytesMax = 262'144;
+// Limits a groom's file, packed and unpacked: a small file must not unpack into more.
 inline constexpr std::size_t kGroomBytesMax = 268'435'456;
 inline constexpr std::size_t kPosesPerBatchMax = 4096;
 // Limits one batch.
@@ -28,6 +32,7 @@ inline constexpr std::size_t kMembersPerMessageMax = 4096;
 // The largest lattice has so many integers.
 inline constexpr std::size_t kHairStateIntegersMax = 786'432;
 inline constexpr std::size_t kRoomNameBytesMax = 64;
+// A Hello must stay small, since anyone may send one.
 inline constexpr std::size_t kTokenBytesMax = 4096;
 // Counts the servers that a welcome names beside the one that sends it.
 inline constexpr std::size_t kServersMax = 8;

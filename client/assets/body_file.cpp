@@ -12,6 +12,7 @@ Result<ImportedBody> read_body(const std::string& path) {
   if (!may_hold_body(path)) return refused("bodies are read from " + std::string(kBodyFiles) + " files");
   const auto bytes = read_file(path);
   if (!bytes) return refused(bytes.error());
+  // Every other body is one file, and `decode_body` names it in its errors.
   if (!is_body_file(path)) return decode_body(path, *bytes);
   const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   Result<ImportedBody> body =

@@ -17,6 +17,8 @@
 namespace hairnet {
 namespace {
 
+// glTF bodies may need files beside them, so they are read here by name; all other formats are decoded from their bytes
+// alone.
 Result<void> read_part(const std::string& file, const std::string& group, HairParts& parts) {
   if (is_body_file(file)) return add_body(file, read_body(file), parts);
   const auto bytes = read_file(file);
@@ -24,6 +26,8 @@ Result<void> read_part(const std::string& file, const std::string& group, HairPa
   return add_file(file, *bytes, group, parts);
 }
 
+// There is no hair to align with, so the body alone must show a head. The flags of this path are those of
+// `hairnet-groom` in any program, because only the body's are concerned.
 Result<ImportedGroom> groom_of_body(const HairParts& parts, const HairImport& import) {
   std::vector<std::string> notes, doubts;
   const KnownPlacement known = known_of_body(parts, import.body, notes, doubts);
@@ -35,6 +39,7 @@ Result<ImportedGroom> groom_of_body(const HairParts& parts, const HairImport& im
   notes.push_back(parts.body_file + ": taken for a head, " + to_string(*placement) + "; with made hair");
   TriangleMesh mesh;
   mesh.triangles = parts.body->mesh.triangles;
+  // The mesh goes to head space: its head joint becomes the origin, which `fitted_hair` expects.
   for (const Vec3f& v : parts.body->mesh.vertices) mesh.vertices.push_back(place(*placement, *placement->origin, v));
   Result<Groom> groom = fitted_hair(mesh);
   if (!groom)
@@ -48,12 +53,15 @@ std::vector<std::string> files_in(const std::filesystem::path& folder) {
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
     const std::string file = entry.path().string();
+    // A .txt may be anything, so a folder's are not taken for TressFX 2. A file that the user names is.
     if (is_foreign_file(file) && extension_of(file) != ".txt") files.push_back(file);
   }
+  // Folders list their files in no order; sorting gives the same groups on every machine.
   std::ranges::sort(files);
   return files;
 }
 
+// The system's pattern rules apply. Its list is sorted, and empty where nothing matches.
 std::vector<std::string> files_like(const std::string& pattern) {
   std::vector<std::string> files;
   glob_t found{};
@@ -75,6 +83,7 @@ Result<ImportedGroom> import_hair(const HairFiles& files, const HairImport& impo
     const Result<void> read = read_part(file, files.groups.empty() ? std::string() : files.groups.at(i), parts);
     if (!read) return Refusal(read.error());
   }
+  // The body that a flag names comes last. Where the files have one already, the error names the flag's.
   if (!files.body.empty()) {
     if (const Result<void> read = add_body(files.body, read_body(files.body), parts); !read)
       return Refusal(read.error());
@@ -101,6 +110,7 @@ Result<std::vector<std::string>> hair_files_of(std::span<const std::string> name
       more = files_in(name);
       if (more.empty()) return Refusal(name + ": a folder without files of " + strand_extensions());
     } else if (name.find_first_of("*?") != std::string::npos && !std::filesystem::exists(name, error)) {
+      // A name that exists is never a pattern, so stars in names of files do no harm.
       more = files_like(name);
       if (more.empty()) return Refusal(name + ": no file has such a name");
     }

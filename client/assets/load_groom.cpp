@@ -25,11 +25,13 @@ Result<Groom> load_groom(const std::string& spec, const HairstyleOptions& made, 
     if (!groom) return Refusal(spec + ": " + groom.error());
     return groom;
   }
+  // An import takes one file here. Several files of one head come through `load_hair`.
   if (is_foreign_file(spec)) return load_hair({{spec}, {}, {}, {}}, import);
   return decoded(spec, [](std::span<const std::uint8_t> bytes) { return wire::decode_groom(bytes); });
 }
 
 Result<std::shared_ptr<const LearntHair>> load_learnt(const std::string& spec) {
+  // A null pointer is no error: callers then upload the groom without a network.
   if (is_made_spec(spec) || is_foreign_file(spec)) return nullptr;
   return decoded(spec, [](std::span<const std::uint8_t> bytes) { return wire::decode_learnt_of_groom(bytes); });
 }

@@ -17,6 +17,7 @@ Result<Motion> load_motion(const std::string& spec, const BvhImport& import, con
   Result<ImportedMotion> imported = decode_bvh(as_text(*bytes), import, body);
   if (!imported) return Refusal(imported.error());
   print_warnings(spec, imported->warnings);
+  // The name inside a .bvh is that of its root joint, which says nothing.
   imported->motion.name = std::filesystem::path(spec).stem().string();
   return std::move(imported->motion);
 }

@@ -35,7 +35,8 @@ struct hairnet_geometry {
 
 namespace hairnet::c {
 
-// Numbers of bases, from 1, of all that were ever asked for and still exist.
+// Numbers of bases, from 1, of all that were ever asked for and still exist. Callers name a basis on their GPU by its
+// number, as an address could be used again for another basis.
 class BasisNumbers {
  public:
   std::uint32_t number_of(const std::shared_ptr<const Basis>& basis) {
@@ -93,32 +94,35 @@ struct hairnet_room {
 namespace hairnet::c {
 
 // Writes one line where the caller wants it.
-inline void tell(std::string_view line, char* why, std::size_t why_size) {
-  if (why == nullptr || why_size == 0) return;
-  const std::size_t length = line.copy(why, why_size - 1);
-  why[length] = 0;
+inline void tell(std::string_view line, char* error, std::size_t error_size) {
+  if (error == nullptr || error_size == 0) return;
+  // A line that does not fit is cut, and always ends by a 0.
+  const std::size_t length = line.copy(error, error_size - 1);
+  error[length] = 0;
 }
 
-inline hairnet_error refuse(hairnet_error error, std::string_view line, char* why, std::size_t why_size) {
-  tell(line, why, why_size);
-  return error;
+inline hairnet_error refuse(hairnet_error code, std::string_view line, char* error, std::size_t error_size) {
+  tell(line, error, error_size);
+  return code;
 }
 
-inline hairnet_error no_such_character(char* why, std::size_t why_size) {
-  return refuse(HAIRNET_NOT_THERE, "there is no such own character", why, why_size);
+inline hairnet_error no_such_character(char* error, std::size_t error_size) {
+  return refuse(HAIRNET_NOT_THERE, "there is no such own character", error, error_size);
 }
 
-// Runs what may run out of memory. The library throws nothing else.
+// Runs what may run out of memory. The library throws nothing else, and no exception may reach a caller in C. A
+// function of hairnet.h checks numbers, texts and bytes, and returns an error; it trusts pointers, except where the
+// header says NULL.
 template <class Function>
-hairnet_error guarded(Function&& function, char* why = nullptr, std::size_t why_size = 0) {
+hairnet_error guarded(Function&& function, char* error = nullptr, std::size_t error_size = 0) {
 #if defined(__cpp_exceptions)
   try {
     return function();
-  } catch (const std::exception& error) {
-    return refuse(HAIRNET_OUT_OF_MEMORY, error.what(), why, why_size);
+  } catch (const std::exception& thrown) {
+    return refuse(HAIRNET_OUT_OF_MEMORY, thrown.what(), error, error_size);
   }
 #else
-  (void)why, (void)why_size;
+  (void)error, (void)error_size;
   return function();
 #endif
 }
@@ -133,7 +137,7 @@ inline std::string tag_of(const char* tag, std::size_t size) {
 }
 
 // Makes a groom's file and handle; what is wrong with it is `error`.
-hairnet_error keep(Result<Groom>&& groom, hairnet_error error, hairnet_groom** out, char* why, std::size_t why_size);
+hairnet_error keep(Result<Groom>&& groom, hairnet_error code, hairnet_groom** out, char* error, std::size_t error_size);
 
 // Refuses options of a size that this library does not know.
 Refusal of_another_size(const char* macro);
@@ -143,15 +147,18 @@ Refusal of_another_size(const char* macro);
 template <class Options>
 Result<Options> full_options(const Options* given, Options defaults, const char* macro) {
   if (given == nullptr) return defaults;
+  // A size of 0 means options that were not made by the macro. A larger one has fields that this library would silently
+  // ignore.
   if (given->size < sizeof given->size || given->size > sizeof defaults) return of_another_size(macro);
+  // A smaller struct is that of an older header; fields are only appended, so the rest keeps its defaults.
   std::memcpy(&defaults, given, given->size);
   return defaults;
 }
 
 // HAIRNET_OK, or what refused an argument.
 template <class T>
-hairnet_error done_or_why(const Result<T>& result, char* why, std::size_t why_size) {
-  return result ? hairnet_error{HAIRNET_OK} : refuse(HAIRNET_INVALID, result.error(), why, why_size);
+hairnet_error done_or_error(const Result<T>& result, char* error, std::size_t error_size) {
+  return result ? hairnet_error{HAIRNET_OK} : refuse(HAIRNET_INVALID, result.error(), error, error_size);
 }
 
 // x y z w, and x y z.

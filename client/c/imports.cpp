@@ -10,6 +10,7 @@
 namespace hairnet::c {
 namespace {
 
+// All files are in memory at once, so their number, names and bytes are bounded.
 constexpr std::size_t kImportFilesMax = 64, kImportNameBytesMax = 255, kImportMiBMax = 512;
 
 Result<std::optional<Axis>> axis_of(const char* option, const char* text) {
@@ -24,6 +25,7 @@ Result<HairImport> import_of(const hairnet_import_options& options) {
   const Result<std::optional<Axis>> up = axis_of("up", options.up), face = axis_of("face", options.face);
   if (!up) return Refusal(up.error());
   if (!face) return Refusal(face.error());
+  // Two directions along one axis leave the third one open.
   if (*up && *face && parallel(**up, **face)) return Refusal("options: up and face lie along the same axis");
   import.strands.up = *up;
   import.strands.face = *face;
@@ -47,13 +49,16 @@ Result<std::vector<std::string>> names_of(std::span<const hairnet_file> files) {
   for (const hairnet_file& file : files) {
     const std::string_view name = file.name == nullptr ? std::string_view() : std::string_view(file.name);
     const std::string which = "file " + std::to_string(names.size());
+    // The name's extension is what says the format; nothing is opened by this name.
     if (name.empty()) return Refusal(which + " has no name, whose extension would tell its format");
     if (name.size() > kImportNameBytesMax)
       return Refusal(which + " has a name of " + std::to_string(name.size()) + " bytes; it may have " +
                      std::to_string(kImportNameBytesMax));
+    // The sum is compared by a subtraction, since it could wrap where size_t has 32 bits, as in WebAssembly.
     if (file.byte_count > (kImportMiBMax << 20) - byte_count)
       return Refusal("the files have more than " + std::to_string(kImportMiBMax) + " MiB in all");
     byte_count += file.byte_count;
+    // Names go into messages, so control characters in them are shown and not passed on.
     names.push_back(shown_text(name, name.size(), '\0'));
   }
   return names;
@@ -77,11 +82,11 @@ Result<HairParts> parts_of(std::span<const hairnet_file> files, std::span<const 
 using namespace hairnet;
 
 hairnet_error hairnet_groom_import(const hairnet_file* files, size_t file_count, const hairnet_import_options* options,
-                                   hairnet_groom** groom, char* why, size_t why_size) {
+                                   hairnet_groom** groom, char* error, size_t error_size) {
   return c::guarded(
       [&] {
         const auto invalid = [&](const std::string& reason) {
-          return c::refuse(HAIRNET_INVALID, reason, why, why_size);
+          return c::refuse(HAIRNET_INVALID, reason, error, error_size);
         };
         const std::span all(files, file_count);
         const Result<std::vector<std::string>> names = c::names_of(all);
@@ -92,16 +97,17 @@ hairnet_error hairnet_groom_import(const hairnet_file* files, size_t file_count,
         const Result<HairImport> import = c::import_of(*full);
         if (!import) return invalid(import.error());
         Result<HairParts> parts = c::parts_of(all, *names);
-        if (!parts) return c::refuse(HAIRNET_MALFORMED, parts.error(), why, why_size);
+        // MALFORMED is said of the bytes of a file, INVALID of options and of what the files mean together.
+        if (!parts) return c::refuse(HAIRNET_MALFORMED, parts.error(), error, error_size);
         if (full->name != nullptr) parts->name = full->name;
         Result<ImportedGroom> imported = import_hair_parts(std::move(*parts), *import);
         if (!imported) return invalid(imported.error());
-        const hairnet_error error = c::keep(std::move(imported->groom), HAIRNET_INVALID, groom, why, why_size);
-        if (error != HAIRNET_OK) return error;
+        const hairnet_error code = c::keep(std::move(imported->groom), HAIRNET_INVALID, groom, error, error_size);
+        if (code != HAIRNET_OK) return code;
         for (const std::string& line : imported->warnings) (*groom)->remarks.append(line).append("\n");
-        return error;
+        return code;
       },
-      why, why_size);
+      error, error_size);
 }
 
 const char* hairnet_groom_remarks(const hairnet_groom* groom) {

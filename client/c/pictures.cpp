@@ -7,6 +7,7 @@
 #include "client/draw/hair_motion.hpp"
 #include "client/draw/light_rig.hpp"
 
+// What a picture writes for its caller lives in the handle until its next call.
 struct hairnet_picture {
   hairnet::draw::CharacterRecords records;
   hairnet::draw::HairMotion motion;
@@ -32,19 +33,20 @@ static_assert(sizeof(Eigen::Vector4f) == 4 * sizeof(float));
 
 template <class... Numbers>
 bool are_finite(const Numbers&... numbers) {
-  const auto is_sound = [](const auto& each) {
+  const auto is_valid = [](const auto& each) {
     return std::ranges::all_of(each, [](auto number) { return std::isfinite(number); });
   };
-  return (is_sound(numbers) && ...);
+  return (is_valid(numbers) && ...);
 }
 
-bool is_sound(const hairnet_lattice& lattice) {
+bool is_valid(const hairnet_lattice& lattice) {
   return are_finite(lattice.origin, lattice.spacing) &&
          std::ranges::all_of(lattice.spacing, [](float each) { return each > 0; }) &&
          std::ranges::all_of(lattice.counts, [](std::uint32_t each) { return each >= kNodesMin && each <= kNodesMax; });
 }
 
-bool is_sound(const hairnet_drawn& one) {
+// Only the numbers that are used are checked: a caller may leave boxes unset where there is no light.
+bool is_valid(const hairnet_drawn& one) {
   const auto& [share, follow_hairs, tolerance_m, quadratic] = one.detail;
   return are_finite(one.pose, one.hair, one.hair_tip, one.skin,
                     std::array{one.scale, one.roughness, one.strand_width_m, share, follow_hairs, quadratic}) &&
@@ -66,7 +68,8 @@ hairnet_error read_lattice(const hairnet_drawn& one, LevelGeometry& geometry, Mo
     moved = one.scene->shown[one.index].lattice;
   } else if (one.nodes != nullptr) {
     const auto& [origin, spacing, counts, basis, mode_count] = one.lattice;
-    if (!is_sound(one.lattice)) return HAIRNET_OK;
+    // A lattice that is none moves nothing, which is how a caller says that hair is at rest.
+    if (!is_valid(one.lattice)) return HAIRNET_OK;
     geometry.lattice = {Vec3f(origin), Vec3f(spacing), {}};
     std::ranges::copy(counts, geometry.lattice.dims.begin());
     static_assert(sizeof(Vec3f) == 3 * sizeof(float));
@@ -76,8 +79,9 @@ hairnet_error read_lattice(const hairnet_drawn& one, LevelGeometry& geometry, Mo
 }
 
 hairnet_error read_character(const hairnet_drawn& one, LevelGeometry& geometry, draw::ShownCharacter& character) {
+  // A character that is not drawn keeps its place and its rows of nodes, so that it can come back without a new upload.
   if (one.record == HAIRNET_NOT_DRAWN) return read_lattice(one, geometry, character.lattice);
-  if (!is_sound(one)) return HAIRNET_INVALID;
+  if (!is_valid(one)) return HAIRNET_INVALID;
   character.pose = pose_of(one.pose);
   character.scale = one.scale;
   character.hair_colour = Vec3f(one.hair);
@@ -94,6 +98,7 @@ bool put_in_order(std::span<const hairnet_drawn> drawn, std::vector<std::size_t>
   order.assign(static_cast<std::size_t>(std::ranges::count_if(drawn, is_drawn)), drawn.size());
   for (std::size_t i = 0; i < drawn.size(); ++i) {
     if (!is_drawn(drawn[i])) continue;
+    // drawn.size() marks a place that nobody has taken. With as many characters as places, each once means all.
     if (drawn[i].record >= order.size() || order[drawn[i].record] != drawn.size()) return false;
     order[drawn[i].record] = i;
   }
@@ -103,6 +108,7 @@ bool put_in_order(std::span<const hairnet_drawn> drawn, std::vector<std::size_t>
 hairnet_error read(hairnet_picture& picture, std::span<const hairnet_drawn> drawn, std::size_t rows_max) {
   if (!put_in_order(drawn, picture.order) || picture.order.size() > rows_max) return HAIRNET_INVALID;
   picture.characters.assign(drawn.size(), {});
+  // All places exist before the loop: lattices point into this vector, which must not grow meanwhile.
   picture.geometries.resize(drawn.size());
   for (std::size_t i = 0; i < drawn.size(); ++i) {
     const hairnet_error error = read_character(drawn[i], picture.geometries[i], picture.characters[i]);
@@ -128,10 +134,12 @@ std::size_t add_records(hairnet_picture& picture, std::span<const hairnet_drawn>
   return grids;
 }
 
+// Maps head space to picture space, the scale of the character included.
 void write_transform(const RigidTransform& head, float scale, double (&out)[16]) {
   Eigen::Matrix4d transform = Eigen::Matrix4d::Identity();
   transform.topLeftCorner<3, 3>() = static_cast<double>(scale) * head.rotation.toRotationMatrix();
   transform.topRightCorner<3, 1>() = head.position;
+  // Eigen stores columns one after the other, as shaders take them.
   std::ranges::copy(transform.reshaped(), out);
 }
 
@@ -201,6 +209,7 @@ hairnet_error hairnet_picture_motions(hairnet_picture* picture, const hairnet_dr
     std::vector<LevelGeometry> geometries(count);
     for (std::size_t i = 0; i < count; ++i) {
       const hairnet_drawn& one = drawn[i];
+      // The number 0 says that the caller does not follow this character from picture to picture.
       if (one.id == 0) continue;
       if (!c::are_finite(one.pose, std::array{one.scale, one.ball_radius_m, one.head_px}))
         return hairnet_error{HAIRNET_INVALID};
@@ -220,6 +229,7 @@ hairnet_error hairnet_picture_motions(hairnet_picture* picture, const hairnet_dr
     const std::size_t nodes = picture->motions.size() * draw::HairMotion::kSwingNodes * draw::HairMotion::kSwingNodes *
                               draw::HairMotion::kSwingNodes;
     for (const Eigen::Vector4f& moved : std::span(picture->motion.swing()).first(nodes)) {
+      // Half floats are enough for a blur, and halve the upload.
       for (const float each : moved) picture->swing.push_back(Eigen::half(each).x);
     }
     *motions = {picture->motions.data(), picture->motions.size(), picture->swing.data()};

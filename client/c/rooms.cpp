@@ -17,8 +17,9 @@ Result<link::LinkCoreOptions> core_options(const hairnet_options& options) {
   core.connect_timeout_s = options.connect_timeout_s;
   core.give_up_after_s = options.give_up_after_s;
   core.trace = options.trace;
-  core.seed = options.trace;
+  // Hair of a groom that is not here cannot be drawn, so its basis and network are not downloaded before it.
   core.files_wait_for_grooms = true;
+  // Texts are checked before anything connects: a server's refusal would come late and say less.
   if (!core.room.empty() && !wire::is_room_name(core.room))
     return Refusal("room: a name has at most 64 letters, digits, dots, hyphens and underscores");
   if (core.token.size() > wire::kTokenBytesMax) return Refusal("token: longer than 4096 bytes");
@@ -31,6 +32,7 @@ Result<link::LinkCoreOptions> core_options(const hairnet_options& options) {
 
 Result<wire::Observe> observe_of(const hairnet_options& options) {
   wire::Observe observe;
+  // An empty list observes nobody; own characters are always included.
   if (options.own_only != 0) observe.mode = wire::ObserveMode::list;
   observe.error_m = options.error_m;
   observe.bytes_per_s = options.bytes_per_s;
@@ -38,17 +40,20 @@ Result<wire::Observe> observe_of(const hairnet_options& options) {
   return observe;
 }
 
+// Returns null for a number that is no own character, for which groom_of() gives zeros.
 room::Room* own_room(hairnet_room* room, std::uint32_t own) {
   return room->room->groom_of(own) == wire::GroomHash{} ? nullptr : room->room.get();
 }
 
 void show(hairnet_room& room) {
   hairnet_scene& scene = room.scene;
+  // The scene is made again at each advance, so that its places stay valid until the next one.
   scene.shown.clear();
   for (const auto& [number, member] : room.room->members()) {
     const link::Playout::Sample& sample = member->sample;
     hairnet_scene::Shown& shown = scene.shown.emplace_back();
     shown.member = member;
+    // The geometry shares the ownership of its basis, so the lattice stays valid while a caller reads the scene.
     shown.geometry = sample.geometry();
     shown.lattice = sample.lattice();
   }
@@ -69,6 +74,7 @@ hairnet_room_state state_of(room::State state) {
   return HAIRNET_CLOSED;
 }
 
+// One function for each event of a room; fields that an event does not name stay 0.
 void write(const room::StateChanged& from, hairnet_event& event, std::string& text) {
   event.kind = HAIRNET_EVENT_STATE;
   event.state = state_of(from.state);
@@ -79,6 +85,7 @@ void write(const room::StateChanged& from, hairnet_event& event, std::string& te
 template <class MemberEvent>
 void write_member(hairnet_event_kind kind, const MemberEvent& from, hairnet_event& event) {
   event.kind = kind;
+  // The number is that of the moment of the event: the member may have another one by now.
   event.member = from.number;
   event.character = from.member->own;
 }
@@ -99,6 +106,7 @@ void write(const room::HeldChanged& from, hairnet_event& event, std::string&) {
   event.kind = HAIRNET_EVENT_HELD;
   event.member = from.member;
   event.hand = from.hand;
+  // The field has 16 bits in the header; a larger count is cut, not wrapped.
   event.held = static_cast<std::uint16_t>(std::min<std::uint32_t>(from.point_count, 65'535));
 }
 void write(const room::PropsChanged&, hairnet_event& event, std::string&) {
@@ -119,58 +127,64 @@ void write(const room::Fault& from, hairnet_event& event, std::string& text) {
 
 using namespace hairnet;
 
-hairnet_error hairnet_connect(const hairnet_options* options, hairnet_room** room, char* why, size_t why_size) {
+hairnet_error hairnet_connect(const hairnet_options* options, hairnet_room** room, char* error, size_t error_size) {
   return c::guarded(
       [&] {
+        // Copies the caller's options, filled up with defaults, so that the caller's struct may end here.
         const Result<hairnet_options> all =
             c::full_options<hairnet_options>(options, HAIRNET_OPTIONS, "HAIRNET_OPTIONS");
-        if (!all) return c::refuse(HAIRNET_INVALID, all.error(), why, why_size);
+        if (!all) return c::refuse(HAIRNET_INVALID, all.error(), error, error_size);
         const Result<link::LinkCoreOptions> core = c::core_options(*all);
-        if (!core) return c::refuse(HAIRNET_INVALID, core.error(), why, why_size);
+        if (!core) return c::refuse(HAIRNET_INVALID, core.error(), error, error_size);
         const Result<wire::Observe> observe = c::observe_of(*all);
-        if (!observe) return c::refuse(HAIRNET_INVALID, observe.error(), why, why_size);
+        if (!observe) return c::refuse(HAIRNET_INVALID, observe.error(), error, error_size);
         auto made = std::make_unique<hairnet_room>();
-        const hairnet_error error = c::connect(*all, *core, *observe, made->room, why, why_size);
-        if (error != HAIRNET_OK) return error;
-        made->room->advance();  // takes the welcome
+        const hairnet_error code = c::connect(*all, *core, *observe, made->room, error, error_size);
+        if (code != HAIRNET_OK) return code;
+        // The welcome has come. The room takes it now, so that it is connected when this returns.
+        made->room->advance();
         *room = made.release();
         return hairnet_error{HAIRNET_OK};
       },
-      why, why_size);
+      error, error_size);
 }
 
-hairnet_error hairnet_open(const hairnet_options* options, int64_t now_ns, hairnet_room** room, char* why,
-                           size_t why_size) {
+hairnet_error hairnet_open(const hairnet_options* options, int64_t now_ns, hairnet_room** room, char* error,
+                           size_t error_size) {
   return c::guarded(
       [&] {
         const Result<hairnet_options> all =
             c::full_options<hairnet_options>(options, HAIRNET_OPTIONS, "HAIRNET_OPTIONS");
-        if (!all) return c::refuse(HAIRNET_INVALID, all.error(), why, why_size);
+        if (!all) return c::refuse(HAIRNET_INVALID, all.error(), error, error_size);
         const Result<link::LinkCoreOptions> core = c::core_options(*all);
-        if (!core) return c::refuse(HAIRNET_INVALID, core.error(), why, why_size);
+        if (!core) return c::refuse(HAIRNET_INVALID, core.error(), error, error_size);
         const Result<wire::Observe> observe = c::observe_of(*all);
-        if (!observe) return c::refuse(HAIRNET_INVALID, observe.error(), why, why_size);
+        if (!observe) return c::refuse(HAIRNET_INVALID, observe.error(), error, error_size);
         auto made = std::make_unique<hairnet_room>();
         made->core = std::make_unique<link::LinkCore>(*core);
         auto conversation = std::make_unique<link::CoreConversation>(*made->core);
+        // The room owns the conversation; the handle keeps a pointer, to tell it the time.
         made->conversation = conversation.get();
         made->conversation->set_now(now_ns);
+        // The room sends its Observe to a core that has not started; the core stores it and sends it after its welcome.
         made->room = std::make_unique<room::Room>(std::move(conversation), *observe);
         made->core->start();
         *room = made.release();
         return hairnet_error{HAIRNET_OK};
       },
-      why, why_size);
+      error, error_size);
 }
 
 void hairnet_close(hairnet_room* room) {
   room->room->close();
+  // The room is empty now, and so is its scene.
   c::show(*room);
 }
 
 void hairnet_room_free(hairnet_room* room) {
   if (room == nullptr) return;
-  room->room.reset();  // it speaks to the core until its end
+  // The room speaks to the core until its end, so it goes first.
+  room->room.reset();
   delete room;
 }
 
@@ -187,6 +201,7 @@ int32_t hairnet_may_set_wind(const hairnet_room* room) {
 }
 
 int32_t hairnet_next_event(hairnet_room* room, hairnet_event* event) {
+  // Events are taken from the room in groups and handed out one by one.
   if (room->next_event == room->events.size()) {
     room->events = room->room->take_events();
     room->next_event = 0;
@@ -195,6 +210,7 @@ int32_t hairnet_next_event(hairnet_room* room, hairnet_event* event) {
   *event = {};
   room->event_text.clear();
   std::visit([&](const auto& e) { c::write(e, *event, room->event_text); }, room->events[room->next_event++]);
+  // The text lives in the handle until the next call, so that the caller has nothing to free.
   event->text = room->event_text.c_str();
   return 1;
 }
@@ -215,11 +231,14 @@ void hairnet_get_counters(const hairnet_room* room, hairnet_counters* counters) 
   all.silent_servers = now.servers_silent;
   all.downloaded_bytes = now.downloads.bytes;
   all.download_byte_count = now.downloads.byte_count;
+  // A caller of an older header has a smaller struct: only the fields that it knows are written.
   all.size = std::min(counters->size, sizeof all);
   std::memcpy(counters, &all, all.size);
 }
 
 void hairnet_poll(hairnet_room* room, int64_t now_ns) {
+  // The clock of this conversation stands still between calls: each call that gets a time sets it before the core can
+  // use it.
   room->conversation->set_now(now_ns);
   room->core->poll(now_ns);
 }
@@ -228,8 +247,10 @@ int64_t hairnet_next_deadline(const hairnet_room* room) {
   return room->core->next_deadline_ns();
 }
 
+// A host of NULL means the address that the caller knows itself.
 int32_t hairnet_wants_connection(const hairnet_room* room, const char** host, uint16_t* port) {
   const std::optional<wire::ServerAt>& elsewhere = room->core->redirected_to();
+  // The text is the core's, and valid until the next call that may change its state.
   if (host != nullptr) *host = elsewhere ? elsewhere->host.c_str() : nullptr;
   if (port != nullptr) *port = elsewhere ? elsewhere->port : std::uint16_t{0};
   return room->core->wants_connection();
@@ -255,13 +276,14 @@ void hairnet_on_packet(hairnet_room* room, const void* bytes, size_t size, int64
   room->core->on_packet({static_cast<const std::uint8_t*>(bytes), size}, now_ns);
 }
 
-void hairnet_on_closed(hairnet_room* room, const char* why, int64_t now_ns) {
+void hairnet_on_closed(hairnet_room* room, const char* error, int64_t now_ns) {
   room->conversation->set_now(now_ns);
-  room->core->on_closed(c::text_or_empty(why), now_ns);
+  room->core->on_closed(c::text_or_empty(error), now_ns);
 }
 
 const void* hairnet_take_packet(hairnet_room* room, int64_t now_ns, size_t* size, int32_t* may_be_lost) {
   room->conversation->set_now(now_ns);
+  // The packet stays in the handle until the next call, so that the caller has nothing to free.
   room->packet = room->core->take_packet(now_ns);
   *size = room->packet.size();
   if (may_be_lost != nullptr) *may_be_lost = room->core->taken_may_be_lost();
@@ -276,23 +298,23 @@ int32_t hairnet_wants_close(const hairnet_room* room) {
   return room->core->wants_close();
 }
 
-int32_t hairnet_replace_connection(hairnet_room* room, const char* why, int64_t now_ns) {
+int32_t hairnet_replace_connection(hairnet_room* room, const char* error, int64_t now_ns) {
   room->conversation->set_now(now_ns);
-  return room->core->replace_connection(c::text_or_empty(why), now_ns);
+  return room->core->replace_connection(c::text_or_empty(error), now_ns);
 }
 
 hairnet_error hairnet_add_character(hairnet_room* room, const hairnet_groom* groom,
-                                    const hairnet_character_options* options, uint32_t* own, char* why,
-                                    size_t why_size) {
+                                    const hairnet_character_options* options, uint32_t* own, char* error,
+                                    size_t error_size) {
   return c::guarded(
       [&] {
         const Result<room::CharacterOptions> wanted = c::character_options_of(options);
-        if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), why, why_size);
+        if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), error, error_size);
         const Result<std::uint32_t> number = room->room->add_character(groom->file, *wanted, groom->groom);
         if (number && own != nullptr) *own = *number;
-        return c::done_or_why(number, why, why_size);
+        return c::done_or_error(number, error, error_size);
       },
-      why, why_size);
+      error, error_size);
 }
 
 hairnet_error hairnet_remove_character(hairnet_room* room, uint32_t own) {
@@ -313,15 +335,18 @@ hairnet_error hairnet_push_poses(hairnet_room* room, const uint32_t* own, const 
     std::vector<room::OwnPose> pushed(count);
     bool are_there = true;
     for (std::size_t i = 0; i < count; ++i) {
+      // A number that is not there is passed over by the room, so one wrong number does not keep the other poses back.
       pushed[i] = {own[i], c::pose_of(poses + i * HAIRNET_POSE_NUMBERS), teleports != nullptr && teleports[i] != 0};
       are_there = are_there && c::own_room(room, own[i]) != nullptr;
     }
+    // Valid poses of the call are sent even if others are refused.
     if (!room->room->push(pushed)) return hairnet_error{HAIRNET_INVALID};
     return hairnet_error{are_there ? HAIRNET_OK : HAIRNET_NOT_THERE};
   });
 }
 
 hairnet_error hairnet_set_level(hairnet_room* room, uint32_t own, hairnet_level level) {
+  // An enum of C may hold any integer; the conversion makes negative ones large.
   if (static_cast<unsigned>(level) > HAIRNET_RIGID) return HAIRNET_INVALID;
   if (c::own_room(room, own) == nullptr) return HAIRNET_NOT_THERE;
   room->room->set_level(own, static_cast<LevelIndex>(level));
@@ -329,25 +354,25 @@ hairnet_error hairnet_set_level(hairnet_room* room, uint32_t own, hairnet_level 
 }
 
 hairnet_error hairnet_set_appearance(hairnet_room* room, uint32_t own, const char* tag, size_t tag_size,
-                                     const hairnet_appearance* appearance, char* why, size_t why_size) {
+                                     const hairnet_appearance* appearance, char* error, size_t error_size) {
   return c::guarded(
       [&] {
-        if (c::own_room(room, own) == nullptr) return c::no_such_character(why, why_size);
+        if (c::own_room(room, own) == nullptr) return c::no_such_character(error, error_size);
         const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
-        if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), why, why_size);
-        return c::done_or_why(room->room->set_appearance(own, c::tag_of(tag, tag_size), *wanted), why, why_size);
+        if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), error, error_size);
+        return c::done_or_error(room->room->set_appearance(own, c::tag_of(tag, tag_size), *wanted), error, error_size);
       },
-      why, why_size);
+      error, error_size);
 }
 
-hairnet_error hairnet_set_material(hairnet_room* room, uint32_t own, const hairnet_material* material, char* why,
-                                   size_t why_size) {
-  if (c::own_room(room, own) == nullptr) return c::no_such_character(why, why_size);
-  return c::done_or_why(room->room->set_material(own, c::scale_of(*material)), why, why_size);
+hairnet_error hairnet_set_material(hairnet_room* room, uint32_t own, const hairnet_material* material, char* error,
+                                   size_t error_size) {
+  if (c::own_room(room, own) == nullptr) return c::no_such_character(error, error_size);
+  return c::done_or_error(room->room->set_material(own, c::scale_of(*material)), error, error_size);
 }
 
-hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind, char* why, size_t why_size) {
-  return c::done_or_why(room->room->set_wind(c::wind_of(*wind)), why, why_size);
+hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind, char* error, size_t error_size) {
+  return c::done_or_error(room->room->set_wind(c::wind_of(*wind)), error, error_size);
 }
 
 void hairnet_get_wind(const hairnet_room* room, hairnet_wind* wind) {
@@ -363,27 +388,30 @@ void hairnet_report_importance(hairnet_room* room, const hairnet_importance* mem
 }
 
 void hairnet_fetch_first(hairnet_room* room, uint32_t member, int32_t only) {
+  // Member numbers begin at 1.
   room->room->fetch_first(member == 0 ? std::nullopt : std::optional(member), only != 0);
 }
 
 hairnet_error hairnet_moderate(hairnet_room* room, hairnet_moderation action, uint32_t member, const char* subject,
-                               uint32_t seconds, const char* reason, char* why, size_t why_size) {
+                               uint32_t seconds, const char* reason, char* error, size_t error_size) {
   return c::guarded(
       [&] {
         if (static_cast<unsigned>(action) > HAIRNET_UNLOCK)
-          return c::refuse(HAIRNET_INVALID, "moderate: there is no such action", why, why_size);
+          return c::refuse(HAIRNET_INVALID, "moderate: there is no such action", error, error_size);
         wire::Moderate order{static_cast<wire::ModerateAction>(action), 0, c::text_or_empty(subject), seconds,
                              c::text_or_empty(reason)};
         if (member != 0) {
           const auto found = room->room->members().find(member);
           if (found == room->room->members().end())
-            return c::refuse(HAIRNET_NOT_THERE, "moderate: there is no such member", why, why_size);
+            return c::refuse(HAIRNET_NOT_THERE, "moderate: there is no such member", error, error_size);
+          // The protocol names a person by a session: a member number may pass to somebody else before the message
+          // arrives.
           order.session = found->second->session;
         }
         room->room->moderate(order);
         return hairnet_error{HAIRNET_OK};
       },
-      why, why_size);
+      error, error_size);
 }
 
 void hairnet_advance(hairnet_room* room) {

@@ -25,6 +25,7 @@ void write_lattice(const hairnet_scene& scene, const MovedLattice& moved, hairne
     out.counts[axis] = static_cast<std::uint32_t>(lattice.dims[axis]);
   }
   if (!moved.basis) return;
+  // 0 stays for a lattice without a basis, whose nodes are given as they are.
   out.basis = scene.bases.number_of(moved.basis);
   out.mode_count = static_cast<std::uint32_t>(moved.basis->mode_count());
 }
@@ -41,6 +42,7 @@ void write_shown(const hairnet_scene& scene, const hairnet_scene::Shown& one, ha
   if (member.pose) write_pose(*member.pose, out.pose);
   out.has_hair = member.groom != nullptr;
   out.moves = one.lattice.geometry != nullptr;
+  // An owner without a choice gets colours by its number, the same in every program.
   out.appearance = appearance_of(member.appearance.value_or(room::default_appearance(member.number)));
   out.hash = member.groom_hash.data();
   out.tag = member.tag.c_str();
@@ -54,11 +56,15 @@ void write_shown(const hairnet_scene& scene, const hairnet_scene::Shown& one, ha
 
 draw::HairPoints& points_of(const hairnet_scene& scene, const hairnet_scene::Shown& shown) {
   const room::Member& member = *shown.member;
+  // Addresses are a safe key: forget_unused() drops an entry with the last member that shows it, and the entry itself
+  // keeps its groom alive.
   const std::pair key(member.groom.get(), shown.lattice.geometry);
   const auto found = scene.points.find(key);
   if (found != scene.points.end()) {
+    // The skin comes with the basis, later than the groom; points that were prepared without it are prepared again.
     if (found->second.has_skin() == (member.skin != nullptr)) return found->second;
-    scene.points.erase(found);  // the skin has come since
+    // The skin has come since.
+    scene.points.erase(found);
   }
   const auto geometry = shown.lattice.geometry != nullptr ? shown.geometry : nullptr;
   return scene.points.try_emplace(key, member.groom, geometry, member.skin).first->second;
@@ -72,6 +78,7 @@ void write_vectors(std::span<const Vec3f> from, float* out) {
 static_assert(sizeof(draw::StrandVertex) == 12 && sizeof(draw::CardVertex) == 48);
 static_assert(sizeof(draw::FabricVertex) == 52 && sizeof(draw::BodyVertex) == 32);
 
+// The bytes stay the geometry's; the caller copies them to its GPU.
 template <class T>
 void give(const std::vector<T>& values, const void** bytes, std::size_t* size) {
   *bytes = values.data();
@@ -99,6 +106,7 @@ size_t hairnet_shown_count(const hairnet_scene* scene) {
 
 hairnet_error hairnet_get_shown(const hairnet_scene* scene, size_t first, hairnet_shown* shown, size_t count) {
   const std::size_t there = scene->shown.size();
+  // The second comparison subtracts, since first + count could wrap.
   if (first > there || count > there - first) return HAIRNET_NOT_THERE;
   return c::guarded([&] {
     for (std::size_t i = 0; i < count; ++i) c::write_shown(*scene, scene->shown[first + i], shown[i]);
@@ -147,6 +155,7 @@ hairnet_error hairnet_shown_modes(const hairnet_scene* scene, size_t index, floa
   const LevelGeometry& geometry = *one->lattice.geometry;
   const std::size_t capacity =
       std::exchange(*count, 4 * draw::kLatticeRow * draw::mode_rows(geometry, *one->lattice.basis));
+  // A caller asks for the size first, with a null buffer.
   if (texels == nullptr) return HAIRNET_OK;
   if (capacity < *count) return HAIRNET_TOO_SMALL;
   return c::guarded([&] {
@@ -161,6 +170,7 @@ hairnet_error hairnet_shown_skin(const hairnet_scene* scene, size_t index, hairn
   const hairnet_scene::Shown* one = c::at(scene, index);
   if (one == nullptr || !one->member->groom || !one->member->skin) return HAIRNET_NOT_THERE;
   return c::guarded([&] {
+    // The grids live in the scene until the next call, so that the caller has nothing to free.
     scene->skin.emplace(*one->member->skin, one->member->groom->materials.base.thickness_m);
     scene->skin_grids.clear();
     for (const SkinGrid& grid : scene->skin->grids()) {
@@ -202,6 +212,7 @@ hairnet_error hairnet_geometry_part(const hairnet_geometry* geometry, hairnet_pa
                                     const void** bytes, size_t* size) {
   const draw::GroomGeometry& g = geometry->geometry;
   const bool is_list = part == HAIRNET_STRAND_INDICES || part == HAIRNET_STRAND_INDEX_ENDS;
+  // Parts other than the simplified strands exist once.
   if (list >= (is_list ? g.simplified_strands.size() : 1)) return HAIRNET_NOT_THERE;
   switch (part) {
     case HAIRNET_STRAND_POINTS:

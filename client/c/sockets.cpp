@@ -6,12 +6,12 @@
 namespace hairnet::c {
 
 hairnet_error connect(const hairnet_options& options, const link::LinkCoreOptions& core, const wire::Observe& observe,
-                      std::unique_ptr<room::Room>& room, char* why, std::size_t why_size) {
+                      std::unique_ptr<room::Room>& room, char* error, std::size_t error_size) {
   link::LinkOptions link;
   link.core = core;
   if (options.server != nullptr) {
     const Result<link::Address> address = link::parse_address(options.server);
-    if (!address) return refuse(HAIRNET_INVALID, "server: " + address.error(), why, why_size);
+    if (!address) return refuse(HAIRNET_INVALID, "server: " + address.error(), error, error_size);
     link.server = *address;
   }
   link.tls.ca_file = text_or_empty(options.ca_file);
@@ -25,7 +25,7 @@ hairnet_error connect(const hairnet_options& options, const link::LinkCoreOption
       is_refused = is_refused || (end != nullptr && end->reason != wire::GoodbyeReason::none &&
                                   end->reason != wire::GoodbyeReason::protocol_error);
     }
-    return refuse(is_refused ? HAIRNET_REFUSED : HAIRNET_UNREACHABLE, welcome.error(), why, why_size);
+    return refuse(is_refused ? HAIRNET_REFUSED : HAIRNET_UNREACHABLE, welcome.error(), error, error_size);
   }
   room = std::make_unique<room::Room>(std::move(connection), observe);
   return HAIRNET_OK;

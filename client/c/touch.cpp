@@ -7,6 +7,7 @@
 namespace hairnet::c {
 namespace {
 
+// Enums of C and C++ are converted by their numbers; the last ones agree only if all do.
 static_assert(HAIRNET_EVERYONE == static_cast<int>(TouchAudience::everyone));
 static_assert(HAIRNET_UNPIN == static_cast<int>(Release::unpin));
 
@@ -18,6 +19,8 @@ Vec3 point_of(const float* numbers) {
 
 Hand hand_of(const hairnet_hand& given) {
   Hand hand;
+  // A number that is too large stays too large, and validate() refuses it; a plain conversion would wrap it to a valid
+  // one.
   hand.first_number = static_cast<std::uint8_t>(std::min(given.first_number, kNumberMax));
   hand.place = place_of(given.rotation, given.position);
   hand.has_jumped = given.has_jumped != 0;
@@ -37,8 +40,8 @@ hairnet_hand_shape shape_of(const HandShape& shape) {
   return out;
 }
 
-hairnet_error no_such_member(char* why, std::size_t why_size) {
-  return refuse(HAIRNET_NOT_THERE, "there is no such member", why, why_size);
+hairnet_error no_such_member(char* error, std::size_t error_size) {
+  return refuse(HAIRNET_NOT_THERE, "there is no such member", error, error_size);
 }
 
 }  // namespace
@@ -46,15 +49,15 @@ hairnet_error no_such_member(char* why, std::size_t why_size) {
 
 using namespace hairnet;
 
-hairnet_error hairnet_push_hands(hairnet_room* room, const hairnet_hand* hands, size_t count, char* why,
-                                 size_t why_size) {
+hairnet_error hairnet_push_hands(hairnet_room* room, const hairnet_hand* hands, size_t count, char* error,
+                                 size_t error_size) {
   return c::guarded(
       [&] {
         std::vector<Hand> pushed;
         for (std::size_t i = 0; i < count; ++i) pushed.push_back(c::hand_of(hands[i]));
-        return c::done_or_why(room->room->push_hands(pushed), why, why_size);
+        return c::done_or_error(room->room->push_hands(pushed), error, error_size);
       },
-      why, why_size);
+      error, error_size);
 }
 
 size_t hairnet_get_hands(const hairnet_room* room, hairnet_hand* hands, size_t capacity) {
@@ -71,27 +74,29 @@ size_t hairnet_get_hands(const hairnet_room* room, hairnet_hand* hands, size_t c
       for (const HandShape& shape : hand.shapes) room->hand_shapes.push_back(c::shape_of(shape));
     }
   }
+  // The shapes are pointed to only after all are there: the vector moves while it grows.
   const hairnet_hand_shape* shapes = room->hand_shapes.data();
   for (hairnet_hand& hand : all) {
     hand.shapes = shapes;
     shapes += hand.shape_count;
   }
+  // The count of all is returned, so a caller sees that its array was too small.
   std::copy_n(all.begin(), std::min(capacity, all.size()), hands);
   return all.size();
 }
 
 hairnet_error hairnet_set_touch(hairnet_room* room, uint32_t own, hairnet_audience audience, const uint64_t* chosen,
-                                size_t count, char* why, size_t why_size) {
+                                size_t count, char* error, size_t error_size) {
   return c::guarded(
       [&] {
         if (static_cast<unsigned>(audience) > HAIRNET_EVERYONE)
-          return c::refuse(HAIRNET_INVALID, "touch: there is no such audience", why, why_size);
-        if (room->room->groom_of(own) == wire::GroomHash{}) return c::no_such_character(why, why_size);
+          return c::refuse(HAIRNET_INVALID, "touch: there is no such audience", error, error_size);
+        if (room->room->groom_of(own) == wire::GroomHash{}) return c::no_such_character(error, error_size);
         std::vector<std::uint64_t> sessions(chosen, chosen + count);
-        return c::done_or_why(room->room->set_touch(own, static_cast<TouchAudience>(audience), std::move(sessions)),
-                              why, why_size);
+        return c::done_or_error(room->room->set_touch(own, static_cast<TouchAudience>(audience), std::move(sessions)),
+                                error, error_size);
       },
-      why, why_size);
+      error, error_size);
 }
 
 int32_t hairnet_may_touch(const hairnet_room* room, uint32_t member) {
@@ -100,15 +105,18 @@ int32_t hairnet_may_touch(const hairnet_room* room, uint32_t member) {
 }
 
 hairnet_error hairnet_take_hold(hairnet_room* room, uint32_t member, uint32_t hand, const double place[3],
-                                double radius_m, char* why, size_t why_size) {
+                                double radius_m, char* error, size_t error_size) {
   return c::guarded(
       [&] {
-        if (!room->room->members().contains(member)) return c::no_such_member(why, why_size);
+        if (!room->room->members().contains(member)) return c::no_such_member(error, error_size);
+        // The message has floats. A double beyond them becomes infinite, which the room refuses.
         const Vec3f at = Vec3(place[0], place[1], place[2]).cast<float>();
+        // As in hand_of(): a number that is too large stays invalid.
         const auto number = static_cast<std::uint8_t>(std::min(hand, c::kNumberMax));
-        return c::done_or_why(room->room->take_hold(member, number, at, static_cast<float>(radius_m)), why, why_size);
+        return c::done_or_error(room->room->take_hold(member, number, at, static_cast<float>(radius_m)), error,
+                                error_size);
       },
-      why, why_size);
+      error, error_size);
 }
 
 hairnet_error hairnet_let_go(hairnet_room* room, uint32_t member, uint32_t hand, hairnet_release release) {
@@ -119,25 +127,26 @@ hairnet_error hairnet_let_go(hairnet_room* room, uint32_t member, uint32_t hand,
 }
 
 hairnet_error hairnet_set_props(hairnet_room* room, const hairnet_touch_body* props, size_t count,
-                                const uint8_t* removed, size_t removed_count, char* why, size_t why_size) {
+                                const uint8_t* removed, size_t removed_count, char* error, size_t error_size) {
   return c::guarded(
       [&] {
         std::vector<wire::Prop> set;
         for (std::size_t i = 0; i < count; ++i) {
           const Result<TouchBody> body = c::body_of(props[i]);
           if (!body)
-            return c::refuse(HAIRNET_INVALID, "prop " + std::to_string(i) + ": " + body.error(), why, why_size);
+            return c::refuse(HAIRNET_INVALID, "prop " + std::to_string(i) + ": " + body.error(), error, error_size);
           set.push_back({body->key.number, body->shape, body->place, body->has_jumped});
         }
         std::vector<std::uint8_t> gone(removed, removed + removed_count);
-        return c::done_or_why(room->room->set_props(std::move(set), std::move(gone)), why, why_size);
+        return c::done_or_error(room->room->set_props(std::move(set), std::move(gone)), error, error_size);
       },
-      why, why_size);
+      error, error_size);
 }
 
 size_t hairnet_get_props(const hairnet_room* room, hairnet_touch_body* props, size_t capacity) {
   std::size_t count = 0;
   for (const auto& [number, prop] : room->room->props()) {
+    // Props beyond the capacity are only counted.
     if (count++ < capacity) *props++ = c::body_of(prop);
   }
   return count;

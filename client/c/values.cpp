@@ -13,9 +13,11 @@ namespace {
 constexpr std::size_t kNumbersPerBone = 7;
 static_assert(HAIRNET_POSE_NUMBERS == kNumbersPerBone * kBoneCount);
 static_assert(HAIRNET_HASH_BYTES == std::tuple_size_v<wire::GroomHash>);
+// The last value of each enum is compared: a value that is inserted before it would shift all that follow.
 static_assert(HAIRNET_RIGID == static_cast<int>(LevelIndex::rigid));
 static_assert(HAIRNET_UNLOCK == static_cast<int>(wire::ModerateAction::unlock));
 
+// The colour is 0xRRGGBB, as in a page's styles.
 wire::Srgb srgb_of(std::uint32_t colour) {
   return {static_cast<std::uint8_t>(colour >> 16), static_cast<std::uint8_t>(colour >> 8),
           static_cast<std::uint8_t>(colour)};
@@ -30,6 +32,7 @@ std::uint32_t number_of(const wire::Srgb& colour) {
 Pose pose_of(const double* numbers) {
   Pose pose;
   for (RigidTransform& bone : pose.bones) {
+    // A bone is x y z w of its rotation, then x y z of its position.
     bone = place_of(numbers, numbers + 4);
     numbers += kNumbersPerBone;
   }
@@ -54,15 +57,18 @@ hairnet_appearance appearance_of(const wire::Appearance& appearance) {
 }
 
 Result<std::optional<wire::Appearance>> checked(const hairnet_appearance* appearance) {
+  // Null means that the receiver chooses, and is not an error.
   if (appearance == nullptr) return std::nullopt;
   for (const std::uint32_t colour : {appearance->hair_root, appearance->hair_tip, appearance->skin}) {
     if (colour > 0xffffff) return Refusal("appearance: a colour is beyond 0xffffff");
   }
+  // The negation also refuses what is not a number.
   if (!(appearance->roughness >= 0 && appearance->roughness <= 1))
     return Refusal("appearance: roughness is not in 0 to 1");
   return appearance_of(*appearance);
 }
 
+// The two mistakes look the same from here, so the line names both.
 Refusal of_another_size(const char* macro) {
   return Refusal("options: fill them by " + std::string(macro) +
                  "; this library is older than its header, or size is not set");
@@ -136,11 +142,13 @@ Result<TouchBody> body_of(const hairnet_touch_body& given) {
       body.shape = box(half_size_m);
       break;
     case HAIRNET_PLANE: {
+      // A plane becomes a large box below it, which moves its place as well.
       const PlacedShape below = half_space(body.place);
       body.shape = below.shape;
       body.place = below.place;
       break;
     }
+    // An enum of C may hold any integer.
     default:
       return tl::unexpected("there is no shape " + std::to_string(given.shape));
   }
@@ -149,9 +157,11 @@ Result<TouchBody> body_of(const hairnet_touch_body& given) {
   return body;
 }
 
+// Props come back as boxes, spheres and capsules: a plane has become a box when it was set.
 hairnet_touch_body body_of(const wire::Prop& prop) {
   hairnet_touch_body body{};
   const Vec3& half_m = prop.shape.half_size_m;
+  // A room has one kind of shape, a box with a radius: a sphere has no half size, a capsule one along y alone.
   const bool is_thin = half_m.x() == 0 && half_m.z() == 0;
   body.number = prop.number;
   body.shape = !is_thin ? HAIRNET_BOX : half_m.y() == 0 ? HAIRNET_SPHERE : HAIRNET_CAPSULE;
@@ -169,11 +179,13 @@ const char* hairnet_version(void) {
   return hairnet::kVersion;
 }
 
+// The number is made from the text, so that there is one place to change.
 uint32_t hairnet_version_number(void) {
   const std::string_view text = hairnet::kVersion;
   std::uint32_t number = 0, part = 0;
   for (const char *at = text.data(), *end = at + text.size(); at < end; ++at) {
     at = std::from_chars(at, end, part).ptr;
+    // Each part of the version gets two decimal digits: 0.1.0 gives 100.
     number = 100 * number + part;
   }
   return number;

@@ -27,9 +27,11 @@ bool is_pose(const Pose& pose) {
 
 }  // namespace
 
+// A build runs on a thread of its own. In WebAssembly, which has one thread, hairnet_build_finish() runs it.
 struct hairnet_build {
   std::shared_ptr<const Groom> groom;
   wire::GroomHash hash{};
+  // The build's thread writes it, and any thread of the caller reads it.
   std::atomic<double> progress{0};
   std::atomic<bool> is_cancelled{false};
   std::shared_ptr<const LevelSet> levels;
@@ -46,6 +48,7 @@ struct hairnet_build {
 #endif
       return !is_cancelled;
     };
+// Modules of WebAssembly are compiled without exceptions, and end where memory is lacking.
 #if defined(__cpp_exceptions)
     try {
       levels = build_levels(*groom, callbacks);
@@ -57,10 +60,12 @@ struct hairnet_build {
 #endif
     progress = 1;
   }
+  // After this the build has ended, whatever its outcome.
   void wait() {
 #if !defined(__wasm__)
     if (thread.joinable()) thread.join();
 #else
+    // A module has one thread, so the build runs here, when its result is asked for.
     if (!levels) run();
 #endif
   }
@@ -92,6 +97,7 @@ struct hairnet_world {
     const auto found = characters.find(own);
     return found == characters.end() ? nullptr : found->second.get();
   }
+  // PlayedWorld asks for what is shown by two equal times, and for a tick by its two ends.
   local::TickPose pose_at(Character& character, double from_s, double to_s) const {
     if (from_s == to_s) return {character.pose};
     if (std::exchange(character.teleport, false)) return {character.before = character.pose, true};
@@ -102,17 +108,20 @@ struct hairnet_world {
     const double span_s = now_s - before_s;
     return span_s > 0 ? std::clamp((time_s - before_s) / span_s, 0.0, 1.0) : 1;
   }
+  // The map is ordered by key, as the World wants its bodies.
   std::vector<TouchBody> bodies_at(double time_s) {
     std::vector<TouchBody> there;
     for (auto& [key, moving] : bodies) {
       there.push_back(moving.body);
       there.back().place = interpolate(moving.before, moving.body.place, into(time_s));
+      // The jump belongs to the first tick after it. Later ticks of the same advance move the body on.
       moving.body.has_jumped = false;
     }
     return there;
   }
   void advance(double seconds) {
     before_s = std::exchange(now_s, now_s + seconds);
+    // One tick behind: the poses of this advance then cover every tick that the World steps.
     world.advance_to(now_s - 1 / world.tick_rate_hz());
     for (const auto& [own, character] : characters) character->before = character->pose;
     for (auto& [key, moving] : bodies) moving.before = moving.body.place;
@@ -143,7 +152,8 @@ struct hairnet_world {
 
 hairnet_error hairnet_build_begin(const hairnet_groom* groom, hairnet_build** build) {
   return c::guarded([&] {
-    if (groom->groom->points.empty()) return hairnet_error{HAIRNET_INVALID};  // there is nothing to simulate
+    // A groom without points has nothing to simulate, and no box for a lattice.
+    if (groom->groom->points.empty()) return hairnet_error{HAIRNET_INVALID};
     auto made = std::make_unique<hairnet_build>();
     made->groom = groom->groom;
     made->hash = groom->hash;
@@ -170,6 +180,7 @@ hairnet_error hairnet_build_finish(hairnet_build* build, hairnet_levels** levels
 
 void hairnet_build_free(hairnet_build* build) {
   if (build == nullptr) return;
+  // The build sees this at its next report of progress, and ends there.
   build->is_cancelled = true;
 #if !defined(__wasm__)
   build->wait();
@@ -180,6 +191,7 @@ void hairnet_build_free(hairnet_build* build) {
 hairnet_error hairnet_levels_file(const hairnet_levels* levels, void* buffer, size_t* size) {
   return c::guarded([&] {
     const std::vector<std::uint8_t> file = wire::encode_levels(levels->groom, *levels->levels);
+    // The size is written in any case, so that a caller learns how large its buffer must be.
     const std::size_t capacity = std::exchange(*size, file.size());
     if (capacity < *size) return hairnet_error{HAIRNET_TOO_SMALL};
     std::memcpy(buffer, file.data(), *size);
@@ -188,19 +200,20 @@ hairnet_error hairnet_levels_file(const hairnet_levels* levels, void* buffer, si
 }
 
 hairnet_error hairnet_levels_load(const hairnet_groom* groom, const void* bytes, size_t size, hairnet_levels** levels,
-                                  char* why, size_t why_size) {
+                                  char* error, size_t error_size) {
   return c::guarded(
       [&] {
         wire::DecodedLevels decoded = wire::decode_levels({static_cast<const std::uint8_t*>(bytes), size}, groom->hash);
         if (groom->groom->points.empty())
-          return c::refuse(HAIRNET_MALFORMED, "a groom without points has no levels", why, why_size);
+          return c::refuse(HAIRNET_MALFORMED, "a groom without points has no levels", error, error_size);
         if (decoded.fault != wire::LevelFileFault::none)
-          return c::refuse(HAIRNET_MALFORMED, decoded.detail, why, why_size);
+          return c::refuse(HAIRNET_MALFORMED, decoded.detail, error, error_size);
+        // The maps between levels are no part of the file, since they follow from the groom and the levels.
         make_level_maps(*groom->groom, *decoded.levels);
         *levels = new hairnet_levels{groom->hash, std::move(decoded.levels)};
         return hairnet_error{HAIRNET_OK};
       },
-      why, why_size);
+      error, error_size);
 }
 
 void hairnet_levels_free(hairnet_levels* levels) {
@@ -222,16 +235,19 @@ void hairnet_world_free(hairnet_world* world) {
 
 hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom, const hairnet_levels* levels,
                                 const hairnet_character_options* options, const double pose[HAIRNET_POSE_NUMBERS],
-                                uint32_t* own, char* why, size_t why_size) {
+                                uint32_t* own, char* error, size_t error_size) {
   const auto add = [&] {
-    const auto refuse = [&](std::string_view line) { return c::refuse(HAIRNET_INVALID, line, why, why_size); };
+    const auto refuse = [&](std::string_view line) { return c::refuse(HAIRNET_INVALID, line, error, error_size); };
     const Result<room::CharacterOptions> wanted = c::character_options_of(options);
     if (!wanted) return refuse(wanted.error());
+    // A local world rounds poses as a server does, so that both step the same poses.
     const Pose start = pose != nullptr ? rounded_to_wire(c::pose_of(pose)) : Pose{};
+    // Levels of another groom would move these strands by a lattice that does not surround them.
     if (levels != nullptr && levels->groom != groom->hash) return refuse("the levels are of another groom");
     if (!is_pose(start)) return refuse("the pose is not finite, not made of rotations, or too far away");
     auto character = std::make_unique<hairnet_world::Character>();
     character->before = character->pose = start;
+    // Without a pose the character is simulated, but not shown.
     character->is_placed = pose != nullptr;
     character->member = std::make_shared<room::Member>();
     room::Member& member = *character->member;
@@ -240,6 +256,7 @@ hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom
     member.groom_hash = groom->hash;
     member.tag = wanted->tag;
     member.appearance = wanted->appearance;
+    // The callback keeps the character's address, so characters live on the heap, where they do not move.
     const std::uint32_t number = world->world.add(
         [world, at = character.get()](double from_s, double to_s) { return world->pose_at(*at, from_s, to_s); });
     if (number == 0) return refuse("the world has as many characters as it can have");
@@ -247,11 +264,12 @@ hairnet_error hairnet_world_add(hairnet_world* world, const hairnet_groom* groom
     world->characters[number] = std::move(character);
     world->world.set_level(number, wanted->level);
     if (levels != nullptr) world->world.give_levels(number, levels->levels);
+    // The scene has the new character at once, before the next advance.
     world->show();
     if (own != nullptr) *own = number;
     return hairnet_error{HAIRNET_OK};
   };
-  return c::guarded(add, why, why_size);
+  return c::guarded(add, error, error_size);
 }
 
 hairnet_error hairnet_world_set_levels(hairnet_world* world, uint32_t own, const hairnet_levels* levels) {
@@ -266,6 +284,7 @@ hairnet_error hairnet_world_set_levels(hairnet_world* world, uint32_t own, const
 
 hairnet_error hairnet_world_remove(hairnet_world* world, uint32_t own) {
   if (world->find(own) == nullptr) return HAIRNET_NOT_THERE;
+  // The world goes first, as its callback refers to the character.
   world->world.remove(own);
   world->characters.erase(own);
   world->show();
@@ -279,6 +298,8 @@ hairnet_error hairnet_world_push_pose(hairnet_world* world, uint32_t own, const 
   const Pose next = rounded_to_wire(c::pose_of(pose));
   if (!is_pose(next)) return HAIRNET_INVALID;
   character->pose = next;
+  // Several poses may come before the next tick: a jump among them must not get lost. The first pose of a character
+  // without a place is a jump, too.
   character->teleport = character->teleport || teleport != 0 || !character->is_placed;
   character->is_placed = true;
   return HAIRNET_OK;
@@ -292,51 +313,52 @@ hairnet_error hairnet_world_set_level(hairnet_world* world, uint32_t own, hairne
 }
 
 hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own, const hairnet_material* material,
-                                         char* why, size_t why_size) {
-  if (world->find(own) == nullptr) return c::no_such_character(why, why_size);
+                                         char* error, size_t error_size) {
+  if (world->find(own) == nullptr) return c::no_such_character(error, error_size);
   const MaterialScale scale = c::scale_of(*material);
-  if (const std::string error = validate(scale); !error.empty())
-    return c::refuse(HAIRNET_INVALID, error, why, why_size);
+  if (const std::string fault = validate(scale); !fault.empty())
+    return c::refuse(HAIRNET_INVALID, fault, error, error_size);
   world->world.set_material(own, scale);
   return HAIRNET_OK;
 }
 
 hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, const char* tag, size_t tag_size,
-                                           const hairnet_appearance* appearance, char* why, size_t why_size) {
+                                           const hairnet_appearance* appearance, char* error, size_t error_size) {
   return c::guarded(
       [&] {
         hairnet_world::Character* character = world->find(own);
-        if (character == nullptr) return c::no_such_character(why, why_size);
+        if (character == nullptr) return c::no_such_character(error, error_size);
         const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
-        if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), why, why_size);
+        if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), error, error_size);
         std::string name = c::tag_of(tag, tag_size);
-        if (const std::string error = wire::validate_tag(name); !error.empty())
-          return c::refuse(HAIRNET_INVALID, error, why, why_size);
+        if (const std::string fault = wire::validate_tag(name); !fault.empty())
+          return c::refuse(HAIRNET_INVALID, fault, error, error_size);
         character->member->tag = std::move(name);
         character->member->appearance = *wanted;
         return hairnet_error{HAIRNET_OK};
       },
-      why, why_size);
+      error, error_size);
 }
 
-hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind, char* why, size_t why_size) {
+hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind, char* error, size_t error_size) {
   const Wind wanted = c::wind_of(*wind);
-  if (const std::string error = validate(wanted); !error.empty())
-    return c::refuse(HAIRNET_INVALID, error, why, why_size);
+  if (const std::string fault = validate(wanted); !fault.empty())
+    return c::refuse(HAIRNET_INVALID, fault, error, error_size);
   world->world.set_wind(wanted);
   return HAIRNET_OK;
 }
 
 namespace {
 
+// Bounds the work for each tick, which compares bodies with heads.
 constexpr std::size_t kBodiesMax = 1024;
 
 }  // namespace
 
-hairnet_error hairnet_world_set_bodies(hairnet_world* world, const hairnet_touch_body* bodies, size_t count, char* why,
-                                       size_t why_size) {
+hairnet_error hairnet_world_set_bodies(hairnet_world* world, const hairnet_touch_body* bodies, size_t count,
+                                       char* error, size_t error_size) {
   const auto set = [&] {
-    const auto refuse = [&](const std::string& line) { return c::refuse(HAIRNET_INVALID, line, why, why_size); };
+    const auto refuse = [&](const std::string& line) { return c::refuse(HAIRNET_INVALID, line, error, error_size); };
     if (count > kBodiesMax) return refuse("more than " + std::to_string(kBodiesMax) + " bodies");
     std::map<TouchKey, hairnet_world::Body> now;
     for (size_t i = 0; i < count; ++i) {
@@ -348,6 +370,8 @@ hairnet_error hairnet_world_set_bodies(hairnet_world* world, const hairnet_touch
       const auto before = world->bodies.find(body->key);
       const bool is_new = before == world->bodies.end() || body->has_jumped;
       body->has_jumped = is_new;
+      // A body that was there before moves on from its last place; its speed drags hair along. A new one appears where
+      // it is.
       const RigidTransform from = is_new ? body->place : before->second.before;
       if (!now.try_emplace(body->key, hairnet_world::Body{*body, from}).second)
         return refuse(name + "another one has its toucher and number");
@@ -355,7 +379,7 @@ hairnet_error hairnet_world_set_bodies(hairnet_world* world, const hairnet_touch
     world->bodies = std::move(now);
     return hairnet_error{HAIRNET_OK};
   };
-  return c::guarded(set, why, why_size);
+  return c::guarded(set, error, error_size);
 }
 
 hairnet_error hairnet_world_grab(hairnet_world* world, uint32_t own, uint32_t toucher, uint32_t number,
@@ -364,6 +388,7 @@ hairnet_error hairnet_world_grab(hairnet_world* world, uint32_t own, uint32_t to
   grab.place = {place[0], place[1], place[2]};
   grab.radius_m = radius_m;
   if (!grab.place.allFinite() || !(radius_m > 0 && radius_m <= kGrabRadiusMax_m)) return HAIRNET_INVALID;
+  // No body can have a number above 255, so such a hand is not there.
   if (number > std::numeric_limits<std::uint8_t>::max() || world->find(own) == nullptr) return HAIRNET_NOT_THERE;
   grab.hand = {toucher, static_cast<std::uint8_t>(number)};
   if (!world->bodies.contains(grab.hand)) return HAIRNET_NOT_THERE;
@@ -383,6 +408,7 @@ hairnet_error hairnet_world_let_go(hairnet_world* world, uint32_t own, uint32_t 
 }
 
 hairnet_error hairnet_world_advance(hairnet_world* world, double seconds) {
+  // A machine that is too slow shows slow motion. Catching up would make each advance longer than the one before.
   constexpr double kMost_s = 0.1;
   if (!(seconds >= 0) || !std::isfinite(seconds)) return HAIRNET_INVALID;
   return c::guarded([&] {

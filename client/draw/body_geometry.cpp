@@ -6,6 +6,8 @@
 namespace hairnet::draw {
 namespace {
 
+// How much of the light that resting hair blocks comes back: on the head a little, by scattering; on back and shoulders
+// most, because that hair swings away.
 constexpr float kSwungAway = 0.6f, kScattered = 0.2f;
 
 }  // namespace
@@ -16,6 +18,7 @@ void add_body(const GeometrySource& source, GroomGeometry& geometry) {
   std::vector<Vec3f> normals(body.mesh.vertices.size(), Vec3f::Zero());
   for (const auto& [a, b, c] : body.mesh.triangles) {
     const Vec3f& p = body.mesh.vertices[a];
+    // The length of the cross product is twice the triangle's area: so large triangles count more in a vertex's normal.
     const Vec3f area = (body.mesh.vertices[b] - p).cross(body.mesh.vertices[c] - p);
     for (const std::uint32_t corner : {a, b, c}) {
       normals[corner] += area;

@@ -4,13 +4,16 @@
 
 namespace hairnet::draw {
 
-// World space, m.
+// A pinhole camera. World space, m, in doubles, so that a scene may lie far from the world's origin. Not every value
+// can be drawn with: the renderer repairs a camera by render::mended().
 struct Camera {
   Vec3 eye{0, 0, 1}, target{0, 0, 0}, up{0, 1, 0};
-  float fov_deg = 30;  // vertical
+  // The vertical field of view.
+  float fov_deg = 30;
 };
 
-// The depths of a picture, along the view, m.
+// The near and far planes of a picture: distances from the eye along the view, m. Code that draws over a picture needs
+// the same ones, since depths in between are not linear.
 struct DepthRange {
   float near_m = 0.1f, far_m = 100;
 };

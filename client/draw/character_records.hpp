@@ -12,56 +12,70 @@
 
 namespace hairnet::draw {
 
-// Whether there is a lattice and all of it is finite.
+// Whether there is a lattice and all of it is finite. Asserts that the coefficients or displacements fit the lattice's
+// geometry.
 bool moves_hair(const MovedLattice& lattice);
 
-// What character.glsl reads, one row of records for each character, and what LatticePass makes nodes of lattices from.
+// The data that shaders read of each character in a picture: a row of kRecordTexels texels, whose layout character.glsl
+// lists; and the data from which LatticePass makes the nodes of lattices. For each picture call begin(), then add() for
+// each character that is drawn, in the order of drawing. It needs no OpenGL: the browser and other engines upload the
+// same arrays. One thread.
 class CharacterRecords {
  public:
+  // There are 21 texels of pose, colours and detail, then 64 of four coefficients each: the kModeCountMax of a basis.
   static constexpr std::size_t kRecordTexels = 85;
 
-  // Begins a picture of some of these characters, which stay where they are until all of them are added. Each lattice
-  // has its rows of nodes; what they have from the picture before is not summed up again. `rows_max`: of a texture;
-  // OpenGL ES 3 has at least as many.
+  // Begins a picture of some of these characters, which must stay where they are until all of them are added. Each
+  // lattice has its own rows of nodes. Nodes that are there from the picture before are not summed up again, so hair
+  // that sleeps costs nothing; a character that comes or leaves moves the rows of those behind it, which are then
+  // summed up. `rows_max` is the limit of a texture; OpenGL ES 3 allows at least as many.
   void begin(std::span<const ShownCharacter> characters, NodeSum sum = NodeSum::gpu, std::size_t rows_max = 2048);
   // The rows of StrandDeformPass's textures with the points of the character's strands.
   struct PointRows {
     std::size_t first = 0, count = 0;
   };
-  // `origin`: of scene space, in the world. A lattice that is not finite moves nothing. `density`: null: the character
-  // has none.
-  // `number`: of the character, among those of begin(). Its hair rests where its nodes have no room.
+  // Adds the next record. `number` is the character's place in begin()'s list, `origin` that of scene space in the
+  // world: positions become floats only relative to the origin, so it should be the camera. A lattice that is not
+  // finite moves nothing, and hair whose nodes have no room rests. `density` is null for a character without a grid.
   void add(std::size_t number, const Vec3& origin, const DrawDetail& detail, float strand_width_m,
            const PointRows& points, const DensityGrid* density = nullptr);
 
-  // What was there is lost, as with the context of OpenGL.
+  // Call it when the textures are lost, as with the context of OpenGL: then all nodes are made again.
   void forget();
 
-  // Whether there is room for this character, too.
+  // Whether there is room for this character, too. A caller leaves it out otherwise, since add() does not check the
+  // number of rows.
   [[nodiscard]] bool has_room(std::size_t number) const { return count() + 1 < rows_max_ && has_rows(number); }
   [[nodiscard]] std::size_t count() const { return records_.size() / kRecordTexels; }
   [[nodiscard]] const std::vector<Eigen::Vector4f>& records() const { return records_; }
 
-  // The records, from `first` to before `end`, whose nodes have one source; others between them have another one, or
-  // their nodes are there already.
+  // Says where the nodes of some records come from. The records lie from `first` to before `end`; others between them
+  // have another source, or their nodes are there already, which the shader sees in each record. So one draw call for
+  // each source suffices.
   struct Source {
-    std::shared_ptr<const Basis> basis;  // null: nodes are uploaded
+    // Null: the nodes are uploaded.
+    std::shared_ptr<const Basis> basis;
     const LevelGeometry* geometry = nullptr;
-    std::size_t character = 0;  // the number of one that has it
+    // Any character that has the basis: its number.
+    std::size_t character = 0;
     std::size_t first = 0, end = 0;
   };
-  // The first is that of uploaded nodes; the others have the numbers of bases in records. There is one for each basis
-  // that a character of begin() has and the GPU sums up, also where nothing of it is new.
+  // The first source is that of uploaded nodes; the others have the numbers of bases in records. There is one for each
+  // basis that a character of begin() has and the GPU sums up, also where nothing of it is new: so a basis stays on the
+  // GPU while its characters sleep.
   [[nodiscard]] const std::vector<Source>& sources() const { return sources_; }
+  // These displacements are computed here, in rows of kLatticeRow; w is 0.
   [[nodiscard]] const std::vector<Eigen::Vector4f>& uploaded_nodes() const { return uploaded_nodes_; }
-  // The rows of the texture of nodes. When their number changes, no nodes are there.
+  // The rows of the texture of nodes. When their number changes, the texture is allocated again and no nodes are there.
   [[nodiscard]] std::size_t node_rows() const { return node_rows_; }
 
  private:
-  // The rows of a character's nodes, and what they are the sum of.
+  // The rows of a character's nodes, and what they are the sum of. Comparing it with the new coefficients shows whether
+  // the nodes must be summed up again.
   struct Nodes {
     std::size_t first_row = 0, row_count = 0;
-    std::weak_ptr<const Basis> basis = {};  // empty: it is not known
+    // Empty: the sum is not known, so it is computed.
+    std::weak_ptr<const Basis> basis = {};
     std::vector<float> coefficients = {};
   };
   [[nodiscard]] bool has_rows(std::size_t number) const {
@@ -69,11 +83,13 @@ class CharacterRecords {
   }
   void place_lattice(std::size_t character, Eigen::Vector4f* texels);
   [[nodiscard]] bool is_summed(const MovedLattice& moved) const;
+  // Returns the number of the basis among the sources, and adds the basis if it is new.
   std::size_t source_of(std::size_t character);
 
   std::span<const ShownCharacter> characters_;
   std::vector<Nodes> nodes_;
   std::vector<Eigen::Vector4f> records_, uploaded_nodes_;
+  // The first is always there, for uploaded nodes.
   std::vector<Source> sources_{1};
   std::vector<Vec3f> scratch_;
   std::size_t node_rows_ = 0, rows_max_ = 0;

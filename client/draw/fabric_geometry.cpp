@@ -16,6 +16,7 @@ FabricVertex vertex(const GeometrySource& source, std::uint32_t point, const Vec
 }
 
 void add_cloth(const GeometrySource& source, const Cloth& cloth, Mesh<FabricVertex>& mesh) {
+  // Vertices of all cloths share one mesh, so triangles are renumbered from the groom's points to the mesh.
   const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
   std::vector<Vec3f> normals(cloth.points.count(), Vec3f::Zero());
   const auto& points = source.groom.points;
@@ -35,6 +36,7 @@ void add_cloth(const GeometrySource& source, const Cloth& cloth, Mesh<FabricVert
 void add_thread(const GeometrySource& source, const Thread& thread, Mesh<FabricVertex>& mesh) {
   for (std::uint32_t p = thread.points.begin; p < thread.points.end; ++p) {
     const auto here = static_cast<std::uint32_t>(mesh.vertices.size());
+    // The shader moves both vertices by `cord` to the sides of the thread as the camera sees it.
     for (const float side : {-1.0f, 1.0f}) {
       mesh.vertices.push_back(vertex(source, p, source.rest.direction[p], thread.colour, 1, side * thread.radius_m));
     }
@@ -46,6 +48,7 @@ void add_thread(const GeometrySource& source, const Thread& thread, Mesh<FabricV
 }  // namespace
 
 void add_fabric(const GeometrySource& source, GroomGeometry& geometry) {
+  // A thread without a radius has mechanics, but is not drawn.
   for (const Thread& thread : source.groom.threads) {
     if (thread.radius_m > 0) add_thread(source, thread, geometry.fabric);
   }

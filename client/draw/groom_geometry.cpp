@@ -10,7 +10,8 @@
 namespace hairnet::draw {
 namespace {
 
-// A strand has this width when so many are drawn.
+// A strand has this width when so many are drawn. It is several times that of a real hair, since a strand stands for
+// several.
 constexpr float kWidth_m = 4e-4f, kWidthCount = 10'000;
 
 // Fewer strands are drawn wider, so that a head looks covered at any density.
@@ -21,6 +22,7 @@ float strand_width_m(std::size_t strand_count) {
 
 float radius_of(const Groom& groom) {
   float squared = 0;
+  // The centre of the ball is the head joint, the origin of head space.
   for (const Vec3f& p : groom.points) squared = std::max(squared, p.squaredNorm());
   for (const Vec3f& p : groom.body.mesh.vertices) squared = std::max(squared, p.squaredNorm());
   return std::sqrt(squared);
@@ -29,6 +31,7 @@ float radius_of(const Groom& groom) {
 }  // namespace
 
 Half4 to_halves(const Vec3f& v, float w) {
+  // The largest half is 65504.
   const auto half = [](float x) { return Eigen::half(std::clamp(x, -6e4f, 6e4f)).x; };
   return {half(v.x()), half(v.y()), half(v.z()), half(w)};
 }
@@ -50,7 +53,9 @@ Vec3f unit_or_up(const Vec3f& v) {
 }
 
 std::optional<Groom> coarse_groom(const Groom& groom) {
-  constexpr std::size_t kCoarseStrands = 500;  // fewer, though drawn wider, would not cover a head
+  // Fewer strands, though drawn wider, would not cover a head.
+  constexpr std::size_t kCoarseStrands = 500;
+  // Grooms with fewer strands are made in a moment.
   constexpr std::size_t kCoarseFrom = 2000;
   if (groom.strand_count() < kCoarseFrom) return {};
   Groom coarse;
@@ -59,6 +64,7 @@ std::optional<Groom> coarse_groom(const Groom& groom) {
   coarse.materials = groom.materials;
   coarse.root_blends = groom.root_blends;
   coarse.body = groom.body;
+  // Every step-th strand, so that the sample has strands of all groups and regions.
   const std::size_t step = groom.strand_count() / kCoarseStrands;
   for (std::size_t s = 0; s < groom.strand_count(); s += step)
     coarse.add_strand(groom.strand_points(s), groom.strands[s]);
@@ -71,6 +77,8 @@ GroomGeometry make_groom_geometry(const Groom& groom) {
   geometry.strand_width_m = strand_width_m(geometry.strand_count);
   const float drawn_per_strand =
       static_cast<float>(geometry.strand_count) / static_cast<float>(std::max<std::size_t>(1, groom.strand_count()));
+  // Light must be traced with the width of all that is drawn: clumps add copies that the groom's own strands do not
+  // count.
   const OcclusionGrid occlusion(groom, geometry.strand_width_m * kCopies * drawn_per_strand);
   const std::vector<float> blend = root_blend(groom);
   const RestTangents rest = rest_tangents(groom, blend);

@@ -13,6 +13,7 @@ Vec3f displacement_at(const HairMotion::Nodes& nodes, const Vec3f& rest) {
   Vec3f sum = Vec3f::Zero();
   if (grid.empty()) return sum;
   const auto last = static_cast<std::uint32_t>(lattice.node_count() - 1);
+  // Beyond the lattice the place is moved to its border, where linear weights are defined.
   const FfdSite site = ffd_site(lattice, FfdKind::linear, rest.cwiseMax(lattice.origin).cwiseMin(lattice.node(last)));
   for (int corner = 0; corner < 8; ++corner) {
     float share = 1;
@@ -30,6 +31,7 @@ Vec3f displacement_at(const HairMotion::Nodes& nodes, const Vec3f& rest) {
 
 std::vector<HairMotion::Motion> HairMotion::motions(std::span<const MovingCharacter> shown) {
   std::vector<const MovingCharacter*> largest;
+  // Sorted by insertion, as pointers: nothing is copied of characters that are left out below.
   for (const MovingCharacter& one : shown) {
     if (one.id == 0) continue;
     const auto place =
@@ -42,7 +44,9 @@ std::vector<HairMotion::Motion> HairMotion::motions(std::span<const MovingCharac
   for (const MovingCharacter* one : largest) {
     const auto known = before_.find(one->id);
     const bool is_known = known != before_.end() && motions.size() < kMovingMax;
+    // The largest take the slots; a smaller one is dropped as soon as all are taken.
     if (!is_known && now.size() == kMovingMax) continue;
+    // Nodes are kept even without a known motion, because the next picture needs them.
     Before state{one->head, one->scale, {}};
     if (moves_hair(one->lattice)) {
       const std::span<const Vec3f> nodes = nodes_of(one->lattice, scratch);
@@ -52,6 +56,7 @@ std::vector<HairMotion::Motion> HairMotion::motions(std::span<const MovingCharac
       write_swing(motions.size(), state.nodes, known->second.nodes, one->ball_radius_m);
       motions.push_back({one->head, known->second.head, one->scale, known->second.scale, one->ball_radius_m});
     }
+    // Only the largest are remembered, so one that grows into the list has its first motion a picture later.
     if (now.size() < kMovingMax) now.emplace(one->id, std::move(state));
   }
   before_ = std::move(now);
@@ -65,7 +70,8 @@ void HairMotion::write_swing(std::size_t motion, const Nodes& now, const Nodes& 
   };
   for (std::size_t n = 0; n < kNodes; ++n) {
     const Vec3f at(place(n % kSwingNodes), place(n / kSwingNodes % kSwingNodes), place(n / kSwingNodes / kSwingNodes));
-    // About the place at rest: rest + displacement(rest) = place.
+    // Inverts the displacement in one step: rest + displacement(rest) = place, and the displacement changes little over
+    // its own length.
     const Vec3f rest = at - displacement_at(now, at);
     swing_[motion * kNodes + n].head<3>() = displacement_at(before, rest) - displacement_at(now, rest);
   }

@@ -11,23 +11,28 @@
 
 namespace hairnet::draw {
 
-// A character that was drawn.
+// A character that was drawn, as Stage::drawn_characters gives it.
 struct MovingCharacter {
   // The same in every picture; zero means that nothing is known of its motion.
   std::uint64_t id = 0;
   RigidTransform head;  // world
   MovedLattice lattice;
-  // A ball of this radius about its head contains its hair, head space.
+  // A ball of this radius about its head contains its hair, head space, m.
   float ball_radius_m = 0;
-  float head_px = 0;  // on the screen
-  float scale = 1;    // as that of a ShownCharacter
+  // The head's height on the screen, pixels.
+  float head_px = 0;
+  float scale = 1;  // as that of a ShownCharacter
 };
 
-// Where hair was in the last picture, for every place where it is now (client/shaders/accumulate.frag).
+// Where hair was in the last picture, for every place where it is now (client/shaders/accumulate.frag). Hair bends, so
+// its head's motion alone would smear swinging tips in the average. It keeps the nodes of a picture until the next one.
+// One thread.
 class HairMotion {
  public:
-  static constexpr std::size_t kMovingMax = 8;   // characters whose motion is known; the largest
-  static constexpr std::size_t kSwingNodes = 8;  // on each axis of a character's swing
+  // Characters whose motion is known, the largest on the screen; the shader has arrays of that length.
+  static constexpr std::size_t kMovingMax = 8;
+  // On each axis of a character's swing.
+  static constexpr std::size_t kSwingNodes = 8;
 
   // The motion of one character's hair since the last picture.
   struct Motion {
@@ -36,13 +41,16 @@ class HairMotion {
     float ball_radius_m = 0;
   };
 
-  // Returns the motions since the last call, and writes `swing`.
+  // Returns the motions since the last call, largest head first, and writes `swing`. A character that is new, or was
+  // not among the largest, has none in this picture.
   std::vector<Motion> motions(std::span<const MovingCharacter> shown);
-  // kSwingNodes^3 vectors for each of kMovingMax motions: where hair was, minus where it is, head space, m.
+  // kSwingNodes^3 vectors for each of kMovingMax motions: where hair was, minus where it is, head space, m. Nodes fill
+  // the cube about the ball evenly, x fastest.
   [[nodiscard]] const std::vector<Eigen::Vector4f>& swing() const { return swing_; }
+  // Call it after a cut: the next picture then has no motions.
   void forget() { before_.clear(); }
 
-  // Nodes as they were; their geometry may be gone.
+  // The nodes as they were, copied, since their geometry may be gone in the next picture.
   struct Nodes {
     Lattice lattice;
     std::vector<Vec3f> grid_displacements;  // empty: at rest
@@ -56,6 +64,7 @@ class HairMotion {
   };
   void write_swing(std::size_t motion, const Nodes& now, const Nodes& before, float ball_radius_m);
 
+  // By id. It never has more than kMovingMax entries.
   std::map<std::uint64_t, Before> before_;
   std::vector<Eigen::Vector4f> swing_ =
       std::vector<Eigen::Vector4f>(kMovingMax * kSwingNodes * kSwingNodes * kSwingNodes, Eigen::Vector4f::Zero());

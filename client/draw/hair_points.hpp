@@ -13,18 +13,21 @@
 
 namespace hairnet::draw {
 
-// Places all points of a groom's hair on the processor, as the shaders do: FFD, then out of the skin, then no strand
-// longer than at rest. Made once for all characters of a groom whose lattices have the same geometry; it keeps no state
-// of theirs, but memory to work in. One thread.
+// Places all points of a groom's hair on the processor, as the shaders do: FFD (paper 4), then out of the skin, then no
+// strand longer than at rest. Engines that draw hair by themselves use it, and tests compare shaders with it. Make one
+// for all characters of a groom whose lattices have the same geometry: it keeps no state of theirs, but memory to work
+// in. One thread.
 class HairPoints {
  public:
-  // `geometry`: of the lattices; null: they are at rest. `skin`: null where it is not known.
+  // `geometry` is that of the lattices; null: they are at rest. `skin` is null where it is not known. It shares all
+  // three.
   HairPoints(std::shared_ptr<const Groom> groom, std::shared_ptr<const LevelGeometry> geometry,
              std::shared_ptr<const Skin> skin);
 
-  // World space, m, in the groom's order: one entry for each of its points, which is asserted. Floats are a millimetre
-  // coarse at 10 km from the origin. `tangents` may be empty; they are not of unit length. Asserts that a lattice has
-  // this geometry.
+  // Writes world space, m, in the groom's order: one entry for each of its points, which is asserted. Floats are a
+  // millimetre coarse at 10 km from the origin. `tangents` may be empty; they are derivatives by the length at rest, so
+  // they do not have unit length. Asserts that a lattice has this geometry. Scale is not applied: the caller scales by
+  // itself.
   void place(const Pose& pose, const MovedLattice& lattice, std::span<Vec3f> points, std::span<Vec3f> tangents);
 
   [[nodiscard]] const Groom& groom() const { return *groom_; }

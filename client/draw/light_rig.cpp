@@ -6,7 +6,8 @@
 namespace hairnet::draw {
 namespace {
 
-// Key, fill and rim: bearing and height in degrees, linear RGB.
+// Key, fill and rim light: bearing and height in degrees, then linear RGB. The key is warm from the camera's left, the
+// fill is weak and cool from its right, and the rim behind outlines the hair.
 constexpr std::array<std::array<float, 2>, 3> kBearingHeight_deg{{{-42, 42}, {55, 12}, {152, 38}}};
 constexpr std::array<std::array<float, 3>, 3> kColours{
     {{1.02f, 0.98f, 0.92f}, {0.24f, 0.26f, 0.29f}, {0.80f, 0.84f, 0.92f}}};
@@ -30,6 +31,7 @@ LightRig studio_lights(const Vec3& towards_camera, const Vec3& above) {
   const Vec3f up = above.normalized().cast<float>();
   Vec3f level = towards_camera.cast<float>();
   level -= up * up.dot(level);
+  // A camera that looks straight up or down has no bearing: any level direction will do.
   if (!(level.norm() > 1e-3 * towards_camera.norm())) level = up.unitOrthogonal();
   const Vec3f to_camera = level.normalized();
   LightRig rig;

@@ -6,17 +6,23 @@
 namespace hairnet::draw {
 namespace {
 
+// Cells along the longest side of the hair. The memory grows with the third power, and each cell has 14 rays.
 constexpr int kCellsAcross = 56;
+// Smaller cells would hold one strand or none, and the light would be spotted.
 constexpr float kCellMin_m = 0.004f;
-constexpr int kMargin = 2;  // empty cells about the hair
+// Empty cells about the hair, so that light at its border is interpolated towards full light.
+constexpr int kMargin = 2;
 // Points of groom files are multiples of 0.05 mm. No side of a cell lies on one: rounding would decide its cell.
 constexpr float kBetweenPoints_m = 1.9e-5f;
-// The grid's shade fades out over so many cells beyond it.
+// The grid's shade fades out over so many cells beyond it. A hard end would show as an edge on the body.
 constexpr float kFade = 5;
-// This share of blocked light is lost; the rest is scattered.
+// This share of blocked light is lost; the rest is scattered on by the hair. Losing all of it would make the inside of
+// thick hair black.
 constexpr float kHairShare = 0.22f;
-// Skin in a cell adds so much.
+// Skin in a cell adds so much. One cell of skin lets a fifth of the light through, and two a twenty-fifth: the edge of
+// the shade is soft.
 constexpr float kBodyExtinction = 1.6f;
+// Faces first, then corners: gather() gives rays below 6 the weight of faces.
 constexpr std::array<std::array<int, 3>, 14> kRays{{{1, 0, 0},
                                                     {-1, 0, 0},
                                                     {0, 1, 0},
@@ -49,6 +55,7 @@ OcclusionGrid::OcclusionGrid(const Groom& groom, float width_m) {
   for (std::size_t ray = 0; ray < kRays.size(); ++ray) sweep(ray);
 }
 
+// Body and cloth do not count for the box: only hair needs fine cells, and gather() fades out beyond.
 bool OcclusionGrid::lay_out(const Groom& groom) {
   Eigen::AlignedBox3f box;
   for (std::uint32_t p = 0; p < groom.strand_begin.back(); ++p) box.extend(groom.points[p]);
@@ -69,6 +76,7 @@ bool OcclusionGrid::lay_out(const Groom& groom) {
 bool OcclusionGrid::find(const Vec3f& position, std::size_t& cell) const {
   const Vec3f at = (position - origin_) / cell_m_;
   for (int axis = 0; axis < 3; ++axis) {
+    // The negated form also refuses what is no number.
     if (!(at[axis] >= 0.0f && at[axis] < static_cast<float>(count_[static_cast<std::size_t>(axis)]))) return false;
   }
   cell = index(static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z()));
@@ -76,6 +84,8 @@ bool OcclusionGrid::find(const Vec3f& position, std::size_t& cell) const {
 }
 
 void OcclusionGrid::add_hair(const Groom& groom, float width_m) {
+  // The optical depth that a metre of strand adds to a cell: its projected area over that of the cell's face; 0.75 is
+  // about the mean of the taper along a strand (strand.vert).
   const float per_m = kHairShare * 0.75f * width_m / (cell_m_ * cell_m_);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const std::span<const Vec3f> strand = groom.strand_points(s);
@@ -83,6 +93,7 @@ void OcclusionGrid::add_hair(const Groom& groom, float width_m) {
     for (std::size_t i = 1; i < strand.size(); ++i) {
       // A long segment counts in several cells.
       const Vec3f step = strand[i] - strand[i - 1];
+      // A damaged groom may have a segment of metres: 64 pieces bound the work.
       const int pieces = std::clamp(static_cast<int>(std::ceil(step.norm() / cell_m_)), 1, 64);
       for (int piece = 0; piece < pieces; ++piece) {
         const float t = (static_cast<float>(piece) + 0.5f) / static_cast<float>(pieces);
@@ -98,6 +109,7 @@ void OcclusionGrid::add_cards(const Groom& groom) {
     const std::span<const Vec3f> points = groom.points_of(card.points);
     for (std::size_t i = 0; i + 3 < points.size(); i += 2) {
       const Vec3f middle = 0.25f * (points[i] + points[i + 1] + points[i + 2] + points[i + 3]);
+      // The whole piece counts in the cell of its middle; the limits keep a large card from making that cell black.
       const float width = std::min((points[i + 1] - points[i]).norm(), 4.0f * cell_m_);
       const float length = std::min((points[i + 2] - points[i]).norm(), 4.0f * cell_m_);
       std::size_t cell = 0;
@@ -108,6 +120,7 @@ void OcclusionGrid::add_cards(const Groom& groom) {
 }
 
 void OcclusionGrid::add_body(const TriangleMesh& mesh) {
+  // A cell is marked once, however many triangles pass through it: a fine mesh shades no more than a coarse one.
   std::vector<std::uint8_t> solid(extinction_.size(), 0);
   for (const auto& triangle : mesh.triangles) {
     const Vec3f &a = mesh.vertices[triangle[0]], &b = mesh.vertices[triangle[1]], &c = mesh.vertices[triangle[2]];
@@ -127,10 +140,12 @@ void OcclusionGrid::add_body(const TriangleMesh& mesh) {
   }
 }
 
-// Follows a ray of light backwards: from the far side of the grid inwards, adding the extinction of each cell.
+// Follows a ray of light backwards: from the far side of the grid inwards, adding the extinction of each cell. The
+// loops visit the neighbour towards the light before each cell, so one pass suffices for all cells.
 void OcclusionGrid::sweep(std::size_t ray) {
   const std::array<int, 3>& towards = kRays[ray];
   std::vector<float> depth(extinction_.size(), 0.0f);
+  // A diagonal step is longer by the square root of 3, and passes as much more hair.
   const float step = std::sqrt(static_cast<float>(std::abs(towards[0]) + std::abs(towards[1]) + std::abs(towards[2])));
   const auto from_outside = [&](std::size_t axis, int i) { return towards[axis] > 0 ? count_[axis] - 1 - i : i; };
   const auto inside = [&](std::size_t axis, int i) { return i >= 0 && i < count_[axis]; };
@@ -141,6 +156,7 @@ void OcclusionGrid::sweep(std::size_t ray) {
       for (int i = 0; i < count_[0]; ++i) {
         const int x = from_outside(0, i), x_next = x + towards[0];
         const std::size_t here = index(x, y, z);
+        // A cell at the border has no neighbour towards the light, and gets all of it: depth stays 0.
         if (inside(0, x_next) && inside(1, y_next) && inside(2, z_next)) {
           const std::size_t next = index(x_next, y_next, z_next);
           depth[here] = depth[next] + step * extinction_[next];
@@ -151,8 +167,9 @@ void OcclusionGrid::sweep(std::size_t ray) {
   }
 }
 
-// Each of the six directions averages the ray through the cube's face (one half) and the rays through the four corners
-// of that face (the other half). On a surface, only rays from in front of it count.
+// Interpolates the rays of the eight cells around a place. Each of the six directions then averages the ray through the
+// cube's face (one half) and the rays through the four corners of that face (the other half). On a surface, only rays
+// from in front of it count.
 Transmittance OcclusionGrid::gather(const Vec3f& position, const Vec3f& normal) const {
   Transmittance sum{1, 1, 1, 1, 1, 1};
   if (transmittance_.empty()) return sum;
@@ -160,9 +177,11 @@ Transmittance OcclusionGrid::gather(const Vec3f& position, const Vec3f& normal) 
   std::array<int, 3> base{};
   Vec3f part;
   float inside = 1;
+  // The product over the axes makes the shade fade out smoothly around corners, too.
   for (int axis = 0; axis < 3; ++axis) {
     const int cells = count_[static_cast<std::size_t>(axis)];
     const float outside = std::max(-at[axis], at[axis] - static_cast<float>(cells - 1));
+    // The negated form returns full light for a place that is no number.
     if (!(outside < kFade)) return sum;
     inside *= 1.0f - std::max(outside, 0.0f) / kFade;
     base[static_cast<std::size_t>(axis)] = std::clamp(static_cast<int>(std::floor(at[axis])), 0, cells - 2);
@@ -178,10 +197,12 @@ Transmittance OcclusionGrid::gather(const Vec3f& position, const Vec3f& normal) 
   }
   const bool surface = normal.squaredNorm() > 0;
   for (std::size_t side = 0; side < 6; ++side) {
+    // The small start keeps the division defined.
     float left = 0, weights = 1e-6f;
     for (std::size_t ray = 0; ray < rays.size(); ++ray) {
       const int along = kRays[ray][side / 2] * (side % 2 == 0 ? 1 : -1);
       if (along <= 0) continue;
+      // A little weight remains for rays from behind, so that no side of a surface is undefined.
       const float before = surface ? std::max(normal.dot(direction_of(kRays[ray])), 0.02f) : 1;
       const float weight = (ray < 6 ? 0.5f : 0.125f) * before;
       left += weight * rays[ray];

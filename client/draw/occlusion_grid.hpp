@@ -8,14 +8,16 @@
 
 namespace hairnet::draw {
 
-// The fraction of light that reaches one point from each of six directions: +x -x +y -y +z -z of the head.
+// The fraction of light that reaches one point from each of six directions: +x -x +y -y +z -z of the head. Shaders
+// weigh the six by the direction of each light.
 using Transmittance = std::array<float, 6>;
 
-// A coarse grid over a groom at rest that stores how much light reaches each cell through hair and body: baked
-// ambient occlusion by direction. Head space, m.
+// A coarse grid over a groom at rest that stores how much light reaches each cell through hair and body: baked ambient
+// occlusion by direction. It is used only while the geometry is made; the light then moves with the hair. Head space,
+// m.
 class OcclusionGrid {
  public:
-  // `width_m`: of a drawn strand, including its follow hairs.
+  // `width_m` is that of a drawn strand, including its follow hairs. A groom without hair lets all light through.
   OcclusionGrid(const Groom& groom, float width_m);
   [[nodiscard]] Transmittance at(const Vec3f& position) const { return gather(position, Vec3f::Zero()); }
   // For a surface with this normal: ignores light from behind the surface.
@@ -39,8 +41,10 @@ class OcclusionGrid {
   Vec3f origin_{0, 0, 0};
   float cell_m_ = 0.01f;
   std::array<int, 3> count_{0, 0, 0};
-  std::vector<float> extinction_;      // optical depth of one cell's width
-  using Rays = std::array<float, 14>;  // transmittance along each ray: to the faces and the corners of a cube
+  // The optical depth of one cell's width.
+  std::vector<float> extinction_;
+  // The transmittance along each ray: to the faces and the corners of a cube.
+  using Rays = std::array<float, 14>;
   std::vector<Rays> transmittance_;
 };
 

@@ -8,13 +8,19 @@
 namespace hairnet::draw {
 namespace {
 
-constexpr float kReachMin_m = 0.014f;  // wider than a parting
-constexpr float kSkull_m2 = 0.06f;     // where hair usually grows
-// The reach is so many spacings of sparse roots.
+// Wider than a parting: with a smaller reach, skin shows between two rows of roots.
+constexpr float kReachMin_m = 0.014f;
+// The area where hair usually grows.
+constexpr float kSkull_m2 = 0.06f;
+// The reach is so many spacings of roots: grooms of few strands need a wider one to look closed.
 constexpr float kSpacings = 1.5f;
+// So many roots give the median density well enough, and keep the cost apart from the number of strands.
 constexpr std::size_t kSamples = 256;
-constexpr int kCardRoots = 4;                 // points across a card's root
-constexpr float kBare = 0.08f, kFull = 0.4f;  // shares of the usual density; at a straight hairline the density is half
+// Points across a card's root, since a card stands for a row of hairs.
+constexpr int kCardRoots = 4;
+// Shares of the usual density: bare skin below the first, full scalp above the second. At a straight hairline the
+// density is half.
+constexpr float kBare = 0.08f, kFull = 0.4f;
 
 std::vector<Vec3f> roots_of(const Groom& groom) {
   std::vector<Vec3f> roots;
@@ -28,6 +34,7 @@ std::vector<Vec3f> roots_of(const Groom& groom) {
     for (int i = 0; i < kCardRoots; ++i)
       roots.push_back(points[0] + static_cast<float>(i) / (kCardRoots - 1) * (points[1] - points[0]));
   }
+  // density() searches by x.
   std::ranges::sort(roots, {}, [](const Vec3f& root) { return root.x(); });
   return roots;
 }
@@ -40,6 +47,7 @@ Scalp::Scalp(const Groom& groom) : roots_(roots_of(groom)) {
   std::vector<float> densities;
   const std::size_t stride = (roots_.size() + kSamples - 1) / kSamples;
   for (std::size_t r = 0; r < roots_.size(); r += stride) densities.push_back(density(roots_[r]));
+  // The median: a mean would follow the few densest rows.
   const auto middle = densities.begin() + static_cast<std::ptrdiff_t>(densities.size() / 2);
   std::ranges::nth_element(densities, middle);
   usual_ = *middle;
@@ -51,6 +59,7 @@ float Scalp::density(const Vec3f& position) const {
   const auto x = [](const Vec3f& root) { return root.x(); };
   for (auto root = std::ranges::lower_bound(roots_, position.x() - reach_m_, {}, x);
        root != roots_.end() && root->x() <= position.x() + reach_m_; ++root) {
+    // A smooth weight, so that the scalp's edge does not show single roots.
     const float within = std::max(1 - (*root - position).squaredNorm() / squared, 0.0f);
     sum += within * within;
   }

@@ -6,7 +6,8 @@
 
 namespace hairnet::draw {
 
-// The area of the skin where the groom's roots grow. The skin there is drawn in the colour of the hair.
+// The area of the skin where the groom's roots grow. The skin there is drawn in the colour of the hair, so that
+// partings show no bright streaks between strands. It copies the roots.
 class Scalp {
  public:
   explicit Scalp(const Groom& groom);
@@ -17,9 +18,12 @@ class Scalp {
  private:
   [[nodiscard]] float density(const Vec3f& position) const;
 
+  // A root counts up to this distance.
   float reach_m_ = 0;
-  float usual_ = 1;           // usual density at the roots
-  std::vector<Vec3f> roots_;  // sorted by x
+  // The median density at the roots, which other densities are compared with: grooms differ in their number of strands.
+  float usual_ = 1;
+  // Sorted by x, so that a search visits a slab of them instead of all.
+  std::vector<Vec3f> roots_;
 };
 
 }  // namespace hairnet::draw

@@ -13,16 +13,22 @@ namespace {
 constexpr float kSag_m = 5e-4f;
 // Longer pieces would show corners where a lattice bends straight hair.
 constexpr float kPiece_m = 0.012f;
+// Two pieces for each segment at most: each point costs 32 bytes for every character, and FFD.
 constexpr int kPiecesMax = 2;
+// The finest list has all points, and each next one allows three to five times the error.
 constexpr std::array<float, 4> kTolerances_m{0, 2.5e-4f, 8e-4f, 4e-3f};
-constexpr std::size_t kPlacedMax = 256;  // points of a strand: the cost of placing grows with their square
-// points of which at least one stays: the cost of simplifying grows with their square
+// Points of a strand that is limited to its length: the cost grows with their square, because limit_lengths.frag walks
+// from the root for each point.
+constexpr std::size_t kPlacedMax = 256;
+// In so many points at least one stays, since the cost of simplifying grows with their square.
 constexpr std::size_t kRunMax = 256;
 
+// A point of a drawn line: place at rest, delta of eq. 7, share of the strand's length.
 struct LinePoint {
   Vec3f x;
   float delta, fraction;
-  bool own = true;  // a point of the groom; false: between two of them
+  // A point of the groom; false: a point of the spline between two of them.
+  bool own = true;
 };
 using Line = std::vector<LinePoint>;
 
@@ -33,12 +39,14 @@ Vec3f spline(const Vec3f& a, const Vec3f& b, const Vec3f& c, const Vec3f& d, flo
 
 // Replaces the corners of a polyline by a curve through the same points.
 Line smoothed(const Line& line) {
+  // The ends have no neighbours: mirrored ones make the curve start straight.
   Line smooth;
   for (std::size_t i = 0; i + 1 < line.size(); ++i) {
     const Vec3f &b = line[i].x, &c = line[i + 1].x;
     const Vec3f a = i > 0 ? line[i - 1].x : Vec3f(2 * b - c),
                 d = i + 2 < line.size() ? line[i + 2].x : Vec3f(2 * c - b);
     const float sag_m = (spline(a, b, c, d, 0.5f) - 0.5f * (b + c)).norm();
+    // A spline's sag falls with the square of the number of pieces.
     const float wanted = std::max(std::sqrt(sag_m / kSag_m), (c - b).norm() / kPiece_m);
     const int pieces = static_cast<int>(std::clamp(std::ceil(wanted), 1.0f, static_cast<float>(kPiecesMax)));
     smooth.push_back(line[i]);
@@ -55,7 +63,9 @@ Line smoothed(const Line& line) {
 // The point in (first, last) that is furthest from the line between both ends; `first` when none is beyond the
 // tolerance.
 std::size_t furthest(const Line& line, std::size_t first, std::size_t last, float tolerance_m) {
+  // The distance to the segment, not to its infinite line: curls double back beyond the ends.
   const Vec3f from = line[first].x, along = line[last].x - from;
+  // Both ends of a closed loop lie at one place.
   const float length2 = std::max(along.squaredNorm(), 1e-20f);
   float worst = tolerance_m * tolerance_m;
   std::size_t at = first;
@@ -71,7 +81,7 @@ std::size_t furthest(const Line& line, std::size_t first, std::size_t last, floa
 }
 
 // Marks the points in (first, last) that must stay so that nothing is further than the tolerance from the line
-// (Douglas, Peucker).
+// (Douglas, Peucker). It keeps a list of pieces instead of calling itself: a long strand would exhaust the stack.
 void simplify(const Line& line, std::size_t first, std::size_t last, float tolerance_m, std::vector<bool>& kept) {
   std::vector<std::array<std::size_t, 2>> pieces{{first, last}};
   while (!pieces.empty()) {
@@ -88,13 +98,15 @@ void simplify(const Line& line, std::size_t first, std::size_t last, float toler
 std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   std::vector<bool> kept(line.size(), tolerance_m == 0);
   kept.front() = kept.back() = true;
-  // A straight line also keeps some points for the lattice to bend. Roots and tips always stay, because they are
-  // visible ends.
+  // A straight line also keeps some points, for the lattice to bend: at rest they all lie on the line, and would be
+  // dropped. Roots and tips always stay, because they are visible ends.
   for (std::size_t i = 0; i < line.size(); i += 4) kept[i] = kept[i] || tolerance_m < 2e-3f;
+  // Nearly exact lists keep the groom's own points.
   for (std::size_t i = 0; i < line.size(); ++i) kept[i] = kept[i] || (line[i].own && tolerance_m < 5e-4f);
   kept[line.size() / 2] = kept[line.size() / 4] = true;
   for (std::size_t i = 0; i < line.size(); i += kRunMax) kept[i] = true;
   if (tolerance_m == 0) return kept;
+  // Each piece between points that always stay is simplified alone.
   const std::vector<bool> always = kept;
   for (std::size_t first = 0, i = 1; i < line.size(); ++i) {
     if (!always[i]) continue;
@@ -104,7 +116,8 @@ std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   return kept;
 }
 
-// The strands to draw: the groom's own, then the copies of clumps, which inherit the per-point data of their strand.
+// The strands to draw: the groom's own, then the copies of clumps, which inherit the per-point data of their strand: a
+// copy has as many points, each with the same delta.
 class Lines {
  public:
   explicit Lines(const GeometrySource& source) : source_(source), drawn_(source.groom) {
@@ -118,13 +131,14 @@ class Lines {
   }
   [[nodiscard]] std::size_t count() const { return parents_.size(); }
 
-  // Empty when there is nothing to draw.
+  // Returns nothing for a strand that cannot be drawn: of one point, or without length.
   [[nodiscard]] Line line(std::size_t strand) const {
     const std::uint32_t begin = drawn_.strand_begin()[strand], end = drawn_.strand_begin()[strand + 1];
     const std::uint32_t parent = source_.groom.strand_begin[parents_[strand]];
     Line line;
     float length_m = 0;
     for (std::uint32_t i = begin; i < end; ++i) {
+      // Lengths first; then fractions, once the whole length is known.
       if (i > begin) length_m += (points_[i] - points_[i - 1]).norm();
       line.push_back({points_[i], source_.blend[parent + (i - begin)], length_m});
     }
@@ -148,14 +162,16 @@ void add_points(const Line& line, std::size_t strand, const OcclusionGrid& occlu
     const Vec3f& x = line[i].x;
     if (i > 0) arc_m += (x - line[i - 1].x).norm();
     points.rest.push_back({x.x(), x.y(), x.z(), line[i].delta});
+    // Number 0 makes the shader place the point by FFD alone.
     points.arc.push_back({arc_m, line.size() <= kPlacedMax ? static_cast<float>(i) : 0.0f});
     const Transmittance left = occlusion.at(x);
+    // The same vertex twice: the shader tells left from right by the vertex's parity.
     geometry.strand_vertices.insert(geometry.strand_vertices.end(), 2,
                                     {sides_of(left), ends_of(left, line[i].fraction, 0), static_cast<float>(strand)});
   }
 }
 
-// `first`: the first vertex of the line.
+// Joins the points that stay by two triangles a segment. `first` is the first vertex of the line.
 void add_triangles(const Line& line, std::uint32_t first, SimplifiedStrands& list) {
   const std::vector<bool> kept = kept_points(line, list.tolerance_m);
   std::uint32_t before = first;
@@ -174,10 +190,12 @@ void add_strands(const GeometrySource& source, GroomGeometry& geometry) {
   for (const float tolerance_m : kTolerances_m) geometry.simplified_strands.push_back({tolerance_m, {}, {0}});
   std::vector<std::size_t> order(lines.count());
   std::iota(order.begin(), order.end(), std::size_t{0});
+  // A fixed seed: the same groom has the same order in every client, and pictures can be compared.
   Random random(1);
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.next() % i]);
 
   for (std::size_t n = 0; n < order.size(); ++n) {
+    // A strand that is not drawn still gets its entry in the ends, so that counts of strands agree.
     if (Line line = lines.line(order[n]); !line.empty()) {
       line = smoothed(line);
       const auto first = static_cast<std::uint32_t>(geometry.strand_vertices.size());

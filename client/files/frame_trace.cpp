@@ -47,6 +47,7 @@ void FrameTrace::add(const TracedFrame& frame) {
   std::array<float, 7 * kBoneCount> pose{};
   for (std::size_t b = 0; b < kBoneCount; ++b) {
     const RigidTransform& bone = frame.pose.bones[b];
+    // Floats are what frames carry, so a received trace loses nothing.
     for (int a = 0; a < 3; ++a) pose[7 * b + a] = static_cast<float>(bone.position[a]);
     for (int a = 0; a < 4; ++a) pose[7 * b + 3 + a] = static_cast<float>(bone.rotation.coeffs()[a]);
   }
@@ -58,6 +59,7 @@ void FrameTrace::add(const TracedFrame& frame) {
 }
 
 Result<void> FrameTrace::finish() {
+  // Each array gets its name by itself; after a failure the folder may have some of the three.
   for (NpyWriter* file : {&files_->frames, &files_->poses, &files_->displacements}) {
     if (const Result<void> finished = file->finish(); !finished)
       return Refusal(files_->folder + ": " + finished.error());

@@ -34,7 +34,9 @@ class FrameTrace {
   FrameTrace(FrameTrace&&) noexcept;
   FrameTrace& operator=(FrameTrace&&) noexcept;
   ~FrameTrace();
+  // Appends a row. A failure to write shows in finish().
   void add(const TracedFrame& frame);
+  // Gives the three files their names. Without it none of them appears, and the folder stays.
   Result<void> finish();
 
  private:

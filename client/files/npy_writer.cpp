@@ -34,11 +34,13 @@ Result<NpyWriter> NpyWriter::create(const std::string& path, NpyType type, std::
 std::string npy_header(std::string_view type, std::span<const std::size_t> shape) {
   std::string axes;
   for (const std::size_t extent : shape) axes += (axes.empty() ? "" : ", ") + std::to_string(extent);
-  if (shape.size() == 1) axes += ",";  // a Python tuple of one
+  // Python writes a tuple of one with a comma.
+  if (shape.size() == 1) axes += ",";
   std::string header = {'\x93', 'N', 'U', 'M', 'P', 'Y', '\1', '\0', '\0', '\0'};
   header += "{'descr': '" + std::string(type) + "', 'fortran_order': False, 'shape': (" + axes + "), }";
   HAIRNET_ASSERT(header.size() < kHeaderBytes);
-  header[8] = static_cast<char>(kHeaderBytes - 10);  // bytes after this field, u16
+  // This field of two bytes counts the bytes that follow it.
+  header[8] = static_cast<char>(kHeaderBytes - 10);
   header.resize(kHeaderBytes - 1, ' ');
   header += '\n';
   return header;
@@ -64,6 +66,8 @@ void NpyWriter::append(std::span<const std::int64_t> values) {
 }
 
 Result<void> NpyWriter::finish() {
+  // The number of rows is known only now. The header has the same size as before, so it takes the place of the first
+  // one.
   file_.go_to_begin();
   write_header();
   return file_.finish();

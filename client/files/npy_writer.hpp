@@ -18,8 +18,8 @@ enum class NpyType : std::uint8_t { float32, int64 };
 // What a .npy file has before its values, for `type` such as "<f4": 128 bytes, whatever the shape.
 std::string npy_header(std::string_view type, std::span<const std::size_t> shape);
 
-// One array of NumPy's .npy format 1.0 (little endian, C order). Its first axis grows row by row. Errors do not name
-// the file.
+// One array of NumPy's .npy format 1.0 (little endian, C order). Its first axis grows row by row, and finish() writes
+// its length into the header. It reads no arrays. Errors do not name the file.
 class NpyWriter {
  public:
   // Rows have `row_shape`: {} for a plain list, {nodes, 3} for a list of node positions.

@@ -43,8 +43,10 @@ Result<std::vector<std::byte>> read_file(const std::string& path, std::size_t by
   std::size_t piece = std::size_t{1} << 16;
   while (true) {
     const std::size_t before = bytes.size();
+    // One byte more than the limit tells a file that is too large from one that just fits.
     bytes.resize(before + std::min(piece, bytes_max + 1 - before));
     const ssize_t got = ::read(file.number(), bytes.data() + before, bytes.size() - before);
+    // A signal may end a read early; the loop then reads again.
     const bool interrupted = got < 0 && errno == EINTR;
     if (got < 0 && !interrupted) return system_refusal("cannot be read");
     bytes.resize(before + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));

@@ -55,10 +55,12 @@ Words command_line(const Kind& kind, const std::string& part, int width, int hei
   char picture[96];
   std::snprintf(picture, sizeof picture, "-s %dx%d -r %.6g", width, height, rate_hz);
   Words words{"ffmpeg"};
+  // ffmpeg's complaints are read only after its end, so they must fit the buffer of the pipe: errors alone do.
   append("-hide_banner -loglevel error -nostdin -y -f rawvideo -pix_fmt rgba", words);
   append(picture, words);
   append("-i - -an", words);
   append(kind.words, words);
+  // The same pictures give the same file: no date and no version of the encoder are in it.
   append("-fflags +bitexact -flags:v +bitexact -f", words);
   words.emplace_back(kind.format);
   words.push_back(part);
@@ -71,6 +73,7 @@ struct Pipe {
 
 std::optional<Pipe> make_pipe() {
   std::array<int, 2> ends{};
+  // Without O_CLOEXEC ffmpeg would get the writing end as well, and never see the end of its own input.
   if (pipe2(ends.data(), O_CLOEXEC) != 0) return {};
   return Pipe{ends[0], ends[1]};
 }
@@ -110,7 +113,9 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
     return Refusal("no pipe for a video: " + std::string(std::strerror(errno)));
   }
   writer.complaints_fd_ = complaints->read;
+  // The complaints are read once ffmpeg has ended, which must never wait.
   fcntl(writer.complaints_fd_, F_SETFL, O_NONBLOCK);
+  // These ends are the child's. This program closes its copies after the start, or the pipes would never end.
   int complaints_write = complaints->write;
 
   Words words = command_line(*kind, writer.file_.temporary(), width, height, rate_hz);
@@ -121,18 +126,21 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, pictures_read, STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, complaints_write, STDERR_FILENO);
+  // ffmpeg writes to the file's name, so its standard output has nothing to say.
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   // The child has its own process group, so Ctrl+C reaches only this program, which then ends the video.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   posix_spawnattr_setpgroup(&attributes, 0);
+  // posix_spawn does not copy this process, which may have much memory and several threads.
   const int fault = posix_spawnp(&writer.process_, "ffmpeg", &actions, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   close_end(pictures_read);
   close_end(complaints_write);
   if (fault != 0) {
+    // The destructor must not end a process that never was.
     writer.process_ = -1;
     return Refusal(fault == ENOENT
                        ? "videos need the program ffmpeg, which is not here (Debian: apt-get install ffmpeg)"
@@ -151,6 +159,7 @@ VideoWriter::VideoWriter(VideoWriter&& other) noexcept
 
 VideoWriter::~VideoWriter() {
   if (process_ > 0) {
+    // The video is abandoned: ffmpeg need not finish it.
     kill(process_, SIGTERM);
     (void)end_process();
   }
@@ -166,6 +175,7 @@ Result<void> VideoWriter::add(std::span<const std::uint8_t> rgba) {
     if (written > 0) {
       rgba = rgba.subspan(static_cast<std::size_t>(written));
     } else if (written < 0 && errno != EINTR) {
+      // The program ignores SIGPIPE (core/broken_pipe.hpp), so an ffmpeg that has ended shows as an error of write().
       const std::string complaint = end_process();
       return Refusal(path_ + ": ffmpeg gave up" + (complaint.empty() ? "" : ": " + complaint));
     }
@@ -175,14 +185,17 @@ Result<void> VideoWriter::add(std::span<const std::uint8_t> rgba) {
 
 Result<void> VideoWriter::finish() {
   if (process_ <= 0) return Refusal(path_ + ": the video is finished");
+  // The file gets its name only after ffmpeg has ended well.
   if (const std::string complaint = end_process(); !complaint.empty()) return Refusal(path_ + ": " + complaint);
   if (const Result<void> written = file_.finish(); !written) return Refusal(path_ + ": " + written.error());
   return {};
 }
 
 std::string VideoWriter::end_process() {
+  // The end of the pictures is what tells ffmpeg to finish the video.
   close_end(pictures_fd_);
   int status = 0;
+  // A signal may interrupt the wait; without waiting for it the child would stay as a zombie.
   while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
   }
   process_ = -1;

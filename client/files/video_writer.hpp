@@ -27,6 +27,8 @@ class VideoWriter {
 
   // RGBA, rows from the top.
   Result<void> add(std::span<const std::uint8_t> rgba);
+  // Waits until ffmpeg has written the video, and gives the file its name. The error has the first line of what ffmpeg
+  // says.
   Result<void> finish();
 
  private:

@@ -21,8 +21,8 @@ constexpr std::array<Scheme, 4> kSchemes{{{"tcp", Transport::tcp, 7420},
                                           {"wss", Transport::wss, 443}}};
 constexpr std::size_t kHostBytesMax = 255;
 
-Refusal refuse(std::string_view text, std::string_view why) {
-  return Refusal("'" + std::string(text) + "': " + std::string(why));
+Refusal refuse(std::string_view text, std::string_view error) {
+  return Refusal("'" + std::string(text) + "': " + std::string(error));
 }
 
 // Whether the text may be part of a request line: no blanks, no control characters.
@@ -34,6 +34,7 @@ bool is_printable(std::string_view text) {
 
 Result<Address> parse_address(std::string_view text) {
   std::string_view rest = text;
+  // No scheme means tcp://.
   Scheme scheme = kSchemes[0];
   if (const std::size_t at = rest.find("://"); at != std::string_view::npos) {
     const auto known =
@@ -50,6 +51,7 @@ Result<Address> parse_address(std::string_view text) {
     address.path = rest.substr(slash);
     rest = rest.substr(0, slash);
   }
+  // Host and path become lines of an HTTP request: a line break in them could add headers.
   if (!is_printable(rest) || !is_printable(address.path))
     return refuse(text, "holds blanks or characters beyond ASCII");
   std::string_view port;
@@ -65,6 +67,7 @@ Result<Address> parse_address(std::string_view text) {
   } else {
     const std::size_t colon = rest.find(':');
     has_port = colon != std::string_view::npos;
+    // Without brackets nobody could say where an IPv6 address ends and its port begins.
     if (has_port && rest.find(':', colon + 1) != std::string_view::npos)
       return refuse(text, "an IPv6 address stands in brackets, as in [::1]:7420");
     address.host = rest.substr(0, colon);
@@ -72,6 +75,7 @@ Result<Address> parse_address(std::string_view text) {
   }
   if (address.host.empty() || address.host.size() > kHostBytesMax) return refuse(text, "names no host");
   if (!has_port) return address;
+  // from_chars takes no sign and no blanks, and refuses what exceeds 16 bits.
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), address.port);
   if (error != std::errc() || end != port.data() + port.size() || address.port == 0)
     return refuse(text, "the port is not a number in 1 ... 65535");
@@ -93,6 +97,7 @@ std::string_view to_string(Transport transport) {
 }
 
 std::string Address::authority_at(std::uint16_t other_port) const {
+  // Only an IPv6 address has a colon; the parser has taken its brackets off.
   const bool bracketed = host.find(':') != std::string::npos;
   return (bracketed ? "[" + host + "]" : host) + ":" + std::to_string(other_port);
 }

@@ -22,6 +22,7 @@ std::uint64_t next_random(std::uint64_t& state) {
 
 std::int64_t Backoff::next_ns(std::int64_t away_ns) {
   const std::int64_t bound_ns = std::clamp(away_ns, kBoundMin_ns, kBoundMax_ns);
+  // The remainder favours small waits by less than one in 10^9, since the bound is far below 2^64.
   const auto wait_ns = static_cast<std::int64_t>(next_random(state_) % static_cast<std::uint64_t>(bound_ns + 1));
   HAIRNET_ASSERT(wait_ns >= 0 && wait_ns <= kBoundMax_ns);
   return wait_ns;

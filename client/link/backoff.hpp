@@ -14,6 +14,7 @@ class Backoff {
   static constexpr std::int64_t kBoundMax_ns = 5'000'000'000;
 
   explicit Backoff(std::uint64_t seed) : state_(seed) {}
+  // Returns the next wait. `away_ns`: how long the outage has lasted.
   std::int64_t next_ns(std::int64_t away_ns);
 
  private:

@@ -32,6 +32,7 @@ std::size_t content_bytes(const auto&) {
   return wire::kTextBytesMax;
 }
 
+// An estimate that is proportional to the memory is enough to bound it.
 std::size_t bytes_of(const Event& event) {
   return sizeof event + std::visit([](const auto& e) { return content_bytes(e); }, event);
 }
@@ -81,9 +82,11 @@ bool EventQueue::push(Event event) {
   if (is_of_one_tick(event)) {
     frame_bytes_ += bytes;
     events_.push_back(std::move(event));
+    // The new event counts before old ones are dropped, so that the bound holds for any size.
     while (frame_bytes_ > kFrameBytesMax) drop_oldest_frames();
     return true;
   }
+  // Other events cannot be dropped: without a MemberJoined the room would stay wrong. The link ends instead.
   if (other_bytes_ + bytes > kOtherBytesMax) return false;
   other_bytes_ += bytes;
   events_.push_back(std::move(event));
@@ -104,6 +107,7 @@ void EventQueue::drop_oldest_frames() {
   HAIRNET_ASSERT(frame_bytes_ >= bytes_of(dropped));
   frame_bytes_ -= bytes_of(dropped);
   const auto* batch = std::get_if<FrameBatch>(&dropped);
+  // Hands have no discontinuities to pass on, and are not counted.
   if (!batch) return;
   for (const Frame& frame : batch->frames) {
     if (frame.discontinuous) carry_discontinuity(frame.member, after, events_.end());

@@ -16,21 +16,24 @@ class FallbackStream final : public ServerStream {
       : io_(&io), options_(std::move(options)), memory_(std::move(memory)), retry_(io) {}
 
   asio::awaitable<std::string> open() override {
+    // A client that has met a blocked network does not wait the 3 s again at each reconnect.
     if (!is_blocked()) {
       const auto attempt = make_web_transport_stream(*io_, options_);
       stream_ = attempt;
-      auto [failure, why] = co_await open_in_time(attempt);
+      auto [failure, error] = co_await open_in_time(attempt);
       if (is_closed_) co_return "closed";
-      if (failure == WebTransportFailure::none || failure == WebTransportFailure::unreachable) co_return why;
+      // A server that does not answer at all is not asked a second time by another transport.
+      if (failure == WebTransportFailure::none || failure == WebTransportFailure::unreachable) co_return error;
       attempt->close();
       if (failure == WebTransportFailure::blocked) block();
-      memory_->why_blocked = std::move(why);
+      memory_->blocked_reason = std::move(error);
     }
-    fallback_reason_ = memory_->why_blocked;
+    fallback_reason_ = memory_->blocked_reason;
     may_get_better_ = is_blocked();
     stream_ = make_server_stream(*io_, options_);
     co_return co_await stream_->open();
   }
+  // Tries beside the open stream, whose packets go on meanwhile; a failure costs nothing but the try.
   asio::awaitable<std::shared_ptr<ServerStream>> better() override {
     while (may_get_better_ && !is_closed_) {
       retry_.expires_after(std::chrono::nanoseconds(memory_->blocked_until_ns - channel::monotonic_ns()));
@@ -66,22 +69,25 @@ class FallbackStream final : public ServerStream {
  private:
   struct Outcome {
     WebTransportFailure failure;
-    std::string why;  // one line, or empty
+    std::string error;  // one line, or empty
   };
 
   [[nodiscard]] bool is_blocked() const { return channel::monotonic_ns() < memory_->blocked_until_ns; }
   void block() { memory_->blocked_until_ns = channel::monotonic_ns() + memory_->blocked_for.count(); }
 
   // Within kWebTransportWait.
+  // Closes the attempt when the time is over; open() then ends soon, with an outcome that no longer counts.
   asio::awaitable<Outcome> open_in_time(std::shared_ptr<WebTransportAttempt> attempt) {
     asio::steady_timer timer(*io_, kWebTransportWait);
+    // The handler must not keep the attempt alive: it may run after the attempt has ended.
     timer.async_wait([weak = std::weak_ptr(attempt)](const error_code& error) {
       const auto stream = weak.lock();
       if (!error && stream) stream->close();
     });
-    std::string why = co_await attempt->open();
+    std::string error = co_await attempt->open();
     WebTransportFailure failure = attempt->failure();
-    if (timer.cancel() > 0) co_return Outcome{failure, std::move(why)};
+    // The timer has not run, so the attempt ended by itself and its own outcome counts.
+    if (timer.cancel() > 0) co_return Outcome{failure, std::move(error)};
     const bool was_offered = failure == WebTransportFailure::none || failure == WebTransportFailure::blocked;
     co_return Outcome{was_offered ? WebTransportFailure::blocked : WebTransportFailure::absent,
                       "no WebTransport with " + options_.server.authority() + " within " +

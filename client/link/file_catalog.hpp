@@ -19,7 +19,8 @@ class KnownFiles {
     const auto found = files_.find(file);
     return found == files_.end() ? nullptr : found->second.lock();
   }
-  // The one that is kept already, if there is one.
+  // Returns the copy that is here already, or keeps this one. Only weak references are kept, so that a file goes with
+  // the last core that uses it.
   std::shared_ptr<const Known> keep(const wire::GroomHash& file, Known decoded) {
     if (std::shared_ptr<const Known> known = find(file)) return known;
     std::erase_if(files_, [](const auto& f) { return f.second.expired(); });

@@ -34,6 +34,7 @@ std::optional<GroomFetched> GroomFetch::take(const wire::GroomData& data) {
   if (found == fetches_.end()) return std::nullopt;  // refused or cancelled meanwhile
   std::vector<std::uint8_t>& bytes = found->second.bytes;
   if (data.byte_count > wire::kGroomBytesMax) return fail(data.hash, "larger than a groom may be");
+  // Memory grows by the bytes that arrive, and not by the size that the server states.
   if (data.offset > bytes.size() || bytes.size() > data.byte_count || data.bytes.size() > data.byte_count - data.offset)
     return fail(data.hash, "its pieces do not fit together");
   // Pieces of a download that was given up may come after the request was repeated.
@@ -42,6 +43,7 @@ std::optional<GroomFetched> GroomFetch::take(const wire::GroomData& data) {
   HAIRNET_ASSERT(bytes.size() <= data.byte_count);
   found->second.byte_count = data.byte_count;
   if (bytes.size() < data.byte_count) return std::nullopt;
+  // The hash shows bytes that were damaged on the way, on the server's disk, or on purpose.
   if (wire::hash_groom(bytes) != data.hash) return fail(data.hash, "its bytes are not those of its hash");
   arrived_bytes_ += bytes.size();
   GroomFetched fetched{data.hash, std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes)), {}};
@@ -49,10 +51,10 @@ std::optional<GroomFetched> GroomFetch::take(const wire::GroomData& data) {
   return fetched;
 }
 
-GroomFetched GroomFetch::fail(const wire::GroomHash& hash, std::string why) {
-  HAIRNET_ASSERT(!why.empty());
+GroomFetched GroomFetch::fail(const wire::GroomHash& hash, std::string error) {
+  HAIRNET_ASSERT(!error.empty());
   fetches_.erase(hash);
-  return {hash, nullptr, std::move(why)};
+  return {hash, nullptr, std::move(error)};
 }
 
 }  // namespace hairnet::link

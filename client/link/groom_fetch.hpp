@@ -31,7 +31,7 @@ class GroomFetch {
   bool refuse(const wire::GroomHash& hash) { return fetches_.erase(hash) != 0; }
 
  private:
-  GroomFetched fail(const wire::GroomHash& hash, std::string why);
+  GroomFetched fail(const wire::GroomHash& hash, std::string error);
 
   struct Fetch {
     // Holds the bytes that have arrived.

@@ -25,6 +25,8 @@ void ImportanceReporter::report(std::span<const wire::MemberImportance> members)
     Reported& reported = found->second;
     reported.now = m;
     reported.has_left = false;
+    // A change is measured from what was sent, and not from the last report: many small ones add up to one that is
+    // sent.
     reported.due = reported.due || differs(reported.now, reported.sent);
     any_due_ = any_due_ || reported.due;
   }
@@ -34,10 +36,13 @@ void ImportanceReporter::forget(std::uint32_t member) {
   const auto found = members_.find(member);
   if (found == members_.end()) return;
   Reported& reported = found->second;
+  // The server has heard nothing of this member, so nothing has to be taken back.
   if (!reported.is_sent) {
     members_.erase(found);
     return;
   }
+  // The number may belong to another member soon, which the server would weigh by the old value (PROTOCOL.md, Levels of
+  // detail).
   reported.now = {member, kUnreportedHeight, true};
   reported.due = reported.has_left = any_due_ = true;
 }
@@ -60,6 +65,7 @@ std::optional<wire::ReportImportance> ImportanceReporter::take(std::int64_t now_
     const auto found = next++;
     Reported& reported = found->second;
     if (!reported.due) continue;
+    // The rest goes with the next report.
     if (message.members.size() == wire::kMembersPerMessageMax) {
       any_due_ = true;
       break;

@@ -7,7 +7,7 @@
 
 namespace hairnet::link {
 
-// The data for decoding frames of a groom. Immutable.
+// The data for decoding frames of a groom. Immutable, so that many characters and cores share one.
 struct KnownBasis {
   explicit KnownBasis(wire::HairBasis b) : hair(std::move(b)), code(hair.basis.deviation_m) {}
   wire::HairBasis hair;

@@ -7,6 +7,8 @@
 namespace hairnet::link {
 namespace {
 
+// A server that has the groom sends its lattice within some ticks, unless it keeps the character rigid. Hair that is
+// shown for longer would look frozen.
 constexpr std::int64_t kLatticeWait_ns = 1'000'000'000;
 
 }  // namespace
@@ -33,6 +35,7 @@ const HairSnapshot* LastKnownHair::of(std::uint32_t character, LevelIndex level,
   if (found == last_known_.end()) return nullptr;
   Kept& kept = found->second;
   if (level != LevelIndex::rigid) return &kept.hair;
+  // The time begins at the first rigid frame after the groom is ready: before it, the character may have no pose yet.
   if (kept.is_ready && kept.until_ns == kNever_ns) kept.until_ns = now_ns + kLatticeWait_ns;
   if (now_ns < kept.until_ns) return &kept.hair;
   last_known_.erase(found);

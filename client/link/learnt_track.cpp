@@ -36,6 +36,7 @@ std::optional<LearntMotion> LearntTrack::begin(std::shared_ptr<const LearntHair>
     if (is_gap || frame.discontinuous) surprise_.clear();
     return std::nullopt;
   }
+  // The network's state depends on every tick, so it cannot pass over a gap, nor go to another network.
   if (is_gap || hair != hair_) has_begun_ = false;
   followed_ticks_ = has_begun_ ? followed_ticks_ + frame.ticks : 0;
   hair_ = std::move(hair);
@@ -72,6 +73,7 @@ void LearntTrack::finish(const LearntFrame& frame, std::span<const float> before
     }
   } else {
     if (!is_continued) surprise_.clear();
+    // The server's coefficients may differ from what was shown. The difference is shown on top, and fades.
     if (was_evaluated_ && is_continued && !is_new_) {
       surprise_.resize(count);
       for (std::size_t k = 0; k < count; ++k) surprise_[k] = at(evaluated_, k) + residual_[k] - coefficients[k];

@@ -19,11 +19,15 @@ namespace {
 using boost::system::error_code;
 using std::chrono::milliseconds;
 
+// A destructor waits for the goodbye to leave, but no longer than this: the server ends the session by itself later.
 constexpr milliseconds kDestructionWait_max{600};
-constexpr std::size_t kWriteBytesMax = 64u << 10;  // gathered into one write
+// Packets of a byte stream are gathered into one write up to this size, which saves system calls. A larger write would
+// keep newer poses waiting behind it.
+constexpr std::size_t kWriteBytesMax = 64u << 10;
 
 std::uint64_t draw_trace() {
   std::random_device device;
+  // The number 0 means that no trace was drawn.
   return std::uniform_int_distribution<std::uint64_t>(1)(device);
 }
 
@@ -50,11 +54,13 @@ struct Link::Impl {
   };
 
   explicit Impl(LinkOptions o) : options(std::move(o)), core(core_options(options)), thread([this] { io.run(); }) {
+    // The thread is the last member, so all that watch() uses exists when it runs.
     asio::post(io, [this] { asio::co_spawn(io, watch(), asio::detached); });
   }
 
   // Leaves behind whatever is still waiting when the goodbye takes too long.
   ~Impl() {
+    // Asks for a goodbye, and waits for it. Only then the I/O thread is stopped, with all that is still pending.
     leave();
     ended_future.wait_for(kDestructionWait_max);
     work.reset();
@@ -67,6 +73,7 @@ struct Link::Impl {
     const std::lock_guard lock(mutex);
     return use(core);
   }
+  // Runs `use` with the core under the mutex. It must not wait, since the other thread may need the core meanwhile.
   template <class Use>
   auto with_core(Use use) {
     const std::lock_guard lock(mutex);
@@ -78,6 +85,8 @@ struct Link::Impl {
     with_core(use);
     asio::post(io, [this] { look_again(); });
   }
+  // Runs on the I/O thread alone, where watch() and transmit() are then suspended: one that waits wakes up, and one
+  // that writes looks again by itself. No wake-up can get lost.
   void look_again() {
     wake.cancel();
     if (current) current->wake.cancel();
@@ -98,7 +107,9 @@ struct Link::Impl {
   std::int64_t turn(std::int64_t now_ns) {
     const std::lock_guard lock(mutex);
     core.poll(now_ns);
+    // The old connection goes before a new one is made, as `current` holds one only.
     if (core.wants_close()) drop(now_ns);
+    // A time-out may have given the writer something to send, such as a sign of life.
     if (current) current->wake.cancel();
     if (core.wants_connection()) {
       core.on_opening(now_ns);
@@ -137,12 +148,14 @@ struct Link::Impl {
 
   asio::awaitable<void> connect(std::shared_ptr<Connection> c) {
     std::string fault = co_await c->stream->open();
+    // The core may have dropped this connection while it was opening, and may already have another one.
     if (c->over) {
       c->stream->close();
       co_return;
     }
     if (!fault.empty()) co_return end(c, std::move(fault));
     talk_over(c);
+    // A better stream is moved to by resuming the session, which a link that does not reconnect must not do.
     while (options.core.reconnect) {
       const std::shared_ptr<ServerStream> better = co_await c->stream->better();
       if (!better) break;
@@ -164,8 +177,10 @@ struct Link::Impl {
   // Goes on over a stream that is open, if the session can.
   void move_to(std::shared_ptr<ServerStream> stream, const std::shared_ptr<Connection>& from) {
     const std::int64_t now_ns = channel::monotonic_ns();
+    // The core decides and the old connection goes under one lock, so that the caller's thread never sees a state
+    // between them.
     const bool moves = !from->over && with_core([&](LinkCore& k) {
-      if (!k.replace_connection("WebTransport is to be had now", now_ns)) return false;
+      if (!k.replace_connection("WebTransport is available now", now_ns)) return false;
       drop(now_ns);
       k.on_opening(now_ns);
       return true;
@@ -178,6 +193,7 @@ struct Link::Impl {
   asio::awaitable<void> receive(std::shared_ptr<Connection> c) {
     while (true) {
       ServerStream::Read read = co_await c->stream->read();
+      // The core has dropped this connection while the read was pending, and must not get its bytes.
       if (c->over) co_return;
       if (!read.fault.empty()) co_return end(c, std::move(read.fault));
       take(read.bytes, read.is_packet);
@@ -209,6 +225,8 @@ struct Link::Impl {
   asio::awaitable<void> transmit(std::shared_ptr<Connection> c) {
     std::vector<std::uint8_t> bytes;
     while (!c->over) {
+      // Only one write is pending at a time, so back-pressure of the stream leaves packets in the core, whose queues
+      // drop the oldest poses.
       const bool may_be_lost = gather(bytes, c->stream->has_messages());
       if (!bytes.empty()) {
         if (!co_await c->stream->write(bytes, may_be_lost)) co_return;
@@ -219,6 +237,7 @@ struct Link::Impl {
         c->stream->half_close();
       }
       error_code ignored;
+      // There is nothing to send: waits until look_again() or turn() cancels the timer.
       c->wake.expires_after(std::chrono::nanoseconds(kWait_ns_max));
       co_await c->wake.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
     }
@@ -227,6 +246,7 @@ struct Link::Impl {
   // A packet, or as many as make one good write. Returns whether they may be lost.
   bool gather(std::vector<std::uint8_t>& bytes, bool is_message) {
     const std::lock_guard lock(mutex);
+    // The packet is made at the last moment: the newest poses are in it, and its clock is that of sending.
     bytes = core.take_packet(channel::monotonic_ns());
     while (!is_message && !bytes.empty() && bytes.size() < kWriteBytesMax) {
       const std::vector<std::uint8_t> more = core.take_packet(channel::monotonic_ns());
@@ -241,6 +261,7 @@ struct Link::Impl {
   }
 
   void answer_with(Result<wire::Welcome> welcome) {
+    // Only the first welcome or end answers connect(); what comes after it is an event.
     if (!std::exchange(answered, true)) answer.set_value(std::move(welcome));
   }
 
@@ -269,6 +290,7 @@ Link::Link(LinkOptions options) : impl_(std::make_unique<Impl>(std::move(options
 Link::~Link() = default;
 
 Result<wire::Welcome> Link::connect() {
+  // The answer is a promise, which can be given once.
   if (std::exchange(impl_->connect_called, true)) return Refusal("connect() was called before");
   std::future<Result<wire::Welcome>> answer = impl_->answer.get_future();
   impl_->ask([](LinkCore& core) { core.start(); });

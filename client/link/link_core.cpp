@@ -87,7 +87,7 @@ bool may_come_first(const wire::Message& message) {
 
 LinkCore::LinkCore(LinkCoreOptions options)
     : options_(std::move(options)),
-      backoff_(options_.seed),
+      backoff_(options_.trace),
       splitter_(wire::kPacketBytesMax),
       uploads_(kChunkBytes),
       upload_scheduler_(kChunkBytes),
@@ -102,7 +102,7 @@ void LinkCore::check_invariants() const {
       HAIRNET_ASSERT(!connection_);
       HAIRNET_ASSERT(!welcome_);
       break;
-    case State::waiting:
+    case State::backing_off:
       HAIRNET_ASSERT(deadline_ns_ != kNever_ns);
       break;
     case State::opening:
@@ -118,7 +118,7 @@ void LinkCore::check_invariants() const {
       HAIRNET_ASSERT(connection_ && welcome_);
       HAIRNET_ASSERT(deadline_ns_ != kNever_ns);
       break;
-    case State::wanting:
+    case State::needs_connection:
       HAIRNET_ASSERT(deadline_ns_ == kNever_ns);
       break;
     case State::ended:
@@ -128,7 +128,7 @@ void LinkCore::check_invariants() const {
 }
 
 void LinkCore::start() {
-  if (state_ == State::idle) state_ = State::wanting;
+  if (state_ == State::idle) state_ = State::needs_connection;
 }
 
 void LinkCore::offer_groom(const wire::GroomHash& hash, RequestedState::Bytes bytes) {
@@ -188,9 +188,9 @@ void LinkCore::poll(std::int64_t now_ns) {
   if (now_ns >= give_up_ns_) return end(GoodbyeReason::none, "gave up reconnecting");
   if (active() && welcome_->signs_of_life && silence_.look(now_ns) >= channel::kSilence_ns) {
     ++counters_.servers_silent;
-    return lose(GoodbyeReason::none,
-                "the server is silent: nothing came from it for " + std::to_string(wire::kSilence_ms / 1000) + " s",
-                now_ns);
+    return on_connection_lost(
+        GoodbyeReason::none,
+        "the server is silent: nothing came from it for " + std::to_string(wire::kSilence_ms / 1000) + " s", now_ns);
   }
   if (active() && now_ns - sent_ns_ >= channel::kSignOfLife_ns) {
     if (queue_.empty()) enqueue(wire::PoseBatch{});  // keep-alive
@@ -209,19 +209,19 @@ void LinkCore::poll(std::int64_t now_ns) {
   }
   if (now_ns < deadline_ns_) return;
   switch (state_) {
-    case State::waiting:
-      state_ = State::wanting;
+    case State::backing_off:
+      state_ = State::needs_connection;
       deadline_ns_ = kNever_ns;
       break;
     case State::opening:
     case State::greeting:
-      lose(GoodbyeReason::none, "no welcome from the server within the time-out", now_ns, true);
+      on_connection_lost(GoodbyeReason::none, "no welcome from the server within the time-out", now_ns, true);
       break;
     case State::leaving:
       end(GoodbyeReason::client_leaves, "closed by this client");
       break;
     case State::idle:
-    case State::wanting:
+    case State::needs_connection:
     case State::active:
     case State::ended:
       break;
@@ -237,7 +237,7 @@ std::int64_t LinkCore::next_deadline_ns() const {
 }
 
 bool LinkCore::wants_close() const {
-  return connection_ && (ended() || state_ == State::waiting || state_ == State::wanting);
+  return connection_ && (ended() || state_ == State::backing_off || state_ == State::needs_connection);
 }
 
 void LinkCore::on_opening(std::int64_t now_ns) {
@@ -274,18 +274,18 @@ void LinkCore::on_closed(std::string detail, std::int64_t now_ns) {
   if (!std::exchange(connection_, false)) return;
   if (state_ == State::leaving) return end(GoodbyeReason::client_leaves, "closed by this client");
   if (state_ == State::opening || state_ == State::greeting || state_ == State::active)
-    lose(GoodbyeReason::none, std::move(detail), now_ns, !active());
+    on_connection_lost(GoodbyeReason::none, std::move(detail), now_ns, !active());
 }
 
-void LinkCore::lose(GoodbyeReason reason, std::string detail, std::int64_t now_ns, bool is_unanswered) {
+void LinkCore::on_connection_lost(GoodbyeReason reason, std::string detail, std::int64_t now_ns, bool is_unanswered) {
   HAIRNET_ASSERT(state_ == State::opening || state_ == State::greeting || state_ == State::active);
   const bool was_active = active(), is_patient = sent_on_ns_ && now_ns - *sent_on_ns_ < kRoomPatience_ns;
   const bool is_refused = is_final(reason) || (!welcome_ && reason == GoodbyeReason::room_refused);
   if (!(welcome_ ? options_.reconnect : is_patient) || is_refused) return end(reason, std::move(detail));
-  put_down(now_ns);
+  drop_connection(now_ns);
   if (!was_active) redirected_to_ = next_to_ask();
   redirects_ = std::min<std::uint8_t>(redirects_, 1);
-  state_ = State::waiting;
+  state_ = State::backing_off;
   const std::int64_t since_ns = away_since_ns_.value_or(sent_on_ns_.value_or(now_ns));
   // A server that does not answer costs no wait while there are others to ask.
   const bool asks_on = is_unanswered && redirected_to_;
@@ -301,7 +301,7 @@ std::optional<wire::ServerAt> LinkCore::next_to_ask() {
   return turn == 0 ? std::nullopt : std::optional(welcome_->others[turn - 1]);
 }
 
-void LinkCore::put_down(std::int64_t now_ns) {
+void LinkCore::drop_connection(std::int64_t now_ns) {
   if (active()) {
     if (!away_since_ns_ || now_ns - active_since_ns_ >= kStable_ns) away_since_ns_ = now_ns;
     give_up_ns_ = options_.give_up_after_s > 0 ? now_ns + to_ns(options_.give_up_after_s) : kNever_ns;
@@ -375,10 +375,11 @@ std::vector<std::uint8_t> LinkCore::encode_datagram(wire::ClientMessage& message
 void LinkCore::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) {
   if (!connection_ || ended()) return;
   silence_.on_heard(now_ns);
-  const bool sound =
+  const bool valid =
       splitter_.feed(bytes, [this, now_ns](std::span<const std::uint8_t> packet) { on_packet(packet, now_ns); });
   const bool listens = state_ == State::greeting || state_ == State::active;
-  if (!sound && listens) lose(GoodbyeReason::protocol_error, "the server sent a packet of impossible size", now_ns);
+  if (!valid && listens)
+    on_connection_lost(GoodbyeReason::protocol_error, "the server sent a packet of impossible size", now_ns);
 }
 
 void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
@@ -388,7 +389,7 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
   wire::DecodedPacket decoded =
       wire::is_frame_datagram(packet) ? wire::decode_frame_datagram(packet) : wire::decode_server_packet(packet);
   if (decoded.error != wire::DecodeError::none)
-    return lose(GoodbyeReason::protocol_error, "the server sent a bad packet: " + decoded.detail, now_ns);
+    return on_connection_lost(GoodbyeReason::protocol_error, "the server sent a bad packet: " + decoded.detail, now_ns);
   wire::Message& message = decoded.envelope.message;
   if (const auto* early = std::get_if<wire::FrameBatch>(&message);
       early && state_ == State::greeting && !early->generations.empty()) {
@@ -402,7 +403,8 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
   clock_.observe(decoded.envelope.clock_ns, now_ns);
   if (std::holds_alternative<wire::FrameBatch>(message)) counters_.frame_bytes_received += packet.size();
   if (state_ == State::greeting && !may_come_first(message))
-    return lose(GoodbyeReason::protocol_error, "the server sent another message before its welcome", now_ns);
+    return on_connection_lost(GoodbyeReason::protocol_error, "the server sent another message before its welcome",
+                              now_ns);
   // The server's messages arrive here: the decoder refuses what only clients say.
   const auto take = [this, now_ns](auto& m) {
     if constexpr (requires { on(m, now_ns); }) on(m, now_ns);
@@ -411,7 +413,8 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
 }
 
 void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
-  if (state_ != State::greeting) return lose(GoodbyeReason::protocol_error, "the server sent a second welcome", now_ns);
+  if (state_ != State::greeting)
+    return on_connection_lost(GoodbyeReason::protocol_error, "the server sent a second welcome", now_ns);
   state_ = State::active;
   deadline_ns_ = give_up_ns_ = kNever_ns;
   active_since_ns_ = now_ns;
@@ -482,7 +485,7 @@ void LinkCore::on(wire::GroomStatus& status, std::int64_t) {
 
 void LinkCore::on(wire::CharacterAdded& added, std::int64_t now_ns) {
   if (!requested_.has_asked_for(added.character))
-    return lose(GoodbyeReason::protocol_error, "the server added a character nobody requested", now_ns);
+    return on_connection_lost(GoodbyeReason::protocol_error, "the server added a character nobody requested", now_ns);
   requested_.on_added(added.character);
   if (members_.add_own(added)) push(added);
 }
@@ -514,7 +517,7 @@ void LinkCore::on(wire::MemberChanged& changed, std::int64_t) {
 
 void LinkCore::on(wire::RoomWind& wind, std::int64_t) {
   push(wind);
-  if (const wire::SetWind* ours = wind_.on_told(wind, welcome_->session)) enqueue(*ours);
+  if (const wire::SetWind* ours = wind_.on_announced(wind, welcome_->session)) enqueue(*ours);
 }
 
 void LinkCore::on(wire::MemberLeft& left, std::int64_t) {
@@ -646,37 +649,37 @@ void LinkCore::on(wire::Redirect& redirect, std::int64_t now_ns) {
   if (!sent_on_ns_) sent_on_ns_ = now_ns;
   if (!redirect.to || redirects_ == kRedirectsMax) {
     if (redirect.to) ++counters_.redirect_loops;
-    const char* const why =
+    const char* const error =
         !redirect.to ? "the server does not hold the room any more" : "the servers do not agree on who holds the room";
     redirects_ = 0;
-    lose(GoodbyeReason::none, why, now_ns);
+    on_connection_lost(GoodbyeReason::none, error, now_ns);
     redirected_to_.reset();
     return;
   }
   ++redirects_;
   ++counters_.redirects;
-  go_on_elsewhere("the room is held by " + redirect.to->host + ", port " + std::to_string(redirect.to->port), now_ns);
+  reconnect_to("the room is held by " + redirect.to->host + ", port " + std::to_string(redirect.to->port), now_ns);
   redirected_to_ = std::move(redirect.to);
 }
 
-void LinkCore::go_on_elsewhere(std::string why, std::int64_t now_ns) {
-  put_down(now_ns);
-  if (welcome_) push(Reconnecting{GoodbyeReason::none, std::move(why), 0});
+void LinkCore::reconnect_to(std::string error, std::int64_t now_ns) {
+  drop_connection(now_ns);
+  if (welcome_) push(Reconnecting{GoodbyeReason::none, std::move(error), 0});
   if (ended()) return;
-  state_ = State::wanting;
+  state_ = State::needs_connection;
   deadline_ns_ = kNever_ns;
   check_invariants();
 }
 
-bool LinkCore::replace_connection(std::string why, std::int64_t now_ns) {
+bool LinkCore::replace_connection(std::string error, std::int64_t now_ns) {
   if (!active() || !options_.reconnect) return false;
-  go_on_elsewhere(std::move(why), now_ns);
+  reconnect_to(std::move(error), now_ns);
   return !ended();
 }
 
 void LinkCore::on(wire::Goodbye& goodbye, std::int64_t now_ns) {
   if (active() && goodbye.reason == GoodbyeReason::server_draining) wind_.on_sent_on();
-  lose(goodbye.reason, "the server says goodbye: " + goodbye.detail, now_ns);
+  on_connection_lost(goodbye.reason, "the server says goodbye: " + goodbye.detail, now_ns);
 }
 
 std::shared_ptr<const Skin> LinkCore::skin_of(const wire::GroomHash& groom) const {

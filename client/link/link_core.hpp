@@ -41,9 +41,8 @@ struct LinkCoreOptions {
   bool reconnect = true;
   // Trying to reconnect ends after this time; zero means never.
   double give_up_after_s = 0;
-  // Seeds the waits between attempts.
-  std::uint64_t seed = 1;
-  // The logs of all its servers name this number; zero means that a Link draws one.
+  // The logs of all its servers name this number, and it seeds the waits between attempts, in which clients that lost
+  // their server together must differ; zero means that a Link draws one.
   std::uint64_t trace = 0;
   // Is the fraction of members whose frames are decoded; the others are only counted.
   double decode_share = 1;
@@ -161,14 +160,14 @@ class LinkCore {
 
   void poll(std::int64_t now_ns);
   [[nodiscard]] std::int64_t next_deadline_ns() const;
-  [[nodiscard]] bool wants_connection() const { return state_ == State::wanting && !connection_; }
+  [[nodiscard]] bool wants_connection() const { return state_ == State::needs_connection && !connection_; }
   // Where to: a server that another one has named; none: the one that the caller knows.
   [[nodiscard]] const std::optional<wire::ServerAt>& redirected_to() const { return redirected_to_; }
   [[nodiscard]] bool wants_half_close() const { return connection_ && state_ == State::leaving && goodbye_taken_; }
   [[nodiscard]] bool wants_close() const;
   // Gives up a connection that works: wants_close(), then at once wants_connection() for a better one, over which the
   // session goes on. Returns false, and does nothing, without a session or where the options say not to reconnect.
-  bool replace_connection(std::string why, std::int64_t now_ns);
+  bool replace_connection(std::string error, std::int64_t now_ns);
   void on_opening(std::int64_t now_ns);
   // `has_datagrams`: packets that may be lost travel as such.
   void on_open(std::int64_t now_ns, bool has_datagrams = false);
@@ -183,7 +182,7 @@ class LinkCore {
   [[nodiscard]] bool taken_may_be_lost() const { return taken_may_be_lost_; }
 
  private:
-  enum class State : std::uint8_t { idle, waiting, wanting, opening, greeting, active, leaving, ended };
+  enum class State : std::uint8_t { idle, backing_off, needs_connection, opening, greeting, active, leaving, ended };
 
   void on(wire::Welcome& welcome, std::int64_t now_ns);
   void on(wire::GroomNeed& need, std::int64_t now_ns);
@@ -214,11 +213,12 @@ class LinkCore {
   void show_last_known(Frame& frame, std::int64_t now_ns);
   void tell_left(const std::vector<std::uint32_t>& members);
   void push(Event event);
-  void lose(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns, bool is_unanswered = false);
+  void on_connection_lost(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns,
+                          bool is_unanswered = false);
   std::optional<wire::ServerAt> next_to_ask();
-  void go_on_elsewhere(std::string why, std::int64_t now_ns);
+  void reconnect_to(std::string error, std::int64_t now_ns);
   // Ends what belongs to the connection; keeps the hair of the caller's characters.
-  void put_down(std::int64_t now_ns);
+  void drop_connection(std::int64_t now_ns);
   void end(wire::GoodbyeReason reason, std::string detail);
   void check_invariants() const;
 

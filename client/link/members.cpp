@@ -12,6 +12,7 @@ namespace hairnet::link {
 namespace {
 
 constexpr float kStateStep_m = 0.25e-3f;
+// Over a longer time the difference of two frames is no velocity: hair swings back and forth meanwhile.
 constexpr std::int64_t kVelocityOver_ns_max = 250'000'000;
 
 std::int16_t to_integer(float value, float unit) {
@@ -36,7 +37,7 @@ Members::Members(const std::shared_ptr<FileCatalog>& catalog, double decode_shar
 
 void Members::announce(const wire::GroomLearnt& announced) {
   learnt_.announce(announced.groom, announced.learnt);
-  learnt_told_.erase(announced.groom);
+  learnt_announced_.erase(announced.groom);
 }
 
 Members::Joined Members::join(const wire::MemberJoined& joined) {
@@ -70,6 +71,8 @@ bool Members::add_own(const wire::CharacterAdded& added) {
   return put(added.member, std::move(member));
 }
 
+// Returns whether the member is new. One that is known keeps its frames and only becomes confirmed, so that hair goes
+// on over a resume.
 bool Members::put(std::uint32_t number, Member member) {
   const auto [found, is_new] = members_.try_emplace(number);
   Member& known = found->second;
@@ -79,6 +82,7 @@ bool Members::put(std::uint32_t number, Member member) {
     known.confirmed = true;
     known.generation = member.generation;
   } else {
+    // Another character has the number now: nothing of the one before may be shown.
     known = std::move(member);
   }
   return !same;
@@ -95,6 +99,7 @@ void Members::remove_own(std::uint32_t character) {
 // Hashes the number, so that the choice does not depend on the order of arrival.
 bool Members::decodes(std::uint32_t number) const {
   if (decode_share_ >= 1) return true;
+  // An odd multiplier near 2^32 over the golden ratio spreads consecutive numbers evenly.
   const std::uint32_t mixed = number * 0x9e3779b1u;
   return static_cast<double>(mixed) < decode_share_ * 4294967296.0;
 }
@@ -105,12 +110,14 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::optio
   const auto found = members_.find(frame.member);
   if (found == members_.end()) return decoded;
   Member& member = found->second;
+  // A datagram may be late, and its number may belong to another character by now, perhaps with another basis.
   if (generation && *generation != member.generation) return decoded;
   if (member.last_tick && tick <= *member.last_tick) {
     // A newer frame has overtaken it: the next one is discontinuous in its place.
     if (frame.discontinuous && tick < *member.last_tick) member.discontinuity_pending = true;
     return decoded;
   }
+  // The tick counts also when the frame cannot be decoded, so that a late one cannot take its place.
   member.last_tick = tick;
   decoded.character = member.own ? member.character : 0;
   decoded.discontinuous = frame.discontinuous || member.discontinuity_pending;
@@ -122,6 +129,7 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::optio
   if (!is_rigid) decoded.wants_basis = wanted(bases_, member.groom, now_ns);
   const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
   const std::shared_ptr<const KnownBasis> basis_before = member.newest.basis;
+  // The mark of a discontinuity must reach the program with some frame, or it would interpolate across the jump.
   if (!decode(member, frame, tick, sample_time_ns, basis, decoded)) {
     member.discontinuity_pending = decoded.discontinuous;
     return decoded;
@@ -129,6 +137,7 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::optio
   follow_learnt(member, basis_before, frame, now_ns, decoded);
   member.discontinuity_pending = false;
   member.waiting.reset();
+  // Only a sleeping character's frame is worth keeping: of others the next tick brings a newer one.
   if (!is_rigid && !basis && frame.asleep) {
     member.waiting_content.assign(frame.content.begin(), frame.content.end());
     member.waiting = WaitingFrame{frame, tick, sample_time_ns, decoded};
@@ -137,14 +146,19 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::optio
   return decoded;
 }
 
+// Notes what the network of the member's groom must be stepped through for this frame; evaluate() does so later, for
+// many members together.
 void Members::follow_learnt(Member& member, const std::shared_ptr<const KnownBasis>& basis_before,
                             const wire::Frame& frame, std::int64_t now_ns, DecodedFrame& decoded) {
   const auto& [newest, before] = std::tie(member.newest, member.before);
+  // Without a basis there are no coefficients that the network's could be compared with.
   if (!newest.basis) {
     member.learnt = {};
     return;
   }
+  // Residuals are differences of coefficients, and mean nothing in another basis.
   if (basis_before && basis_before != newest.basis) member.learnt = {};
+  // Most frames end here: on other levels nothing is learnt.
   if (frame.level != LevelIndex::learnt && member.learnt.is_idle()) return;
   LearntFrame learnt{.to = &newest.decoded.pose,
                      .is_learnt = frame.level == LevelIndex::learnt,
@@ -158,29 +172,33 @@ void Members::follow_learnt(Member& member, const std::shared_ptr<const KnownBas
   std::shared_ptr<const LearntHair> hair = learnt_.of(member.groom);
   if (!hair && learnt.evaluated) {
     decoded.lacks_learnt = true;
+    // The frame has no coefficients, and nothing here can compute them: the hair stays as it was.
     if (basis_before == newest.basis) member.newest.decoded.coefficients = before.decoded.coefficients;
     member.learnt = {};
     return;
   }
   const bool is_here = hair && learnt.is_learnt;
-  const bool is_first = is_here && learnt_told_.try_emplace(member.groom).second;
+  const bool is_first = is_here && learnt_announced_.try_emplace(member.groom).second;
+  // The network is stepped later, together with those of other members; the map's nodes do not move, so the pointers
+  // stay valid.
   evaluations_.push_back({&member, learnt, member.learnt.begin(std::move(hair), learnt)});
-  if (is_here && !learnt.evaluated) learnt_told_[member.groom].reset();
+  if (is_here && !learnt.evaluated) learnt_announced_[member.groom].reset();
   const bool is_gap = learnt.evaluated && member.learnt.is_unsettled() && tells_of_gap(member.groom, *newest.tick);
   if (is_first || is_gap) decoded.evaluates = wire::EvaluateLearnt{member.groom, *learnt_.file_of(member.groom)};
 }
 
 // Once, until the answer has come.
 bool Members::tells_of_gap(const wire::GroomHash& groom, std::uint64_t tick) {
-  std::optional<std::uint64_t>& told = learnt_told_[groom];
-  if (told && tick - *told < kLearntSettled_ticks) return false;
-  told = tick;
+  std::optional<std::uint64_t>& announced = learnt_announced_[groom];
+  if (announced && tick - *announced < kLearntSettled_ticks) return false;
+  announced = tick;
   return true;
 }
 
 void Members::evaluate() {
   // Characters of one groom are stepped side by side.
   const auto hair_of_one = [](const Evaluation& e) { return e.motion ? e.member->learnt.hair() : nullptr; };
+  // Several frames of one member keep their order.
   std::ranges::stable_sort(evaluations_, std::less<>(), hair_of_one);
   std::array<LearntMotion, kLearntWidth> motions;
   for (std::size_t i = 0; i < evaluations_.size();) {
@@ -199,9 +217,12 @@ void Members::evaluate() {
   evaluations_.clear();
 }
 
+// Returns false for bytes that are no frame, or a pose out of range: a server is trusted no more than a client.
 bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
                      const std::shared_ptr<const KnownBasis>& basis, DecodedFrame& decoded) {
-  Moment& moment = member.before;  // overwritten also when decoding fails
+  // Decodes into the older of the two moments and swaps them only on success. A failure thus leaves the newest as it
+  // was; the one before is gone in any case.
+  Moment& moment = member.before;
   moment.basis = nullptr;
   moment.tick.reset();
   decoded.outcome = Outcome::undecodable;
@@ -211,6 +232,7 @@ bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tic
   moment.sample_time_ns = sample_time_ns;
   if (frame.level != LevelIndex::rigid) moment.basis = basis;
   std::swap(member.before, member.newest);
+  // Nothing may be computed across the jump, neither a velocity nor a continuation of learnt hair.
   if (decoded.discontinuous) member.before.basis = nullptr;
   decoded.outcome = Outcome::decoded;
   decoded.pose = &member.newest.decoded.pose;
@@ -226,6 +248,7 @@ std::vector<Members::WaitingFrame> Members::decode_waiting(const wire::GroomHash
   for (auto& [number, member] : members_) {
     if (member.groom != groom || !member.waiting) continue;
     WaitingFrame waiting = *std::exchange(member.waiting, std::nullopt);
+    // The content of a frame points into its packet, which is gone, so the member keeps a copy.
     waiting.frame.content = member.waiting_content;
     decode(member, waiting.frame, waiting.tick, waiting.sample_time_ns, basis, waiting.decoded);
     ready.push_back(std::move(waiting));
@@ -233,6 +256,7 @@ std::vector<Members::WaitingFrame> Members::decode_waiting(const wire::GroomHash
   return ready;
 }
 
+// No later frame of a sleeping character would ask for its basis, so a lost request is repeated here.
 std::vector<wire::GroomHash> Members::wanted_again(std::int64_t now_ns) {
   std::vector<wire::GroomHash> files;
   for (const auto& [number, member] : members_) {
@@ -247,6 +271,7 @@ std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
                                   [&](const auto& m) { return m.second.own && m.second.character == character; });
   if (found == members_.end()) return std::nullopt;
   const auto& [newest, before] = std::tie(found->second.newest, found->second.before);
+  // Coefficients of an older basis mean other shapes.
   if (!newest.basis || newest.basis != bases_.of(found->second.groom)) return std::nullopt;
   const LevelGeometry& geometry = newest.basis->hair.geometry;
   HairSnapshot hair{found->second.groom, newest.basis, newest.decoded.coefficients, {}};
@@ -263,6 +288,8 @@ std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
   for (std::size_t i = 0; i < now.size(); ++i) {
     const Vec3f rest = geometry.lattice.node(geometry.active_nodes[i]);
     const Vec3 moved = head.point((rest + now[i]).cast<double>()) - head_before.point((rest + past[i]).cast<double>());
+    // The velocity is that of the node in the world, in the axes of the head, as HairState wants it: the hair of a
+    // moving head goes on with it.
     const Vec3 velocity = head.rotation.conjugate() * moved / (1e-9 * static_cast<double>(elapsed_ns));
     for (const double x : velocity)
       hair.state.velocities.push_back(to_integer(static_cast<float>(x), wire::kVelocityStepsPer_s * kStateStep_m));
@@ -285,6 +312,8 @@ void Members::mark_all_unconfirmed() {
 std::optional<std::uint32_t> Members::drop_previous_number(std::uint64_t session, std::uint32_t character,
                                                            std::uint32_t member) {
   const auto former = std::find_if(members_.begin(), members_.end(), [&](const auto& m) {
+    // A character that was removed and added again during the outage has another number; its old one must go before the
+    // new one is shown.
     return !m.second.confirmed && m.first != member && m.second.session == session && m.second.character == character;
   });
   if (former == members_.end()) return std::nullopt;
@@ -299,7 +328,8 @@ std::vector<std::uint32_t> Members::drop_unconfirmed() {
     if (!member.confirmed && !member.own) left.push_back(number);
   }
   std::erase_if(members_, [](const auto& m) { return !m.second.confirmed; });
-  std::ranges::sort(left);  // the same order with every standard library
+  // The map has no order, so the numbers are sorted: every standard library then gives the same events.
+  std::ranges::sort(left);
   return left;
 }
 

@@ -157,7 +157,7 @@ class Members {
 
   // Grooms whose hair the server knows this client to evaluate, and the tick of the frame at which it was told so
   // again; none: frames have had coefficients since.
-  std::map<wire::GroomHash, std::optional<std::uint64_t>> learnt_told_;
+  std::map<wire::GroomHash, std::optional<std::uint64_t>> learnt_announced_;
   std::vector<Evaluation> evaluations_;
 };
 

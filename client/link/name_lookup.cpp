@@ -25,6 +25,8 @@ asio::awaitable<NameLookup::Found> NameLookup::find(const Address& address, erro
   if (!state->is_cancelled) {
     state->resolver.async_resolve(address.host, std::to_string(address.port),
                                   [state](const error_code& failure, Found found) {
+                                    // After cancel() nobody waits for the answer; this handler only keeps the state
+                                    // alive.
                                     if (state->is_cancelled) return;
                                     state->error = failure;
                                     state->found = std::move(found);

@@ -11,6 +11,7 @@ namespace {
 namespace http = boost::beast::http;
 using boost::system::error_code;
 
+// Bounds the memory for the answer of a server that is not ours. Our page is much smaller.
 constexpr std::size_t kPageBytesMax = 8u << 10;
 constexpr unsigned kHttp11 = 11;
 

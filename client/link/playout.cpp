@@ -10,9 +10,13 @@
 namespace hairnet::link {
 namespace {
 
-constexpr std::size_t kFramesMax = 256;   // stored while no caller samples
-constexpr std::size_t kArrivalsMax = 60;  // two seconds at 30 Hz
+// Bounds the memory while no caller samples.
+constexpr std::size_t kFramesMax = 256;
+// Covers two seconds at 30 Hz: the delay remembers a burst of late frames for so long.
+constexpr std::size_t kArrivalsMax = 60;
 constexpr std::int64_t kIntervalDefault_ns = 33'333'333;
+// Hair waits so long for the next frame, or for two steps of its character; then it takes kEaseToRest_ns to reach its
+// rest shape.
 constexpr std::int64_t kFreeze_ns = 100'000'000;
 constexpr std::int64_t kEaseToRest_ns = 500'000'000;
 // The delay changes by at most this share of the elapsed time: motion becomes slower or faster, but too little to
@@ -56,6 +60,7 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
     place->state.coefficients = frame.coefficients;
     place->state.basis = frame.basis;
   } else {
+    // A frame that is dropped below still counts as an arrival: the delay then grows until such frames come in time.
     record_arrival(sample_time_ns, arrival_time_ns);
     if (started_ && !frames_.empty() && index <= played) {
       ++dropped_count_;
@@ -67,6 +72,8 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
                            std::llround(1e9 * double{frame.step_s}),
                            {frame.pose, frame.level, frame.coefficients, frame.basis}});
   }
+  // The curve that is shown depends on frames up to two after the played one (see Weights), so a later frame changes
+  // nothing yet.
   if (started_ && index <= played + 2) correct(gap_ns);
   if (frames_.size() > kFramesMax) {
     frames_.pop_front();
@@ -78,7 +85,7 @@ void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t
 void Playout::freeze() {
   if (frames_.empty()) return;
   BufferedFrame& last = frames_.back();
-  // the shown state may already be easing
+  // The shown state may already be easing to rest. It becomes the frame, so that hair does not jump back.
   if (started_ && time_ns_ >= last.time_ns) {
     last.state = shown_;
     correction_.reset();
@@ -99,6 +106,7 @@ void Playout::record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_t
   }
   interval_ns_ = kIntervalDefault_ns;
   if (intervals.empty()) return;
+  // Nine of ten intervals are not longer. The largest one would let a single lost frame delay everything.
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(9 * (intervals.size() - 1) / 10);
   std::nth_element(intervals.begin(), middle, intervals.end());
   interval_ns_ = *middle;
@@ -106,6 +114,7 @@ void Playout::record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_t
 
 std::int64_t Playout::target_delay_ns() const {
   HAIRNET_ASSERT(!frames_.empty());
+  // A frame announces that the server now steps the character less often, before the arrivals show it.
   const std::int64_t interval = std::max(interval_ns_, frames_.back().step_ns);
   return least_late_ns_ + interval + std::max(interval / 2, most_late_ns_ - least_late_ns_);
 }
@@ -137,9 +146,12 @@ Playout::Sample Playout::sample(std::int64_t render_time_ns) {
   const bool was_started = started_;
   const std::size_t from = was_started ? index_at(time_ns_) : 0;
   advance(render_time_ns);
+  // The play time may have passed a discontinuity, across which a correction would drag the old place of the hair
+  // along.
   for (std::size_t i = from; i < index_at(time_ns_); ++i) {
     if (!is_joined(i)) correction_.reset();
   }
+  // The played frame keeps two before it, which the slope at it may need.
   while (frames_.size() > 3 && frames_[3].time_ns <= time_ns_) frames_.pop_front();
   curve_at(time_ns_, shown_);
   apply_correction();
@@ -155,6 +167,7 @@ std::size_t Playout::index_at(std::int64_t time_ns) const {
 }
 
 bool Playout::are_joined(const State& from, const State& to) {
+  // Coefficients of two bases cannot be mixed. A state without a basis is at rest, which is 0 in each basis.
   return from.basis == to.basis || !from.basis || !to.basis;
 }
 
@@ -207,6 +220,7 @@ void Playout::blend(std::size_t i, const Weights& weights, State& out) const {
   for (std::size_t w = 0; w < weights.size(); ++w) {
     if (weights[w] != 0) count = std::max(count, frames_[i + w - 2].state.coefficients.size());
   }
+  // Frames may have different numbers of coefficients; those that a frame lacks are 0.
   out.coefficients.assign(count, 0.0f);
   for (std::size_t w = 0; w < weights.size(); ++w) {
     if (weights[w] == 0) continue;
@@ -256,10 +270,13 @@ void Playout::after_last(std::int64_t time_ns, State& out) const {
   Weights weights{};
   weights[2] = 1;
   if (!last.asleep && i > 0 && is_smooth(i - 1)) {
+    // The last speed decays exponentially, so the motion after the last frame never exceeds kGoOn_ns of that speed.
+    // Going on at full speed would overshoot by more, the longer a frame is late.
     const double moved_ns = kGoOn_ns * (1 - std::exp(-after_ns / kGoOn_ns));
     add_slope(i, i, moved_ns, weights);
     out.pose = interpolate(frames_[i - 1].state.pose, last.state.pose, 1 + moved_ns / duration_ns(i - 1));
   }
+  // A sleeping character gets no frames, so its silence says nothing about the connection.
   const double waited = after_ns - static_cast<double>(std::max(kFreeze_ns, 2 * last.step_ns));
   const double left = last.asleep ? 1 : 1 - smoothstep(0.0, double{kEaseToRest_ns}, waited);
   for (double& weight : weights) weight *= left;
@@ -267,7 +284,8 @@ void Playout::after_last(std::int64_t time_ns, State& out) const {
   if (!out.basis) out.coefficients.clear();
 }
 
-// The curve has changed: shows the same as before, and eases onto it.
+// The curve has changed. Remembers the difference between what was shown and the new curve at this moment;
+// apply_correction() adds it and fades it out.
 void Playout::correct(std::int64_t gap_ns) {
   Correction correction;
   curve_at(time_ns_, correction.curve);
@@ -275,6 +293,8 @@ void Playout::correct(std::int64_t gap_ns) {
   if (!are_joined(shown_, correction.curve)) return;
   correction.shown = shown_;
   correction.begun_ns = time_ns_;
+  // A longer gap has moved the curve farther, so more time is given. Below the minimum the correction is seen as a
+  // jerk; above the maximum the hair trails behind its frames.
   correction.duration_ns = std::clamp(gap_ns, kCorrect_ns_min, kCorrect_ns_max);
   correction_ = std::move(correction);
 }

@@ -55,6 +55,7 @@ void RequestedState::remove(std::uint32_t character) {
 
 void RequestedState::set_level(const wire::SetLevel& wanted) {
   if (Character* character = find(wanted.character)) character->added.level = wanted.level;
+  // Rigid hair has no motion to continue.
   if (wanted.level == LevelIndex::rigid) forget_state(wanted.character);
 }
 
@@ -78,6 +79,8 @@ void RequestedState::on_added(std::uint32_t character) {
 bool RequestedState::on_error(const wire::Error& error) {
   if (error.character == 0) return false;
   if (error.reason == wire::ErrorReason::character_unknown) return leaving_.erase(error.character) != 0;
+  // The first AddCharacter had arrived before the connection broke. Its second one is refused, and the character is
+  // there.
   if (error.reason != wire::ErrorReason::character_exists || sent_twice_.erase(error.character) == 0) return false;
   on_added(error.character);
   return true;
@@ -86,6 +89,7 @@ bool RequestedState::on_error(const wire::Error& error) {
 void RequestedState::forget_sessions() {
   for (auto& [number, character] : characters_) {
     for (auto& [kind, message] : character.settings) {
+      // The rule itself stays: without the names it is the stricter one.
       if (auto* touch = std::get_if<wire::SetTouch>(&message)) touch->chosen.clear();
     }
   }
@@ -99,17 +103,22 @@ RequestedState::Resend RequestedState::take_resend(bool resumed) {
     groom.ready = groom.ready && resumed;
     if (!groom.ready) resend.offers.emplace_back(hash, groom.bytes);
   }
+  // A new session has no characters to remove.
   if (!resumed) leaving_.clear();
   for (const std::uint32_t character : leaving_) resend.messages.push_back(wire::RemoveCharacter{character});
   for (auto& [number, character] : characters_) {
     character.confirmed = character.confirmed && resumed;
     if (!character.confirmed) {
+      // The AddCharacter comes before the settings of its character, which the server refuses for a number that it does
+      // not know.
       resend.messages.push_back(character.added);
       if (resumed) sent_twice_.insert(number);
     }
     // The server may have added it before the connection broke, with an older level.
     if (resumed) resend.messages.push_back(wire::SetLevel{number, character.added.level});
     for (const auto& [kind, message] : character.settings) resend.messages.push_back(message);
+    // A resumed session still has its last pose. A new one shows nothing before its first, and the program may push the
+    // next one late.
     if (!resumed && character.pose) resend.poses.push_back(*character.pose);
   }
   for (const auto& [kind, message] : settings_) resend.messages.push_back(message);

@@ -15,13 +15,15 @@ const wire::SetWind* RequestedWind::on_welcome(bool may_set) {
   return is_unconfirmed_ && wind_ && may_set ? &*wind_ : nullptr;
 }
 
-const wire::SetWind* RequestedWind::on_told(const wire::RoomWind& told, std::uint64_t own_session) {
+const wire::SetWind* RequestedWind::on_announced(const wire::RoomWind& announced, std::uint64_t own_session) {
   const bool is_first = std::exchange(is_first_due_, false);
-  if (is_first && is_unconfirmed_) return nullptr;  // ours reaches the server after it
+  // Our wind is on its way, and reaches the server after this one was sent.
+  if (is_first && is_unconfirmed_) return nullptr;
   is_unconfirmed_ = false;
-  const bool is_ours = told.session == own_session;
-  if (told.session != 0 && !is_ours) wind_.reset();
-  if (is_ours && !wind_) wind_ = wire::SetWind{told.wind};
+  const bool is_ours = announced.session == own_session;
+  // Somebody else has set the wind since, and the last one wins: sending ours again would undo it.
+  if (announced.session != 0 && !is_ours) wind_.reset();
+  if (is_ours && !wind_) wind_ = wire::SetWind{announced.wind};
   return is_first && wind_ && may_set_ ? &*wind_ : nullptr;
 }
 

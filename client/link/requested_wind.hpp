@@ -16,7 +16,7 @@ class RequestedWind {
   void on_sent_on() { is_unconfirmed_ = wind_.has_value(); }
   // What is to be sent now; null: nothing. `may_set`: the server takes a wind, or refuses it for the first time.
   [[nodiscard]] const wire::SetWind* on_welcome(bool may_set);
-  [[nodiscard]] const wire::SetWind* on_told(const wire::RoomWind& told, std::uint64_t own_session);
+  [[nodiscard]] const wire::SetWind* on_announced(const wire::RoomWind& announced, std::uint64_t own_session);
 
  private:
   std::optional<wire::SetWind> wind_;  // none: this client has set none, or another one has set one after it

@@ -56,10 +56,13 @@ bool SendQueue::push(wire::ClientMessage message) {
 
 void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
   if (!teleport_pending_.empty()) {
+    // The pose that said so was dropped. Without the mark the server would see a fast motion, and the hair would swing.
     for (wire::PoseSample& pose : poses) pose.teleport |= teleport_pending_.erase(pose.character) != 0;
   }
   auto* const last = messages_.empty() ? nullptr : std::get_if<wire::PoseBatch>(&messages_.back());
   // An empty batch is a sign of life.
+  // Programs push one character after another, so a waiting batch takes the next one in. A second pose of a character
+  // begins a new batch, which keeps one moment in one batch.
   const bool continues =
       last && !last->poses.empty() && last->poses.size() + poses.size() <= wire::kPosesPerBatchMax &&
       std::ranges::none_of(poses, [&](const auto& pose) { return in_last_.contains(pose.character); });
@@ -69,6 +72,8 @@ void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
     last->poses.insert(last->poses.end(), poses.begin(), poses.end());
     return;
   }
+  // The server would use the newest poses only, so the oldest go. Other messages are never dropped: each changes
+  // something that lasts.
   while (pose_batch_count_ >= kPoseBatchesMax) drop_oldest_poses();
   for (std::size_t begin = 0; begin < poses.size(); begin += wire::kPosesPerBatchMax) {
     const auto from = poses.begin() + static_cast<std::ptrdiff_t>(begin);
@@ -97,6 +102,7 @@ void SendQueue::push_hands(wire::HandsSample hands) {
 }
 
 void SendQueue::put_back(wire::HandsSample hands) {
+  // The poses have filled their datagram. The hands are next, so that they are as new as the poses.
   messages_.push_front(wire::PoseBatch{{}, {}, std::move(hands)});
   ++pose_batch_count_;
 }
@@ -109,12 +115,14 @@ std::size_t SendQueue::next_pose_count() const {
 std::optional<wire::ClientMessage> SendQueue::pop(std::size_t poses_max) {
   HAIRNET_ASSERT(poses_max > 0);
   const bool is_batch = !messages_.empty() && holds_poses(messages_.front());
+  // Hands are put into the batch at the last moment, so that they are the newest.
   if (hands_ && is_batch) replace(std::get<wire::PoseBatch>(messages_.front()).hands, *std::exchange(hands_, {}));
   if (hands_) return wire::PoseBatch{{}, {}, std::exchange(hands_, {})};
   if (messages_.empty()) return std::nullopt;
   if (next_pose_count() > poses_max) {
     auto& waiting = std::get<wire::PoseBatch>(messages_.front());
     const auto end = waiting.poses.begin() + static_cast<std::ptrdiff_t>(poses_max);
+    // Hands go with the first part.
     wire::PoseBatch part{{waiting.poses.begin(), end}, {}, std::exchange(waiting.hands, {})};
     waiting.poses.erase(waiting.poses.begin(), end);
     return part;

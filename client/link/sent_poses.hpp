@@ -8,7 +8,7 @@
 
 namespace hairnet::link {
 
-// The poses that were sent last, which the next datagrams bring again: a lost one then costs nothing. No I/O; one
+// The poses that were sent last. The next datagrams bring them again, so a lost datagram loses no pose. No I/O; one
 // thread.
 class SentPoses {
  public:

@@ -49,7 +49,7 @@ class ServerStream {
   [[nodiscard]] virtual std::string_view transport() const = 0;
   // Why it is not WebTransport, which was tried before, in one line. Empty: it is, or that was not tried.
   [[nodiscard]] virtual std::string_view fallback_reason() const { return {}; }
-  // Waits until WebTransport, which this open stream does without, is to be had after all. Returns an open session, or
+  // Waits until WebTransport, which this open stream does without, is available after all. Returns an open session, or
   // null: it is not waited for, or this stream was closed.
   virtual asio::awaitable<std::shared_ptr<ServerStream>> better() { co_return nullptr; }
 };
@@ -93,10 +93,10 @@ constexpr std::chrono::milliseconds kWebTransportWait{3000};
 struct FallbackMemory {
   std::chrono::nanoseconds blocked_for;
   std::int64_t blocked_until_ns = 0;  // until then WebTransport is not tried
-  std::string why_blocked = {};       // or why it was not to be had, in one line
+  std::string blocked_reason = {};       // or why it was not available, in one line
 };
 
-// A stream over WebTransport, or of the address's kind where that is not to be had in time.
+// A stream over WebTransport, or of the address's kind where that is not available in time.
 std::unique_ptr<ServerStream> make_fallback_stream(asio::io_context& io, StreamOptions options,
                                                    std::shared_ptr<FallbackMemory> memory);
 

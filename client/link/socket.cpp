@@ -17,6 +17,7 @@ using boost::system::error_code;
 
 // A small send buffer: a new pose waits behind everything that the kernel has not sent yet.
 constexpr int kUnsentBytesMax = 64 << 10;
+// The kernel alone would try for many minutes before it reports a peer that vanished.
 constexpr unsigned kUnacknowledgedMax_ms = 15'000;
 
 // Limits what the kernel may buffer, and how long it waits for a peer that vanished. The link also works without these
@@ -54,6 +55,7 @@ asio::awaitable<void> connect_from(tcp::socket& socket, const asio::ip::address&
 
 // Returns an empty string, or one line with the reason of the failure.
 std::string configure(asio::ssl::context& context, const TlsOptions& options) {
+  // TLS 1.0 and 1.1 are deprecated (RFC 8996).
   SSL_CTX_set_min_proto_version(context.native_handle(), TLS1_2_VERSION);
   error_code error;
   context.set_verify_mode(options.insecure ? asio::ssl::verify_none : asio::ssl::verify_peer, error);
@@ -106,17 +108,19 @@ asio::awaitable<std::string> Socket::shake_hands() {
   const std::string& host = options_.server.host;
   error_code error, not_an_address;
   asio::ip::make_address(host, not_an_address);
+  // TLS names no IP addresses to the server (RFC 6066, 3); the certificate is checked against one all the same.
   if (not_an_address) SSL_set_tlsext_host_name(tls_->native_handle(), host.c_str());
   if (!options_.tls.insecure) tls_->set_verify_callback(asio::ssl::host_name_verification(host), error);
   if (!error)
     co_await tls_->async_handshake(asio::ssl::stream_base::client, asio::redirect_error(asio::use_awaitable, error));
   if (!error) co_return std::string();
+  // OpenSSL's own error says only that verification failed; the verdict says why.
   const long verdict = SSL_get_verify_result(tls_->native_handle());
-  const std::string why =
+  const std::string reason =
       verdict == X509_V_OK || options_.tls.insecure
           ? error.message()
           : std::string("its certificate is refused (") + X509_verify_cert_error_string(verdict) + ")";
-  co_return "no TLS with " + to_string(options_.server) + ": " + why;
+  co_return "no TLS with " + to_string(options_.server) + ": " + reason;
 }
 
 void Socket::read_some(asio::mutable_buffer into, Handler handler) {
@@ -145,6 +149,8 @@ void Socket::close() {
 }
 
 std::string Socket::describe(const error_code& error) const {
+  // Many servers close without TLS's own end. A stream that somebody has cut shows all the same: it ends without the
+  // protocol's goodbye.
   if (error == asio::error::eof || error == asio::ssl::error::stream_truncated)
     return "the server closed the connection without a goodbye";
   return "the connection to " + name_of(options_.server) + " broke: " + error.message();

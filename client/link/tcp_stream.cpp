@@ -21,12 +21,14 @@ class PacketStream : public ServerStream {
 
   asio::awaitable<Read> read() override {
     error_code error;
+    // One read takes what has arrived; the caller's splitter cuts it into packets.
     const std::size_t count =
         co_await socket_.async_read_some(asio::buffer(buffer_), asio::redirect_error(asio::use_awaitable, error));
     if (error) co_return Read{{}, socket_.describe(error)};
     co_return Read{{buffer_.data(), count}, {}};
   }
 
+  // On a byte stream nothing is lost, so the mark of packets that may be lost is ignored.
   asio::awaitable<bool> write(std::span<const std::uint8_t> bytes, bool) override {
     error_code error;
     co_await asio::async_write(socket_, asio::buffer(bytes.data(), bytes.size()),

@@ -27,6 +27,7 @@ std::optional<wire::GroomOffer> UploadQueue::offer(const wire::GroomHash& hash, 
 bool UploadQueue::need(const wire::GroomNeed& need) {
   const auto found = uploads_.find(need.hash);
   if (found == uploads_.end() || need.offset > found->second.bytes->size()) return false;
+  // The server may ask again from any offset, also while an upload runs: the newest request counts alone.
   std::erase(wanted_, need.hash);
   found->second.sent_bytes = need.offset;
   if (need.offset < found->second.bytes->size()) wanted_.push_back(need.hash);
@@ -56,6 +57,7 @@ std::optional<wire::GroomChunk> UploadQueue::next_chunk() {
   const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(upload.sent_bytes);
   wire::GroomChunk chunk{hash, upload.sent_bytes, {begin, begin + static_cast<std::ptrdiff_t>(count)}};
   upload.sent_bytes += count;
+  // The bytes stay here until drop(): the server may ask for them again.
   if (upload.sent_bytes == bytes.size()) wanted_.pop_front();
   check_invariants();
   return chunk;

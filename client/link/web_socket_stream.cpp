@@ -31,6 +31,7 @@ class WebSocketStream : public ServerStream {
     error_code error;
     co_await stream_.async_read(buffer_, asio::redirect_error(asio::use_awaitable, error));
     if (error) co_return Read{{}, plain(error)};
+    // The protocol has binary messages alone.
     if (!stream_.got_binary()) co_return Read{{}, "the server sent text"};
     const auto bytes = buffer_.cdata();
     co_return Read{{static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, {}, true};
@@ -58,6 +59,7 @@ class WebSocketStream : public ServerStream {
     // No compression; a server that vanished is noticed by its pings.
     stream_.read_message_max(wire::kPacketBytesMax);
     stream_.binary(true);
+    // One packet is one message, and one message one frame: pieces would only add headers.
     stream_.auto_fragment(false);
     auto patience = websocket::stream_base::timeout::suggested(beast::role_type::client);
     patience.idle_timeout = std::chrono::seconds(30);
@@ -73,16 +75,16 @@ class WebSocketStream : public ServerStream {
     co_await stream_.async_handshake(response, server.authority(), server.path,
                                      asio::redirect_error(asio::use_awaitable, error));
     if (!error) co_return std::string();
-    std::string why = error.message();
+    std::string reason = error.message();
     if (error == websocket::error::upgrade_declined)
-      why = "it answers " + std::to_string(response.result_int()) + " " + std::string(response.reason());
-    co_return "no WebSocket at " + to_string(server) + ": " + why;
+      reason = "it answers " + std::to_string(response.result_int()) + " " + std::string(response.reason());
+    co_return "no WebSocket at " + to_string(server) + ": " + reason;
   }
 
   [[nodiscard]] std::string plain(const error_code& error) const {
     if (error != websocket::error::closed) return socket().describe(error);
-    const std::string why(stream_.reason().reason.data(), stream_.reason().reason.size());
-    return "the server closed the WebSocket without a goodbye" + (why.empty() ? why : ": " + why);
+    const std::string reason(stream_.reason().reason.data(), stream_.reason().reason.size());
+    return "the server closed the WebSocket without a goodbye" + (reason.empty() ? reason : ": " + reason);
   }
 
   websocket::stream<Socket, false> stream_;  // without compression

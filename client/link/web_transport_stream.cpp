@@ -40,20 +40,25 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
 
   asio::awaitable<std::string> open() override {
     std::string fault;
+    // Streams that share a memory read the page once.
     if (!memory_->page) fault = co_await read_page();
+    // close() may have come while the page was read, before there was a session to close.
     if (fault.empty() && is_closed_) fault = "closed";
     if (fault.empty()) fault = begin();
     if (failure_ != WebTransportFailure::none) co_return fault;
     while (fault.empty() && !session_->is_open() && !session_->is_over()) co_await turn();
     if (session_ && session_->is_open()) co_return std::string();
-    if (fault.empty()) fault = session_->why();
+    if (fault.empty()) fault = session_->reason();
     failure_ = WebTransportFailure::blocked;
+    // The page may be out of date, as after a change of the certificate: the next attempt reads it again.
     memory_->page.reset();
     co_return "no WebTransport with " + options_.server.authority() + ": " +
         (fault.empty() ? "the server closed the connection" : fault);
   }
 
   asio::awaitable<Read> read() override {
+    // The bytes of the last read are given back to the window only now, when the caller has used them. A caller that
+    // does not read thus stops the server.
     session_->take(std::exchange(untaken_bytes_, 0));
     while (channel_bytes_.empty() && datagrams_.empty() && downloads_.packets().empty()) {
       if (session_->is_over()) co_return Read{{}, describe_end()};
@@ -76,10 +81,12 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
 
   asio::awaitable<bool> write(std::span<const std::uint8_t> bytes, bool may_be_lost) override {
     std::vector<std::uint8_t> copy(bytes.begin(), bytes.end());
+    // A packet that is too large for a datagram goes into the channel, where it cannot get lost.
     if (!may_be_lost || !session_->send_datagram(copy, channel::monotonic_ns())) {
       while (!session_->is_writable()) {
         if (session_->is_over()) co_return false;
         error_code ignored;
+        // flush() ends this wait when there is room again. Until then packets stay in the core, which drops old poses.
         io_->writable.expires_after(std::chrono::nanoseconds(kWait_ns_max));
         co_await io_->writable.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
       }
@@ -99,6 +106,8 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     is_closed_ = true;
     page_.cancel();
     if (session_) {
+      // The packet that tells the server leaves before the socket is closed. The server would wait for its idle time
+      // otherwise.
       session_->close("closed by this client", channel::monotonic_ns());
       flush();
     }
@@ -126,6 +135,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     bool is_watched = false;
   };
 
+  // Returns one line where the page names no WebTransport; failure_ then says whether another transport is worth a try.
   asio::awaitable<std::string> read_page() {
     PageRequest::Answer answer = co_await page_.get(kWebTransportPage);
     failure_ = answer.is_reachable ? WebTransportFailure::absent : WebTransportFailure::unreachable;
@@ -149,6 +159,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     io_->socket.open(remote.protocol(), error);
     if (!error && options_.local && options_.local->is_v4() == remote.address().is_v4())
       io_->socket.bind({*options_.local, 0}, error);
+    // A connected UDP socket takes packets of this server alone, and hears when nothing listens there.
     if (!error) io_->socket.connect(remote, error);
     if (!error) io_->socket.non_blocking(true, error);
     const udp::endpoint local = error ? udp::endpoint() : io_->socket.local_endpoint(error);
@@ -195,6 +206,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
       co_return;
     }
     watch();
+    // What flush() sends meanwhile may bring this time forward; it then wakes the wait.
     due_ns_ = session_->due_ns();
     const std::int64_t wait_ns = std::clamp<std::int64_t>(due_ns_ - channel::monotonic_ns(), 0, wait_ns_max);
     io_->event.expires_after(std::chrono::nanoseconds(wait_ns));
@@ -204,6 +216,8 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
 
   void watch() {
     if (std::exchange(io_->is_watched, true)) return;
+    // One wait at a time is enough. The handler may run after this stream is gone, so it shares the Io and not the
+    // stream.
     io_->socket.async_wait(udp::socket::wait_read, [io = io_](const error_code&) {
       io->is_watched = false;
       io->event.cancel();
@@ -215,6 +229,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     std::array<std::uint8_t, kPacketBytesMax> buffer;
     const std::int64_t now_ns = channel::monotonic_ns();
     int taken = 0;
+    // The bound gives timers and other connections of the thread their turn.
     for (; taken < kPacketsAtOnceMax && !session_->is_over(); ++taken) {
       const ssize_t count = ::recv(io_->socket.native_handle(), buffer.data(), buffer.size(), MSG_DONTWAIT);
       if (count < 0) {
@@ -247,16 +262,17 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   }
 
   [[nodiscard]] std::string describe_end() const {
-    const std::string& why = session_->why();
-    if (why.empty()) return "the server closed the connection without a goodbye";
-    return "the connection to " + options_.server.authority() + " broke: " + why;
+    const std::string& error = session_->reason();
+    if (error.empty()) return "the server closed the connection without a goodbye";
+    return "the connection to " + options_.server.authority() + " broke: " + error;
   }
 
   void on_channel_bytes(std::span<const std::uint8_t> bytes) override {
     channel_bytes_.insert(channel_bytes_.end(), bytes.begin(), bytes.end());
   }
   void on_datagram(std::span<const std::uint8_t> bytes) override {
-    if (datagrams_.size() >= kIncomingDatagramsMax) datagrams_.pop_front();  // the newer frame matters
+    // Where the caller reads too slowly the oldest goes, because a newer frame replaces it.
+    if (datagrams_.size() >= kIncomingDatagramsMax) datagrams_.pop_front();
     datagrams_.emplace_back(bytes.begin(), bytes.end());
   }
   void on_download_bytes(StreamId download, std::span<const std::uint8_t> bytes, bool is_last) override {

@@ -7,6 +7,8 @@
 namespace hairnet::local {
 namespace {
 
+// Sums of picture times miss a tick's time by rounding; without this share a tick would be stepped one picture early or
+// late.
 constexpr double kTimeRounding_s = 1e-9;
 
 bool has_level(const LevelSet& levels, LevelIndex level) {
@@ -35,12 +37,16 @@ PlayedWorld::Id PlayedWorld::add(PoseAt pose) {
   simulated->pose = std::move(pose);
   CharacterDef def;
   const double now_s = tick_time_s(tick_);
+  // Poses are rounded as the wire rounds them, so that this World steps the poses that a server would step.
   def.pose = rounded_to_wire(simulated->pose(now_s, now_s).pose);
   simulated->character = world_.add(def);
+  // The World is full.
   if (!simulated->character) return 0;
+  // Only this program has hands here, so nobody has to be kept out.
   world_.set_touch_rule(simulated->character, {TouchAudience::everyone});
   show(*simulated);
-  simulated_.push_back(std::move(simulated));  // in the order of their numbers
+  // Numbers rise, so the list stays sorted, and at() can search by halves.
+  simulated_.push_back(std::move(simulated));
   return next_id_++;
 }
 
@@ -58,10 +64,12 @@ void PlayedWorld::give_levels(Id id, std::shared_ptr<const LevelSet> levels) {
 
 void PlayedWorld::set_level(Id id, LevelIndex level) {
   Simulated& simulated = at(id);
+  // The wanted level is kept, since the levels may come later.
   simulated.level_wanted = level == LevelIndex::learnt ? LevelIndex::low : level;
   set_level_now(simulated);
 }
 
+// A level that is not there is not set: the hair stays at the one that it has.
 void PlayedWorld::set_level_now(Simulated& simulated) {
   if (simulated.levels && has_level(*simulated.levels, simulated.level_wanted))
     world_.set_level(simulated.character, simulated.level_wanted);
@@ -95,12 +103,15 @@ double PlayedWorld::tick_end_s() const {
   return end_s > shown_s_ + kTimeRounding_s ? end_s : tick_time_s(tick_ + 1);
 }
 
+// Steps the World by one tick. Poses and bodies are asked for in the same order each time, as the same calls must give
+// the same hair.
 void PlayedWorld::tick() {
   const double from_s = tick_time_s(tick_), to_s = tick_time_s(++tick_);
   for (const auto& simulated : simulated_) {
     const TickPose next = simulated->pose(from_s, to_s);
     world_.set_pose(simulated->character, rounded_to_wire(next.pose), next.teleport);
   }
+  // Bodies come after the poses and before the step. All characters are in room 0.
   if (bodies_) world_.set_bodies(0, bodies_(from_s, to_s));
   const std::int64_t began_ns = def_.clock_ns != nullptr ? def_.clock_ns() : 0;
   const StepReport report = world_.step();
@@ -110,6 +121,7 @@ void PlayedWorld::tick() {
 }
 
 void PlayedWorld::take_lattice(Simulated& simulated) {
+  // The two lattices change places, so that their memory is used again.
   std::swap(simulated.before, simulated.after);
   const LatticeView view = world_.lattice(simulated.character);
   Lattice& after = simulated.after;
@@ -118,12 +130,15 @@ void PlayedWorld::take_lattice(Simulated& simulated) {
   if (view.model == nullptr) {
     after.geometry = nullptr;
   } else if (after.geometry.get() != &view.model->geometry) {
+    // The pointer shares the ownership of all levels: a lattice that is shown survives new levels.
     after.geometry = {simulated.levels, &view.model->geometry};
   }
 }
 
 void PlayedWorld::advance_to(double time_s) {
+  // A caller's clock that goes back must not make hair go back.
   shown_s_ = std::max(shown_s_, time_s);
+  // The loop leaves the last tick at or after the shown time, and the one before it at or before.
   while (tick_time_s(tick_) < shown_s_ - kTimeRounding_s) tick();
   for (const auto& simulated : simulated_) show(*simulated);
 }
@@ -132,7 +147,9 @@ void PlayedWorld::set_tick_rate(double hz) {
   if (hz == def_.tick_rate_hz) return;
   start_s_ = tick_time_s(tick_);
   def_.tick_rate_hz = hz;
+  // Times count from here, so that ticks before keep theirs.
   start_tick_ = tick_;
+  // A World has one tick length for its life, so another rate takes a new World with the state of the old one.
   World next(world_def(def_));
   for (const auto& simulated : simulated_) {
     CharacterDef def;
@@ -144,6 +161,7 @@ void PlayedWorld::set_tick_rate(double hz) {
     next.set_material(id, simulated->material);
     next.set_touch_rule(id, {TouchAudience::everyone});
     const LatticeState& state = world_.state(simulated->character);
+    // Rigid hair has no state.
     if (view.level != LevelIndex::rigid) next.set_state(id, state.displacement, state.velocity);
     simulated->character = id;
   }
@@ -158,6 +176,7 @@ void PlayedWorld::set_tick_rate(double hz) {
 void PlayedWorld::show(Simulated& simulated) const {
   const double into = 1 - (tick_time_s(tick_) - shown_s_) * def_.tick_rate_hz;
   const auto share = static_cast<float>(std::clamp(into, 0.0, 1.0));
+  // Displacements of two lattices belong to different nodes and cannot be mixed.
   const bool joined = simulated.before.geometry == simulated.after.geometry;
   simulated.lattice = joined || share >= 1 ? &simulated.after : &simulated.before;
   simulated.displacement = simulated.lattice->displacement;

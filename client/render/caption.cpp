@@ -6,10 +6,12 @@
 namespace hairnet::render {
 namespace {
 
-constexpr int kColumns = 5, kRows = 8;  // the eighth row is for descenders
+// The eighth row is for descenders.
+constexpr int kColumns = 5, kRows = 8;
 constexpr std::array<std::uint8_t, 3> kInk{38, 38, 42};
 
-// Space to '~': five columns a letter, lowest bit on top.
+// The glyphs of space to '~': five columns a letter, the lowest bit on top. They stand here so that no font must be
+// installed where pictures are made.
 constexpr std::array<std::uint8_t, 95 * kColumns> kLetters{
     0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x5f, 0x00, 0x00, 0x00, 0x07, 0x00, 0x07, 0x00, 0x14, 0x7f, 0x14, 0x7f,
     0x14, 0x24, 0x2a, 0x7f, 0x2a, 0x12, 0x23, 0x13, 0x08, 0x64, 0x62, 0x36, 0x49, 0x56, 0x20, 0x50, 0x00, 0x08, 0x07,

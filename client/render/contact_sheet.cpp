@@ -4,7 +4,7 @@
 
 namespace hairnet::render {
 
-// A tile of another size than the first is cropped to it; a missing tile is paper white.
+// A tile of another size than the first is cropped to it, or leaves paper around it; a missing tile is paper white.
 Image contact_sheet(std::span<const Image> tiles, int columns, int gap_px) {
   if (tiles.empty() || tiles[0].width < 1 || tiles[0].height < 1) return {};
   constexpr std::uint8_t kPaper = 246;
@@ -16,6 +16,7 @@ Image contact_sheet(std::span<const Image> tiles, int columns, int gap_px) {
   sheet.width = columns * width + (columns + 1) * gap_px;
   sheet.height = rows * height + (rows + 1) * gap_px;
   sheet.rgba.assign(4 * static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height), kPaper);
+  // The paper is opaque: every fourth byte is its alpha.
   for (std::size_t i = 3; i < sheet.rgba.size(); i += 4) sheet.rgba[i] = 255;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     const Image& tile = tiles[i];

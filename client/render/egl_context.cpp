@@ -10,6 +10,7 @@
 namespace hairnet::render {
 namespace {
 
+// A search for a part of the text would find the name inside a longer one.
 bool has_extension(const char* list, std::string_view wanted) {
   std::string_view rest = list == nullptr ? "" : list;
   while (!rest.empty()) {
@@ -20,6 +21,8 @@ bool has_extension(const char* list, std::string_view wanted) {
   return false;
 }
 
+// The displays in the order in which they are tried. The surfaceless platform comes first, because it works without a
+// display server, as in containers.
 std::vector<EGLDisplay> candidate_displays() {
   std::vector<EGLDisplay> displays;
   const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
@@ -43,6 +46,8 @@ std::vector<EGLDisplay> candidate_displays() {
 }
 
 EGLConfig choose_config(EGLDisplay display) {
+  // Zero asks for no kind of surface; left out, windows would be asked for. A configuration for off-screen surfaces
+  // does as well.
   for (const EGLint surface : {0, EGL_PBUFFER_BIT}) {
     const std::array<EGLint, 5> wanted{EGL_RENDERABLE_TYPE, EGL_OPENGL_ES3_BIT, EGL_SURFACE_TYPE, surface, EGL_NONE};
     EGLConfig config = nullptr;
@@ -56,6 +61,7 @@ EGLConfig choose_config(EGLDisplay display) {
 
 Result<EglContext> EglContext::create_on(EGLDisplay display) {
   if (display == EGL_NO_DISPLAY) return Refusal("no EGL display");
+  // Starting a display again does nothing.
   if (eglInitialize(display, nullptr, nullptr) != EGL_TRUE) return Refusal("EGL display does not start");
   const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
   if (!has_extension(extensions, "EGL_KHR_surfaceless_context")) {
@@ -63,6 +69,7 @@ Result<EglContext> EglContext::create_on(EGLDisplay display) {
   }
   if (eglBindAPI(EGL_OPENGL_ES_API) != EGL_TRUE) return Refusal("EGL does not know OpenGL ES");
   const EGLConfig config = choose_config(display);
+  // Without a configuration the context is made with none, where the driver allows it.
   if (config == nullptr && !has_extension(extensions, "EGL_KHR_no_config_context")) {
     return Refusal("EGL display has no configuration for OpenGL ES 3");
   }
@@ -79,6 +86,7 @@ Result<EglContext> EglContext::create() {
   for (const EGLDisplay display : candidate_displays()) {
     Result<EglContext> context = create_on(display);
     if (context) return context;
+    // The first display is the one that should work, so its reason helps most.
     if (first_reason.empty()) first_reason = context.error();
   }
   return Refusal("no off-screen OpenGL ES 3 (" + first_reason + "); Mesa's libegl1 and libgl1-mesa-dri suffice");
@@ -87,6 +95,8 @@ Result<EglContext> EglContext::create() {
 EglContext::EglContext(EglContext&& other) noexcept
     : display_(other.display_), context_(std::exchange(other.context_, EGL_NO_CONTEXT)) {}
 
+// The display stays open: closing it would end the contexts of other code.
+// A context that is still current would live on after its destruction.
 EglContext::~EglContext() {
   if (context_ == EGL_NO_CONTEXT) return;
   if (eglGetCurrentContext() == context_) eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);

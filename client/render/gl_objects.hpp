@@ -6,11 +6,13 @@
 
 namespace hairnet::render {
 
-// Owns one OpenGL name. Its context must be current when it is destroyed.
+// Owns one OpenGL name: the functions of OpenGL that make and delete it are the template's arguments. The context in
+// which it was made must be current when it is made, used and destroyed.
 template <void (*kMake)(GLsizei, GLuint*), void (*kDelete)(GLsizei, const GLuint*)>
 class GlObject {
  public:
   GlObject() { kMake(1, &name_); }
+  // A name of 0 is none, and is not deleted.
   GlObject(GlObject&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
   GlObject& operator=(GlObject&& other) noexcept {
     std::swap(name_, other.name_);

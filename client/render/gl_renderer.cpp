@@ -4,18 +4,20 @@
 
 #include "client/render/egl_context.hpp"
 #include "client/render/picture_target.hpp"
-#include "client/render/program.hpp"
 #include "client/render/renderer.hpp"
+#include "client/render/shader_program.hpp"
 
 namespace hairnet::render {
 namespace {
 
+// This bounds the memory: 4 samples of colour and depth take 32 bytes for each pixel of the large picture.
 constexpr std::int64_t kLargePixelsMax = 40'000'000;
 
 class GlRenderer final : public Renderer {
  public:
   GlRenderer(EglContext context, int supersample) : context_(std::move(context)), supersample_(supersample) {}
-  ~GlRenderer() override { static_cast<void>(context_.make_current()); }  // for the members' destructors
+  // The members' destructors need the context.
+  ~GlRenderer() override { static_cast<void>(context_.make_current()); }
 
   Result<void> start() {
     Result<Program> resolve = Program::build("screen.vert", "resolve.frag");
@@ -40,11 +42,13 @@ class GlRenderer final : public Renderer {
     if (!gl_->target.resize(width, height, supersample_for(width, height)))
       return Refusal("OpenGL ES has no room for a picture of " + size);
     gl_->target.begin_large();
-    // The detail of a small picture depends on its own pixels, not on the samples behind them.
+    // The detail of a small picture depends on its own pixels, not on the samples behind them: quality multiplies the
+    // head's height, which is counted in large pixels.
     Look own = look;
     own.quality /= static_cast<float>(gl_->target.supersample());
     gl_->stage->draw(characters, camera, own, gl_->target.large_width(), gl_->target.large_height(), true, {});
     Image image = resolve();
+    // Drivers report a lack of memory late, often only after drawing.
     if (glGetError() != GL_NO_ERROR) return Refusal("OpenGL ES ran out of memory or failed while drawing");
     return image;
   }
@@ -53,7 +57,8 @@ class GlRenderer final : public Renderer {
   struct Gl {
     Program resolve;
     PictureTarget target;
-    VertexArray nothing;  // for the single triangle over the screen
+    // OpenGL draws the single triangle over the screen with it, which has no vertex data.
+    VertexArray nothing;
     std::unique_ptr<Stage> stage;
   };
 
@@ -73,6 +78,7 @@ class GlRenderer final : public Renderer {
 
   [[nodiscard]] Image resolve() const {
     gl_->target.begin_small();
+    // The depth of the large picture says nothing about this triangle over all pixels.
     glDisable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
     gl_->resolve.use();
@@ -82,7 +88,8 @@ class GlRenderer final : public Renderer {
     return gl_->target.read_small();
   }
 
-  EglContext context_;  // first: destroyed last
+  // It comes first, so that it is destroyed last.
+  EglContext context_;
   int supersample_;
   std::optional<Gl> gl_;
 };

@@ -3,16 +3,18 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "client/render/program.hpp"
+#include "client/render/shader_program.hpp"
 #include "client/render/strand_deform_pass.hpp"
 
 namespace hairnet::render {
 namespace {
 
 const void* offset(std::size_t bytes) {
-  return static_cast<const char*>(nullptr) + bytes;  // OpenGL takes an offset as a pointer
+  // OpenGL takes an offset as a pointer.
+  return static_cast<const char*>(nullptr) + bytes;
 }
 
+// Bytes are shares of 255, which the shader reads as 0 ... 1.
 void describe(GLuint location, GLint count, GLenum type, std::size_t stride, std::size_t at) {
   glEnableVertexAttribArray(location);
   glVertexAttribPointer(location, count, type, type == GL_UNSIGNED_BYTE ? GL_TRUE : GL_FALSE,
@@ -28,6 +30,7 @@ void describe_point() {
   describe(3, 4, GL_UNSIGNED_BYTE, sizeof(Vertex), offsetof(Vertex, ends));
 }
 
+// The attribute numbers here are the layout locations of the vertex shaders.
 void describe_vertex(const draw::StrandVertex*) {
   describe(0, 4, GL_UNSIGNED_BYTE, sizeof(draw::StrandVertex), offsetof(draw::StrandVertex, sides));
   describe(1, 4, GL_UNSIGNED_BYTE, sizeof(draw::StrandVertex), offsetof(draw::StrandVertex, ends));
@@ -70,6 +73,7 @@ void GroomBuffers::upload(GLenum target, const Buffer& buffer, const std::vector
 
 template <class Vertex>
 void GroomBuffers::fill(const draw::Mesh<Vertex>& mesh, const Buffer& vertices, DrawnMesh& drawn) {
+  // The vertex array remembers which buffers and layout belong to it, so draw calls need only bind it.
   glBindVertexArray(drawn.array_.name());
   upload(GL_ARRAY_BUFFER, vertices, mesh.vertices);
   describe_vertex(static_cast<const Vertex*>(nullptr));
@@ -82,12 +86,14 @@ void GroomBuffers::fill(const std::vector<std::array<float, kNumbers>>& points, 
   static_assert(kNumbers == 2 || kNumbers == 4);
   constexpr std::size_t kRow = StrandDeformPass::kPointRow;
   std::vector<std::array<float, kNumbers>> rows = points;
+  // At least one row, also for a groom without strands: a texture has a size.
   rows.resize((points.size() / kRow + 1) * kRow);
   constexpr auto kWidth = static_cast<GLsizei>(kRow);
   const auto height = static_cast<GLsizei>(rows.size() / kRow);
   glBindTexture(GL_TEXTURE_2D, texture.name());
   glTexStorage2D(GL_TEXTURE_2D, 1, kNumbers == 4 ? GL_RGBA32F : GL_RG32F, kWidth, height);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kWidth, height, kNumbers == 4 ? GL_RGBA : GL_RG, GL_FLOAT, rows.data());
+  // The points are no picture: interpolation between them would mix strands.
   for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
     glTexParameteri(GL_TEXTURE_2D, filter, GL_NEAREST);
   bytes_ += rows.size() * sizeof(rows[0]);
@@ -101,6 +107,7 @@ GroomBuffers::GroomBuffers(const draw::GroomGeometry& geometry)
   for (std::size_t p = 0; p < geometry.strand_points.rest.size(); ++p) {
     const Vec3f point(geometry.strand_points.rest[p].data());
     strand_box_.extend(point);
+    // A point at arc length 0 is a root.
     if (geometry.strand_points.arc[p][0] == 0) root_box_.extend(point);
   }
   fill(geometry.cards, card_vertices_, cards_);
@@ -111,6 +118,7 @@ GroomBuffers::GroomBuffers(const draw::GroomGeometry& geometry)
   glActiveTexture(GL_TEXTURE0 + kRestArcsUnit);
   fill(geometry.strand_points.arc, rest_arcs_);
   glBindVertexArray(0);
+  // This buffer stays bound, so that the vertex array of each list refers to the same vertices.
   upload(GL_ARRAY_BUFFER, strand_vertices_, geometry.strand_vertices);
   for (const draw::SimplifiedStrands& list : geometry.simplified_strands) {
     List& one = lists_.emplace_back(List{{}, list.tolerance_m, list.end});
@@ -140,6 +148,7 @@ void GroomBuffers::draw_strands(std::size_t list, std::size_t strand_count, GLsi
 
 std::size_t GroomBuffers::list_for(float tolerance_m) const {
   std::size_t list = 0;
+  // Tolerances ascend from 0, so the search stops at the first list that is too coarse.
   while (list + 1 < lists_.size() && lists_[list + 1].tolerance_m <= tolerance_m) ++list;
   return list;
 }

@@ -5,6 +5,7 @@
 namespace hairnet::render {
 namespace {
 
+// The slices of a grid lie side by side; grids lie below each other.
 constexpr auto kDensityWidth = static_cast<GLsizei>(draw::DensityGrid::kDensitySide * draw::DensityGrid::kDensitySide);
 
 void allocate_halves(const Texture& texture, GLint unit, GLenum stored, GLenum format, std::size_t rows) {
@@ -31,11 +32,13 @@ Result<HairDensityPass> HairDensityPass::build() {
   pass.rows_ = draw::DensityGrid::kDensitySide;
   pass.is_supported_ = pass.allocate();
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(before));
+  // A device that cannot makes errors here, which are not the next caller's.
   while (glGetError() != GL_NO_ERROR) {
   }
   return pass;
 }
 
+// Returns whether all can be drawn to. The largest number of grids so far decides the size.
 bool HairDensityPass::allocate() {
   allocate_halves(density_, kDensityUnit, GL_RG16F, GL_RG, rows_);
   allocate_halves(now_, kLightDepthNowUnit, GL_RGBA16F, GL_RGBA, rows_);
@@ -46,6 +49,7 @@ bool HairDensityPass::allocate() {
   glBindFramebuffer(GL_FRAMEBUFFER, light_target_.name());
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, now_.name(), 0);
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, rest_.name(), 0);
+  // Light is written by two outputs at once: now and at rest.
   constexpr std::array<GLenum, 2> kBoth{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
   glDrawBuffers(2, kBoth.data());
   return has_density && glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
@@ -59,10 +63,12 @@ void HairDensityPass::begin(std::size_t grids) {
   glBindVertexArray(nothing_.name());
   glBindFramebuffer(GL_FRAMEBUFFER, density_target_.name());
   glViewport(0, 0, kDensityWidth, static_cast<GLsizei>(rows_));
+  // glClear would use the colour that the caller has set.
   constexpr std::array<GLfloat, 4> kNothing{};
   glClearBufferfv(GL_COLOR, 0, kNothing.data());
   glEnable(GL_BLEND);
   glBlendEquation(GL_FUNC_ADD);
+  // Each point adds to what is there.
   glBlendFunc(GL_ONE, GL_ONE);
 }
 
@@ -72,6 +78,7 @@ void HairDensityPass::add(const GroomBuffers& groom, std::size_t points, std::si
   points_.use();
   points_.set("first_record", static_cast<int>(first_record));
   points_.set("target_rows", static_cast<int>(rows_));
+  // Four instances a character: each point counts for now and for the rest, in the two slices on both sides of it.
   glDrawArraysInstanced(GL_POINTS, 0, static_cast<GLsizei>(points), static_cast<GLsizei>(4 * characters));
 }
 
@@ -81,6 +88,7 @@ void HairDensityPass::finish(std::size_t characters) const {
   light_.use();
   light_.set("first_record", 0);
   light_.set("target_rows", static_cast<int>(rows_));
+  // Two triangles cover the cells of one grid; a character without a grid draws none.
   glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(characters));
 }
 

@@ -18,6 +18,7 @@ Result<LatticePass> LatticePass::build() {
   auto programs = build_programs({{"nodes.vert", "mode_nodes.frag"}, {"nodes.vert", "uploaded_nodes.frag"}});
   if (!programs) return Refusal(programs.error());
   auto& [sum, copy] = *programs;
+  // Null: the driver gives no name, which counts as a GPU.
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   return LatticePass(std::move(sum), std::move(copy), draw::node_sum_for(renderer != nullptr ? renderer : ""));
 }
@@ -28,7 +29,8 @@ void LatticePass::reserve(std::size_t rows) {
   glBindFramebuffer(GL_FRAMEBUFFER, target_.name());
   if (rows == rows_) return;
   rows_ = rows;
-  // The bits of floats: every device can draw into this format.
+  // The texture stores the bits of floats as integers: every device can draw into this format, while drawing into
+  // floats is an extension.
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32UI, static_cast<GLsizei>(draw::kLatticeRow), static_cast<GLsizei>(rows_), 0,
                GL_RGBA_INTEGER, GL_UNSIGNED_INT, nullptr);
   set_nearest();
@@ -40,6 +42,7 @@ void LatticePass::bind_modes(const draw::CharacterRecords::Source& source) {
   auto& [basis, texture, bytes] = place->second;
   glActiveTexture(GL_TEXTURE0 + kModesUnit);
   glBindTexture(GL_TEXTURE_2D, texture.name());
+  // Modes never change, so an entry is filled once.
   if (!is_new) return;
   basis = source.basis;
   const auto texels = draw::mode_texels(*source.geometry, *source.basis);
@@ -50,22 +53,25 @@ void LatticePass::bind_modes(const draw::CharacterRecords::Source& source) {
 }
 
 void LatticePass::run(const draw::CharacterRecords& records) {
-  // A new basis may lie where one that is gone lay.
+  // A new basis may lie where one that is gone lay: entries whose basis is gone must go before the search by address.
   std::erase_if(modes_, [](const auto& entry) { return entry.second.basis.expired(); });
   if (!records.uploaded_nodes().empty()) uploaded_.fill(records.uploaded_nodes());
   GLint before = 0;
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
+  // A texture without rows would make an incomplete framebuffer.
   reserve(std::max<std::size_t>(records.node_rows(), 1));
   glViewport(0, 0, static_cast<GLsizei>(draw::kLatticeRow), static_cast<GLsizei>(rows_));
   glBindVertexArray(nothing_.name());
   for (std::size_t number = 0; number < records.sources().size(); ++number) {
     const draw::CharacterRecords::Source& source = records.sources()[number];
+    // Nothing of this source is new in this picture.
     if (source.end == source.first) continue;
     if (source.basis) bind_modes(source);
     const Program& program = source.basis ? sum_ : copy_;
     program.use();
     program.set("first_record", static_cast<int>(source.first));
     program.set("target_rows", static_cast<int>(rows_));
+    // The shader skips records of the range that have another source.
     program.set("basis", static_cast<int>(number));
     glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(source.end - source.first));
   }

@@ -5,29 +5,33 @@
 #include <memory>
 
 #include "client/draw/character_records.hpp"
-#include "client/render/program.hpp"
+#include "client/render/shader_program.hpp"
 #include "client/render/vector_texture.hpp"
 
 namespace hairnet::render {
 
-// Writes the nodes of all lattices of a picture into one texture, which ffd.glsl reads. The GPU sums modes up: a basis
-// lies there once for all characters, and a character costs the upload of its coefficients, in its record. Nodes of
-// lattices without modes, and all that the processor sums up, are uploaded. The texture stays from picture to picture,
-// so that the same records must fill it, and hair that sleeps costs nothing.
+// Writes the nodes of all lattices of a picture into one texture, which ffd.glsl reads. It is a pass of its own because
+// each point of hair reads up to 27 nodes, and many points read the same one. The GPU sums modes up: a basis lies there
+// once for all characters, and a character costs the upload of its coefficients, in its record. Nodes of lattices
+// without modes, and all that the processor sums up, are uploaded. The texture stays from picture to picture, so that
+// hair that sleeps costs nothing; so each picture must be filled by the same CharacterRecords.
 class LatticePass {
  public:
   static Result<LatticePass> build();
 
-  // Records must be bound. Changes the bound framebuffer, viewport and vertex array, and binds the nodes.
+  // Makes the nodes that are new in these records. Records must be bound. Changes the viewport, vertex array and
+  // program, and binds the nodes; the framebuffer that was bound is bound again.
   void run(const draw::CharacterRecords& records);
-  // Says how the nodes are summed up, in the context in which the pass was built.
+  // Says who sums up the nodes, by the name of the renderer in whose context the pass was built.
   [[nodiscard]] draw::NodeSum sum_by() const { return sum_by_; }
-  // Counts the memory of the bases on the GPU.
+  // Counts the memory of the bases on the GPU: those of characters in the last picture, and others that still have an
+  // owner.
   [[nodiscard]] std::size_t basis_bytes() const;
   // The framebuffer of the nodes, for reading back.
   [[nodiscard]] GLuint nodes() const { return target_.name(); }
 
  private:
+  // The weak pointer shows when no one has the basis any more: its texture is then freed.
   struct Modes {
     std::weak_ptr<const Basis> basis;
     Texture texture;

@@ -5,12 +5,13 @@
 #include <utility>
 
 #include "client/render/gl_objects.hpp"
-#include "client/render/program.hpp"
 #include "client/render/projection.hpp"
+#include "client/render/shader_program.hpp"
 
 namespace hairnet::render {
 namespace {
 
+// Enough to see that something is there, too little to hide the hair in front of it.
 constexpr float kHiddenAlpha = 0.22f;
 
 Mat4f clip_from_world(const draw::Camera& wanted, const draw::DepthRange& range, int width, int height) {
@@ -18,6 +19,8 @@ Mat4f clip_from_world(const draw::Camera& wanted, const draw::DepthRange& range,
   const Eigen::Matrix3d rotation = view_rotation(camera);
   Mat4f view = Mat4f::Identity();
   view.topLeftCorner<3, 3>() = rotation.cast<float>();
+  // The world's origin is far from the camera in some scenes, and floats are then coarse. An overlay is a help for
+  // people, so this precision suffices.
   view.topRightCorner<3, 1>() = (-(rotation * camera.eye)).cast<float>();
   const float aspect = static_cast<float>(width) / static_cast<float>(std::max(1, height));
   return perspective(camera, aspect, range.near_m, range.far_m) * view;
@@ -57,8 +60,10 @@ void Overlay::draw(const Drawing& drawing, const draw::Camera& camera, const dra
   glDisable(GL_CULL_FACE);
   glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
   glEnable(GL_DEPTH_TEST);
+  // Overlays do not hide each other.
   glDepthMask(GL_FALSE);
   glEnable(GL_BLEND);
+  // Alpha stays as it is: a window's alpha could make it transparent.
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
   const Program& program = gl_->program;
   program.use();
@@ -71,6 +76,7 @@ void Overlay::draw(const Drawing& drawing, const draw::Camera& camera, const dra
     program.set("is_point", kind == GL_POINTS ? 1.0f : 0.0f);
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Drawing::Vertex)), vertices.data(),
                  GL_STREAM_DRAW);
+    // First what is hidden, faintly, then what is not: each pass keeps the other's pixels by its depth test.
     for (const auto& [depth, alpha] : {std::pair(GL_GREATER, kHiddenAlpha), std::pair(GL_LEQUAL, 1.0f)}) {
       glDepthFunc(static_cast<GLenum>(depth));
       program.set("alpha", alpha);

@@ -11,15 +11,18 @@
 
 namespace hairnet::render {
 
-using Rgba = std::array<std::uint8_t, 4>;  // in sRGB, not linear
+// A colour in sRGB, not linear.
+using Rgba = std::array<std::uint8_t, 4>;
 
-// Lines and points in the world, to be drawn over characters.
+// Lines and points in the world, to be drawn over characters, such as lattices and springs. Positions are floats of the
+// world: a millimetre coarse at 10 km.
 struct Drawing {
   struct Vertex {
     std::array<float, 3> position_world;
     Rgba colour;
   };
-  std::vector<Vertex> lines;  // two vertices a line
+  // There are two vertices for each line.
+  std::vector<Vertex> lines;
   std::vector<Vertex> points;
   float point_px = 5;
 
@@ -42,7 +45,8 @@ class Overlay {
  public:
   static Result<std::unique_ptr<Overlay>> create();
   ~Overlay();
-  // Tests against the existing depths, in the range with which they were drawn: hidden parts show faintly.
+  // Tests against the existing depths, in the range with which they were drawn (Stage::depth_range): hidden parts show
+  // faintly. It writes no depths, and leaves blending off.
   void draw(const Drawing& drawing, const draw::Camera& camera, const draw::DepthRange& range, int width, int height);
 
  private:

@@ -9,13 +9,17 @@
 namespace hairnet::render {
 namespace {
 
-constexpr GLsizei kSamples = 4;  // the minimum of OpenGL ES 3
-constexpr int kPlaces = 32;      // pictures after which the places of the samples repeat
-// A camera that turns or moves further than this between two pictures shows something else: the average ends.
+// The minimum that OpenGL ES 3 guarantees.
+constexpr GLsizei kSamples = 4;
+// After so many pictures the places of the samples repeat. The average is of no more pictures either.
+constexpr int kPlaces = 32;
+// A camera that turns or moves further than this between two pictures shows something else: the average ends, because
+// looking up each pixel in the picture before would find nothing.
 constexpr double kCut_rad = 0.6, kCut_m = 1;
 
 void make_texture(Texture& texture, GLint unit, GLenum format, GLint filter, int width, int height) {
-  texture = Texture();  // storage is immutable: a new size needs a new name
+  // Storage is immutable: a new size needs a new name.
+  texture = Texture();
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(GL_TEXTURE_2D, texture.name());
   glTexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
@@ -49,6 +53,7 @@ bool is_cut(const draw::Camera& before, const draw::Camera& now) {
   return forward_before.dot(forward) < std::cos(kCut_rad) || (now.eye - before.eye).norm() > kCut_m;
 }
 
+// The matrices are doubles, since the camera may be kilometres from the origin; only their products become floats.
 Eigen::Matrix4d transform(const Eigen::Matrix3d& rotation, const Vec3& position) {
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
   m.topLeftCorner<3, 3>() = rotation;
@@ -61,6 +66,7 @@ Eigen::Matrix4d transform(const RigidTransform& head, float scale, const Vec3& o
   return transform(static_cast<double>(scale) * head.rotation.toRotationMatrix(), head.position - origin);
 }
 
+// Mirrors the digits of n in that base about the point.
 float radical_inverse(int n, int base) {
   float inverse = 0, digit = 1 / static_cast<float>(base);
   for (int left = n; left > 0; left /= base, digit /= static_cast<float>(base))
@@ -71,6 +77,7 @@ float radical_inverse(int n, int base) {
 }  // namespace
 
 std::array<float, 2> place_of(int number) {
+  // The sequence begins at 1, since 0 would lie in the corner.
   const int n = number % kPlaces + 1;
   return {radical_inverse(n, 2) - 0.5f, radical_inverse(n, 3) - 0.5f};
 }
@@ -89,13 +96,14 @@ void Picture::cut() {
   number_ = 0;
 }
 
-// Returns false when the GPU cannot; then it tries again when the size changes.
+// Makes the targets for a size. Returns false when the GPU cannot; then it tries again when the size changes.
 bool Picture::resize(int width, int height) {
   if (width == width_ && height == height_) return has_targets_;
   cut();
   width_ = width;
   height_ = height;
-  while (glGetError() != GL_NO_ERROR) {  // errors of others
+  // Errors of other code, which must not count as this one's.
+  while (glGetError() != GL_NO_ERROR) {
   }
   glBindFramebuffer(GL_FRAMEBUFFER, samples_target_.name());
   make_samples(colour_samples_, GL_RGBA8, GL_COLOR_ATTACHMENT0, width, height);
@@ -108,6 +116,7 @@ bool Picture::resize(int width, int height) {
   attach(GL_DEPTH_ATTACHMENT, depth_);
   has_targets_ = has_targets_ && is_complete();
   for (Average* average : {&next_, &last_}) {
+    // Half floats: bytes would round away what one picture adds to an average of 32.
     make_texture(average->colour, kHistoryUnit, GL_RGBA16F, GL_LINEAR, width, height);
     make_texture(average->count, kHistoryCountUnit, GL_R16F, GL_NEAREST, width, height);
     glBindFramebuffer(GL_FRAMEBUFFER, average->target.name());
@@ -117,6 +126,7 @@ bool Picture::resize(int width, int height) {
     glDrawBuffers(2, kBoth.data());
     has_targets_ = has_targets_ && is_complete();
   }
+  // A lack of memory shows as an error, not as an incomplete target.
   while (glGetError() != GL_NO_ERROR) has_targets_ = false;
   return has_targets_;
 }
@@ -133,17 +143,20 @@ void Picture::draw(Stage& stage, std::span<const draw::ShownCharacter> character
   }
   const draw::Camera camera = mended(wanted);
   if (before_ && is_cut(before_->camera, camera)) cut();
-  // Several samples already spread over the pixel; together with their shifts they cover it evenly.
+  // Four samples already spread over the pixel. Half the shift suffices: together with their shifts they cover it
+  // evenly.
   const auto [x_px, y_px] = place_of(number_);
   const Sampling sampling{0.5f * x_px / static_cast<float>(width), 0.5f * y_px / static_cast<float>(height), number_};
   glBindFramebuffer(GL_FRAMEBUFFER, samples_target_.name());
   stage.draw(characters, camera, look, width, height, false, sampling);
+  // Multisampled targets cannot be read by a shader, so they are resolved first.
   glBindFramebuffer(GL_READ_FRAMEBUFFER, samples_target_.name());
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, current_target_.name());
   glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, GL_NEAREST);
 
   const float aspect = static_cast<float>(width) / static_cast<float>(height);
   const draw::DepthRange range = stage.depth_range();
+  // The camera is the origin of scene space, so the matrix has its rotation but not its place.
   const CameraBefore now{camera, perspective(camera, aspect, range.near_m, range.far_m).cast<double>() *
                                      transform(view_rotation(camera), Vec3::Zero())};
   accumulate_.use();
@@ -157,6 +170,7 @@ void Picture::draw(Stage& stage, std::span<const draw::ShownCharacter> character
   glBindFramebuffer(GL_FRAMEBUFFER, next_.target.name());
   draw_screen();
   present_.use();
+  // The new average is shown, and is the last one in the next picture.
   bind(kHistoryUnit, GL_TEXTURE_2D, next_.colour);
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(screen));
   draw_screen();
@@ -166,19 +180,21 @@ void Picture::draw(Stage& stage, std::span<const draw::ShownCharacter> character
   ++number_;
 }
 
-// Scene space has the camera as its origin, where floats are precise.
+// Sets where each pixel was in the last picture. Scene space has the camera as its origin, where floats are precise.
 void Picture::set_uniforms(const Stage& stage, const CameraBefore& now, const Sampling& sampling) {
   const Vec3& eye = now.camera.eye;
   Eigen::Matrix4d shift = Eigen::Matrix4d::Identity();
+  // The depths were drawn with the shift, so the way back to the scene must have it, too.
   shift(0, 3) = 2 * static_cast<double>(sampling.shift_x);
   shift(1, 3) = 2 * static_cast<double>(sampling.shift_y);
   accumulate_.set("jitter", sampling.shift_x, sampling.shift_y);
   accumulate_.set("to_scene", Mat4f((shift * now.to_clip).inverse().cast<float>()));
-  // Without a picture before, everything was outside of it.
+  // Without a picture before, everything was outside of it: a matrix of zeros puts each place there.
   Eigen::Matrix4d to_clip_before = Eigen::Matrix4d::Zero();
   if (before_) to_clip_before = before_->to_clip * transform(Eigen::Matrix3d::Identity(), eye - before_->camera.eye);
   accumulate_.set("to_clip_before", Mat4f(to_clip_before.cast<float>()));
 
+  // Call it for each picture, also the first: it remembers the nodes.
   const std::vector<draw::HairMotion::Motion> motions = motion_.motions(stage.drawn_characters());
   std::vector<Mat4f> to_head, head_to_clip_before;
   std::vector<float> radius_m;
@@ -189,6 +205,7 @@ void Picture::set_uniforms(const Stage& stage, const CameraBefore& now, const Sa
     radius_m.push_back(one.ball_radius_m);
   }
   accumulate_.set("moving_count", static_cast<int>(motions.size()));
+  // The shader then reads no arrays, which keep their old values.
   if (motions.empty()) return;
   accumulate_.set("to_head", std::span<const Mat4f>(to_head));
   accumulate_.set("head_to_clip_before", std::span<const Mat4f>(head_to_clip_before));
@@ -200,6 +217,7 @@ void Picture::fill_swing() {
   constexpr auto kSide = static_cast<GLsizei>(draw::HairMotion::kSwingNodes);
   constexpr auto kDepth = static_cast<GLsizei>(draw::HairMotion::kSwingNodes * draw::HairMotion::kMovingMax);
   bind(kSwingUnit, GL_TEXTURE_3D, swing_);
+  // The size never changes, so storage is made once.
   if (!std::exchange(has_swing_, true)) {
     glTexStorage3D(GL_TEXTURE_3D, 1, GL_RGBA16F, kSide, kSide, kDepth);
     for (const GLenum which : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
@@ -218,12 +236,14 @@ void Picture::draw_screen() const {
 }
 
 void Picture::copy_depths() const {
-  if (!has_targets_) return;  // the stage has drawn them
+  // The stage has drawn the depths into the bound framebuffer itself.
+  if (!has_targets_) return;
   depths_.use();
   bind(kDepthUnit, GL_TEXTURE_2D, depth_);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   glEnable(GL_DEPTH_TEST);
   glDepthMask(GL_TRUE);
+  // The depths are copied whatever was there.
   glDepthFunc(GL_ALWAYS);
   draw_screen();
   glDepthFunc(GL_LESS);

@@ -6,30 +6,35 @@
 
 #include "client/draw/hair_motion.hpp"
 #include "client/render/gl_objects.hpp"
-#include "client/render/program.hpp"
+#include "client/render/shader_program.hpp"
 #include "client/render/stage.hpp"
 
 namespace hairnet::render {
 
-// Draws without grain, for a window: `draw` replaces Stage::draw. Each picture is drawn a little aside of the one
-// before, and is added to the average of those before it, which follows the motion of the camera, of heads and of their
-// hair (client/shaders/accumulate.frag). Where the GPU cannot draw half floats it draws as the stage does. One thread;
-// the context in which it was made must be current at every call, also at its destruction.
+// Draws without grain, for a window: `draw` replaces Stage::draw. Coverage of thin hair becomes samples at random,
+// which a single picture shows as grain. So each picture is drawn a little aside of the one before, and is added to the
+// average of those before it, which follows the motion of the camera, of heads and of their hair
+// (client/shaders/accumulate.frag). Quick motion gets softer. Where the GPU cannot draw half floats it draws as the
+// stage does. One thread; the context in which it was made must be current at every call, also at its destruction.
 class Picture {
  public:
   static Result<Picture> build();
 
-  // Draws to the bound framebuffer, which stores colours as they are.
+  // Draws to the bound framebuffer, which must store colours as they are, not encode sRGB: the average is of encoded
+  // colours. A new size begins a new average.
   void draw(Stage& stage, std::span<const draw::ShownCharacter> characters, const draw::Camera& camera,
             const Look& look, int width, int height);
-  // Copies the depths of the last picture to the bound framebuffer, for what is drawn over it.
+  // Copies the depths of the last picture to the bound framebuffer, for what is drawn over it: the window's own depths
+  // are empty, because the stage draws into another target.
   void copy_depths() const;
-  // Forgets all pictures before: the next one shows nothing of them. A jump of the camera does this by itself.
+  // Forgets all pictures before: the next one shows nothing of them. Call it when the scene is another one; a jump of
+  // the camera does this by itself.
   void cut();
-  [[nodiscard]] int pictures() const { return number_; }  // since the last cut
+  // Counts pictures since the last cut.
+  [[nodiscard]] int pictures() const { return number_; }
 
  private:
-  // The camera of the last picture.
+  // The camera of the last picture, with which a place is looked up in it.
   struct CameraBefore {
     draw::Camera camera;
     // Maps axes of the world, with the camera as the origin, to clip space.
@@ -44,21 +49,26 @@ class Picture {
 
   Program accumulate_, present_, depths_;
   Renderbuffer colour_samples_, depth_samples_;
+  // These are textures of one sample; the samples of a picture are resolved into them.
   Texture current_, depth_, swing_;
   Framebuffer samples_target_, current_target_;
+  // Two averages take turns: one is read while the other is written.
   struct Average {
     Texture colour, count;
     Framebuffer target;
   };
   Average next_, last_;
-  VertexArray nothing_;  // for the single triangle over the screen
+  // OpenGL draws the single triangle over the screen with it, which has no vertex data.
+  VertexArray nothing_;
   draw::HairMotion motion_;
   std::optional<CameraBefore> before_;
   int width_ = 0, height_ = 0, number_ = 0;
+  // Without targets, pictures are drawn without an average.
   bool has_targets_ = false, has_swing_ = false;
 };
 
-// Where picture `number` has its samples, px from their usual places, -0.5 to 0.5: Halton's sequence of bases 2 and 3.
+// Where picture `number` has its samples, in pixels from their usual places, -0.5 to 0.5: Halton's sequence of bases 2
+// and 3, whose every part covers the pixel evenly. It repeats after 32 pictures.
 std::array<float, 2> place_of(int number);
 
 }  // namespace hairnet::render

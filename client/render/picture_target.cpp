@@ -1,19 +1,21 @@
 #include "client/render/picture_target.hpp"
 
-#include "client/render/program.hpp"
+#include "client/render/shader_program.hpp"
 
 namespace hairnet::render {
 namespace {
 
 void make_texture(Texture& texture, GLenum format, int width, int height) {
-  texture = Texture();  // storage is immutable: a new size needs a new name
+  // Storage is immutable: a new size needs a new name.
+  texture = Texture();
   glBindTexture(GL_TEXTURE_2D, texture.name());
   glTexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
 }
 
-constexpr GLsizei kLargeSamples = 4;  // the minimum of OpenGL ES 3
+// The minimum that OpenGL ES 3 guarantees.
+constexpr GLsizei kLargeSamples = 4;
 
 void make_large_samples(const Renderbuffer& buffer, GLenum format, GLenum attachment, int width, int height) {
   glBindRenderbuffer(GL_RENDERBUFFER, buffer.name());
@@ -29,8 +31,10 @@ bool complete() {
 
 bool PictureTarget::resize(int width, int height, int supersample) {
   if (width == width_ && height == height_ && supersample == supersample_) return true;
+  // A failure leaves no size behind, so that the next call does not take the targets for complete.
   width_ = height_ = supersample_ = 0;
-  while (glGetError() != GL_NO_ERROR) {  // errors of an earlier picture that did not fit into memory
+  // Errors of an earlier picture that did not fit into memory.
+  while (glGetError() != GL_NO_ERROR) {
   }
   glActiveTexture(GL_TEXTURE0 + kSourceUnit);
   const int large_width = width * supersample, large_height = height * supersample;
@@ -78,6 +82,7 @@ Image PictureTarget::read_small() const {
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, width_, height_, GL_RGBA, GL_UNSIGNED_BYTE, upwards.data());
   image.rgba.reserve(upwards.size());
+  // OpenGL's rows are from the bottom.
   for (auto from = upwards.end(); from != upwards.begin(); from -= static_cast<std::ptrdiff_t>(row)) {
     image.rgba.insert(image.rgba.end(), from - static_cast<std::ptrdiff_t>(row), from);
   }

@@ -17,6 +17,7 @@ Result<std::vector<std::uint8_t>> encode_png(const Image& image) {
   png.width = static_cast<png_uint_32>(image.width);
   png.height = static_cast<png_uint_32>(image.height);
   png.format = PNG_FORMAT_RGBA;
+  // A bound for any picture of this size, so that one call suffices.
   std::vector<std::uint8_t> out(PNG_IMAGE_PNG_SIZE_MAX(png));
   png_alloc_size_t size = out.size();
   if (png_image_write_to_memory(&png, out.data(), &size, 0, image.rgba.data(), 0, nullptr) == 0) {

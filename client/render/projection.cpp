@@ -7,6 +7,7 @@
 namespace hairnet::render {
 namespace {
 
+// Any direction across this one; the axis that is far from parallel to it keeps the result well defined.
 Vec3 any_across(const Vec3& direction) {
   const Vec3 axis = std::abs(direction.y()) < 0.9 ? Vec3::UnitY() : Vec3::UnitZ();
   return (axis - direction * direction.dot(axis)).normalized();
@@ -17,8 +18,10 @@ Vec3 any_across(const Vec3& direction) {
 draw::Camera mended(const draw::Camera& camera) {
   draw::Camera c = camera;
   if (!c.target.allFinite()) c.target = Vec3::Zero();
+  // Distances below this make directions of rounding errors.
   if (!c.eye.allFinite() || (c.eye - c.target).norm() < 1e-4f) c.eye = c.target + Vec3::UnitZ();
   const Vec3 forward = (c.target - c.eye).normalized();
+  // `up` along the view says nothing about what is up in the picture.
   if (!c.up.allFinite() || c.up.cross(forward).norm() < 1e-4f * c.up.norm() || c.up.norm() < 1e-6f) {
     c.up = any_across(forward);
   }
@@ -48,6 +51,7 @@ Mat4f perspective(const draw::Camera& camera, float aspect, float near_m, float 
 }
 
 Mat4f shifted(const Mat4f& projection, float shift_x, float shift_y) {
+  // Row 3 gives w: adding a share of w moves a point by that share after the division.
   Mat4f m = projection;
   m.row(0) += 2 * shift_x * projection.row(3);
   m.row(1) += 2 * shift_y * projection.row(3);

@@ -4,7 +4,8 @@
 
 namespace hairnet::render {
 
-// The text of a file of client/shaders at the time of the build; empty for an unknown name.
+// The text of a file of client/shaders at the time of the build, with its includes; empty for an unknown name. Programs
+// carry the text, so they find their shaders wherever they are installed.
 std::string_view shader_text(std::string_view file);
 
 }  // namespace hairnet::render

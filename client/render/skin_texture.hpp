@@ -3,17 +3,19 @@
 #include <array>
 
 #include "client/render/gl_objects.hpp"
-#include "client/render/program.hpp"
+#include "client/render/shader_program.hpp"
 #include "core/ffd/skin_push.hpp"
 
 namespace hairnet::render {
 
-// A groom's skin on the GPU, for the shaders that push hair out of it (skin_push.glsl). Before fill() none is known.
+// A groom's skin on the GPU, for the shaders that push hair out of it (skin_push.glsl). Before fill() none is known,
+// and nothing is pushed: a server sends the skin after the groom.
 class SkinTexture {
  public:
   SkinTexture();
+  // Uploads the skin, or another one in place of it.
   void fill(const SkinPush& skin);
-  // For the program in use.
+  // Binds the texture and sets its uniforms, for the program in use.
   void use(const Program& program) const;
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 

@@ -13,16 +13,19 @@
 #include "client/render/groom_buffers.hpp"
 #include "client/render/hair_density_pass.hpp"
 #include "client/render/lattice_pass.hpp"
-#include "client/render/program.hpp"
 #include "client/render/projection.hpp"
+#include "client/render/shader_program.hpp"
 #include "client/render/strand_deform_pass.hpp"
 #include "client/render/vector_texture.hpp"
 
 namespace hairnet::render {
 namespace {
 
+// Beyond this distance from the camera nothing of a head is seen, and a damaged position would spoil the depth range.
 constexpr double kCoordinateMax_m = 1e4;
+// A nearer plane would leave little precision of depth for what is far.
 constexpr float kNearMin_m = 0.01f;
+// The hairs of a card, drawn once; smaller levels of the texture keep far cards smooth.
 constexpr int kCardTextureWidth = 1024, kCardTextureHeight = 512;
 
 struct Programs {
@@ -50,7 +53,7 @@ struct Programs {
   }
 };
 
-// Draws the texture of cards once.
+// Draws the texture of cards once: it is the same for all grooms, and no file must be shipped.
 Result<void> make_card_texture(const Texture& texture) {
   const Result<Program> program = Program::build("screen.vert", "card_texture.frag");
   if (!program) return Refusal(program.error());
@@ -80,10 +83,10 @@ Result<void> make_card_texture(const Texture& texture) {
 // One character of a picture, before its record is made.
 struct Appearance {
   const draw::ShownCharacter* character;
-  // Numbers the character among all.
+  // Numbers the character among all that draw() got.
   std::size_t number;
   draw::DrawDetail detail;
-  // Numbers the list of strands to draw.
+  // Numbers the list of strands to draw (GroomBuffers::list_for).
   std::size_t list;
   float head_px;
 };
@@ -101,10 +104,12 @@ class GlStage final : public Stage {
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side_max);
     rows_max_ = static_cast<std::size_t>(side_max);
     if (Result<void> made = make_card_texture(card_texture_); !made) return made;
+    // Errors until here are of missing memory or features: the stage is then not usable.
     return glGetError() == GL_NO_ERROR ? Result<void>() : Refusal("OpenGL ES cannot make what the stage needs");
   }
 
   std::size_t add_groom(const Groom& groom) override {
+    // Slots of removed grooms are used again, so numbers of others stay as they are.
     std::size_t free = 0;
     while (free < grooms_.size() && grooms_[free]) ++free;
     if (free == grooms_.size()) grooms_.emplace_back();
@@ -128,15 +133,18 @@ class GlStage final : public Stage {
   [[nodiscard]] std::span<const draw::MovingCharacter> drawn_characters() const override { return drawn_characters_; }
 
  private:
+  // What draw() knows of its picture.
   struct View {
     draw::Camera camera;
     Eigen::Matrix3d rotation;
-    float px_per_m;  // at 1 m
+    // Pixels of a metre at a distance of 1 m.
+    float px_per_m;
     float aspect;
     draw::DepthRange range;
     Mat4f projection;
     draw::LightRig rig;
-    float samples;  // for each pixel of the target
+    // Samples for each pixel of the target.
+    float samples;
     Sampling sampling;
   };
   [[nodiscard]] std::vector<std::vector<Appearance>> appearances(std::span<const draw::ShownCharacter> characters,
@@ -171,13 +179,16 @@ class GlStage final : public Stage {
   draw::DepthRange depth_range_;
 };
 
-// The characters by groom, the nearest first, so that characters with one list of strands are adjacent. Leaves out
-// characters that are too small for any pixel.
+// Chooses who is in the picture, at which detail. Groups the characters by groom, and sorts each group by its list of
+// strands: characters with one list are adjacent, and can be one draw call. Within a list those with most strands come
+// first. Leaves out what is outside the view.
 std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::ShownCharacter> characters, View& view,
                                                           const Look& look) const {
   std::vector<std::vector<Appearance>> by_groom(grooms_.size());
   double nearest = 1e9, furthest = 0;
   const double spread = std::tan(view.camera.fov_deg * std::numbers::pi / 360.0);
+  // A ball touches the view while its middle is no further from a side's plane than its radius; these turn that
+  // distance into one across the view.
   const double side_y = std::hypot(1.0, spread), side_x = std::hypot(1.0, spread * static_cast<double>(view.aspect));
   for (std::size_t number = 0; number < characters.size(); ++number) {
     const draw::ShownCharacter& character = characters[number];
@@ -187,11 +198,13 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::
     if (!(at.cwiseAbs().maxCoeff() <= kCoordinateMax_m)) continue;
     const float scale = std::abs(character.scale);
     const double radius = static_cast<double>(scale * draw::ball_radius_m(groom.radius_m())), depth = -at.z();
+    // A ball that reaches behind the eye may still be seen.
     if (depth < -radius || std::abs(at.y()) > depth * spread + radius * side_y ||
         std::abs(at.x()) > depth * spread * static_cast<double>(view.aspect) + radius * side_x)
       continue;
     nearest = std::min(nearest, depth - radius);
     furthest = std::max(furthest, depth + radius);
+    // A camera inside a head would get an endless detail: the depth has a minimum.
     const float head_px = scale * draw::kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
     const draw::DrawDetail detail =
         character.detail.value_or(draw::detail_for(head_px, look.quality, groom.strand_count()));
@@ -203,6 +216,7 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::
     });
   }
   const float far_m = std::max(static_cast<float>(furthest) * 1.01f, 0.1f);
+  // The ratio of both planes bounds how coarse depths become: 10 000 leaves a 24-bit buffer fine enough.
   const float near_m =
       std::clamp(static_cast<float>(nearest) * 0.99f, std::max(kNearMin_m, far_m * 1e-4f), 0.99f * far_m);
   view.range = {near_m, far_m};
@@ -211,7 +225,8 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::
   return by_groom;
 }
 
-// Scene space has the world's axes and the camera as its origin.
+// Sets what all shaders of a picture share. Scene space has the world's axes and the camera as its origin, so a head 10
+// km from the world's origin is drawn as finely as one there.
 void GlStage::set_scene(const Program& program, const View& view, const Look& look, int width, int height,
                         bool srgb) const {
   Mat4f axes = Mat4f::Identity();
@@ -247,7 +262,7 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
     for (const Appearance& one : by_groom[g]) rows += grooms_[g]->point_rows(strands_of(*grooms_[g], one));
   }
   if (rows <= most) return;
-  // Each character may waste one row of points.
+  // Each character may waste part of a row of points, so one row each is set aside.
   const float scale =
       std::max(static_cast<float>(most) - static_cast<float>(characters), 0.0f) / static_cast<float>(rows);
   for (auto& shown : by_groom) {
@@ -255,9 +270,11 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
   }
 }
 
-// Removes the characters from `by_groom` that do not fit into the rows of the textures.
+// Makes the records, in the order in which characters are drawn. Removes the characters from `by_groom` that do not fit
+// into the rows of the textures.
 void GlStage::add_records(std::span<const draw::ShownCharacter> characters,
                           std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
+  // All characters are given, not only those in view: a head that leaves the view for a moment keeps its nodes.
   records_.begin(characters, programs_.lattices.sum_by(), rows_max_);
   drawn_characters_.clear();
   statistics_ = {};
@@ -268,6 +285,7 @@ void GlStage::add_records(std::span<const draw::ShownCharacter> characters,
       const Appearance& one = by_groom[g][i];
       const std::size_t rows = groom->point_rows(strands_of(*groom, one));
       if (!records_.has_room(one.number) || point_rows_ + rows > rows_max_) {
+        // Those behind it in the list would not fit either, or only by chance: they are left out together.
         statistics_.left_out += by_groom[g].size() - i;
         by_groom[g].resize(i);
         break;
@@ -290,7 +308,8 @@ std::optional<draw::DensityGrid> GlStage::density_of(const GroomBuffers& groom, 
                           one.detail, one.character->lattice, number);
 }
 
-// Follows the light through the placed strands. Runs before the drawing.
+// Follows the light through the placed strands. Runs after place_strands, whose points it counts, and before the
+// drawing, because it changes the bound framebuffer.
 void GlStage::add_densities(const std::vector<std::vector<Appearance>>& by_groom, const View& view) {
   if (densities_ == 0) return;
   GLint before = 0;
@@ -298,6 +317,8 @@ void GlStage::add_densities(const std::vector<std::vector<Appearance>>& by_groom
   programs_.density.begin(densities_);
   std::size_t first = 0;
   for (std::size_t g = 0; g < by_groom.size(); ++g) {
+    // One call for all characters of a groom draws as many points as the character with most has; the shader drops
+    // those beyond each one's rows.
     std::size_t points = 0;
     for (const Appearance& one : by_groom[g])
       points = std::max(points, grooms_[g]->point_count(
@@ -311,12 +332,12 @@ void GlStage::add_densities(const std::vector<std::vector<Appearance>>& by_groom
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(before));
 }
 
-// Runs before the drawing, because it changes the bound framebuffer.
+// Runs FFD for all strands. Runs before the drawing, because it changes the bound framebuffer.
 void GlStage::place_strands(const std::vector<std::vector<Appearance>>& by_groom) {
   if (point_rows_ == 0) return;
   GLint before = 0;
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
-  programs_.placement.reserve(point_rows_);
+  programs_.placement.reserve(point_rows_, std::min(rows_max_, StrandDeformPass::kRowsMax));
   std::size_t first = 0;
   for (std::size_t g = 0; g < by_groom.size(); ++g) {
     if (!by_groom[g].empty()) programs_.placement.place(*grooms_[g], first, by_groom[g].size());
@@ -333,6 +354,8 @@ void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearan
   for (std::size_t begin = 0; begin < shown.size();) {
     std::size_t end = begin, strands = 0;
     float follow_hairs = 0;
+    // Characters with the same list of strands are one draw call, with the largest number of strands and follow hairs
+    // among them; the shader drops what is too much for each.
     while (end < shown.size() && shown[end].list == shown[begin].list) {
       strands = std::max(strands, strands_of(groom, shown[end]));
       follow_hairs = std::max(follow_hairs, shown[end].detail.follow_hair_count);
@@ -351,7 +374,8 @@ void GlStage::draw_strands(const GroomBuffers& groom, const std::vector<Appearan
   }
 }
 
-// Draws the characters of one groom. Their records begin at `first`, in the order of `shown`.
+// Draws the characters of one groom. Their records begin at `first`, in the order of `shown`. The body comes first: it
+// is opaque, and hides most hair behind it before that is shaded.
 void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance>& shown, std::size_t first) {
   const auto all = static_cast<GLsizei>(shown.size());
   const auto draw_all = [&](const Program& program, const DrawnMesh& mesh) {
@@ -361,6 +385,7 @@ void GlStage::draw_groom(const GroomBuffers& groom, const std::vector<Appearance
     mesh.draw(all);
     count(mesh.index_count(), shown.size());
   };
+  // A body has no partial coverage.
   glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
   draw_all(programs_.body, groom.body());
   glEnable(GL_SAMPLE_ALPHA_TO_COVERAGE);
@@ -390,6 +415,7 @@ void GlStage::draw(std::span<const draw::ShownCharacter> characters, const draw:
   std::vector<std::vector<Appearance>> by_groom = appearances(characters, view, look);
   depth_range_ = view.range;
 
+  // The order is: which strands, then records, then passes that need records, then the picture.
   fit_points(by_groom);
   add_records(characters, by_groom, view.camera.eye);
   records_texture_.fill(records_.records());
@@ -400,9 +426,11 @@ void GlStage::draw(std::span<const draw::ShownCharacter> characters, const draw:
         records_.node_rows() * draw::kLatticeRow * sizeof(Eigen::Vector4f) / characters.size();
   }
 
+  // The caller may have left any state; passes below need all of this off.
   for (const GLenum test : {GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST, GL_DEPTH_TEST, GL_SAMPLE_ALPHA_TO_COVERAGE})
     glDisable(test);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  // Each pass reads what those before it have bound: records, then nodes, then placed points.
   records_texture_.bind();
   programs_.lattices.run(records_);
   statistics_.groom_bytes += programs_.lattices.basis_bytes();
@@ -413,12 +441,14 @@ void GlStage::draw(std::span<const draw::ShownCharacter> characters, const draw:
   glDepthMask(GL_TRUE);
   glClearDepthf(1);
   glClear(GL_DEPTH_BUFFER_BIT);
+  // Scene uniforms are set once for each program, not for each draw call.
   for (const Program* program :
        {&programs_.background, &programs_.body, &programs_.fabric, &programs_.card, &programs_.strand})
     set_scene(*program, view, look, width, height, target_is_srgb);
   programs_.background.use();
   programs_.background.set("top", look.background_top);
   programs_.background.set("bottom", look.background_bottom);
+  // The background covers every pixel, so colours need no clearing.
   glBindVertexArray(nothing_.name());
   glDrawArrays(GL_TRIANGLES, 0, 3);
 
@@ -431,6 +461,7 @@ void GlStage::draw(std::span<const draw::ShownCharacter> characters, const draw:
     if (!by_groom[g].empty()) draw_groom(*grooms_[g], by_groom[g], first);
     first += by_groom[g].size();
   }
+  // Other code that draws into the window expects the usual state of OpenGL.
   glDisable(GL_SAMPLE_ALPHA_TO_COVERAGE);
   glBindVertexArray(0);
   glActiveTexture(GL_TEXTURE0);

@@ -18,15 +18,17 @@
 
 namespace hairnet::render {
 
-// The light and background of a picture. The lights turn with the camera: key above its left, fill at its right, rim
-// behind.
+// The light and background of a picture. The lights turn with the camera (studio_lights): key above its left, fill at
+// its right, rim behind.
 struct Look {
-  float exposure = 1;  // multiplies all light, not the background
+  // Multiplies all light, not the background.
+  float exposure = 1;
   Vec3f background_top{0.80f, 0.81f, 0.82f}, background_bottom{0.52f, 0.53f, 0.55f};  // linear RGB
-  float quality = 1;  // factor on the detail that the screen size determines: strands, points; 0.1 ... 4
+  // A factor on the detail that the size on the screen determines: strands and points; 0.1 ... 4.
+  float quality = 1;
 };
 
-// What differs between the pictures of an average (Picture).
+// What differs between the pictures of an average (Picture). A single picture has the defaults.
 struct Sampling {
   // Shifts the picture, as a share of its size.
   float shift_x = 0, shift_y = 0;
@@ -34,9 +36,10 @@ struct Sampling {
   int dither_seed = 0;
 };
 
+// Describes the last picture, for people who look for what costs time and memory.
 struct StageStatistics {
   std::size_t draw_calls = 0, strands = 0, vertices = 0;
-  // Counts characters that did not fit into the GPU's textures.
+  // Counts characters that did not fit into the GPU's textures, and are not in the picture.
   std::size_t left_out = 0;
   // Count bytes on the GPU: those of all grooms and bases, and those of one character.
   std::size_t groom_bytes = 0, character_bytes = 0;
@@ -44,24 +47,32 @@ struct StageStatistics {
   std::size_t point_bytes = 0;
 };
 
-// Draws characters with OpenGL ES 3 into the bound framebuffer. The context in which it was made must be current at
-// every call, also at its destruction. One thread.
+// Draws characters with OpenGL ES 3 into the bound framebuffer. Nothing is sorted: width below a sample's share of the
+// pixel becomes coverage, coverage becomes samples (alpha to coverage), and the depth test orders those. So all
+// characters of a groom are one draw call for each list of strands. The price is grain in a single picture, which
+// Picture and Renderer remove. It simulates nothing and keeps no character between pictures. The context in which it
+// was made must be current at every call, also at its destruction. One thread.
 class Stage {
  public:
-  static Result<std::unique_ptr<Stage>> create();  // the error is one line about what is missing
+  // The error is one line about what is missing.
+  static Result<std::unique_ptr<Stage>> create();
   virtual ~Stage() = default;
 
-  // Prepares the groom and uploads it to the GPU. Returns its number in this stage.
+  // Prepares the groom and uploads it to the GPU, which takes a moment; the groom must pass validate() and is not kept.
+  // Returns its number in this stage; numbers of removed grooms are used again.
   virtual std::size_t add_groom(const Groom& groom) = 0;
   virtual void remove_groom(std::size_t groom) = 0;
-  // From now on the groom's hair is kept out of this skin; until then it lies where its lattice says.
+  // From now on the groom's hair is kept out of this skin; until then it lies where its lattice says, which a frame's
+  // few coefficients may put into the body.
   virtual void set_skin(std::size_t groom, const SkinPush& skin) = 0;
 
   // Clears and draws `width` x `height` pixels of the bound framebuffer, which needs depth and preferably 4 samples a
-  // pixel. Leaves out characters whose pose is not finite or over 10 km away.
+  // pixel. Leaves out characters whose groom is unknown, whose pose is not finite, or that are over 10 km away: a
+  // damaged pose of one must not spoil the others. `target_is_srgb` says that the target encodes colours by itself. It
+  // sets all state of OpenGL that it needs, and resets little of it.
   virtual void draw(std::span<const draw::ShownCharacter> characters, const draw::Camera& camera, const Look& look,
                     int width, int height, bool target_is_srgb, const Sampling& sampling) = 0;
-  // The next three are of the last draw(); the characters' lattices are those that it was given.
+  // The next three are of the last draw(). The characters' lattices refer to memory of its caller.
   [[nodiscard]] virtual const StageStatistics& statistics() const = 0;
   [[nodiscard]] virtual draw::DepthRange depth_range() const = 0;
   [[nodiscard]] virtual std::span<const draw::MovingCharacter> drawn_characters() const = 0;

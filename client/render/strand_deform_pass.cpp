@@ -14,7 +14,8 @@ Result<StrandDeformPass> StrandDeformPass::build() {
 void StrandDeformPass::Points::allocate(GLint unit, std::size_t rows) const {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(GL_TEXTURE_2D, texture.name());
-  // The bits of floats: every device can draw into this format.
+  // The texture stores the bits of floats as integers: every device can draw into this format, while drawing into
+  // floats is an extension.
   glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32UI, static_cast<GLsizei>(kPointRow), static_cast<GLsizei>(rows), 0,
                GL_RGBA_INTEGER, GL_UNSIGNED_INT, nullptr);
   for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
@@ -23,9 +24,11 @@ void StrandDeformPass::Points::allocate(GLint unit, std::size_t rows) const {
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture.name(), 0);
 }
 
-void StrandDeformPass::reserve(std::size_t rows) {
+void StrandDeformPass::reserve(std::size_t rows, std::size_t rows_max) {
   if (rows <= rows_) return;
-  rows_ = std::max(rows, std::min(rows + rows / 4, kRowsMax));
+  // A quarter more than is needed, so that a crowd that grows does not allocate in each picture; but not beyond the
+  // limit on memory.
+  rows_ = std::max(rows, std::min(rows + rows / 4, rows_max));
   GLint before = 0;
   glGetIntegerv(GL_FRAMEBUFFER_BINDING, &before);
   deformed_.allocate(kDeformedPointsUnit, rows_);
@@ -35,11 +38,13 @@ void StrandDeformPass::reserve(std::size_t rows) {
 
 void StrandDeformPass::place(const GroomBuffers& groom, std::size_t first_record, std::size_t characters) const {
   groom.bind_points();
+  // The viewport covers all characters; the vertex shader puts each one's rectangle at its own rows.
   glViewport(0, 0, static_cast<GLsizei>(kPointRow), static_cast<GLsizei>(rows_));
   glBindVertexArray(nothing_.name());
   deform_.use();
   groom.skin().use(deform_);
   run(deform_, deformed_, first_record, characters);
+  // The second pass reads what the first has written, for all characters of the groom.
   glActiveTexture(GL_TEXTURE0 + kDeformedPointsUnit);
   glBindTexture(GL_TEXTURE_2D, deformed_.texture.name());
   run(place_, placed_, first_record, characters);
@@ -51,6 +56,7 @@ void StrandDeformPass::run(const Program& pass, const Points& into, std::size_t 
   pass.use();
   pass.set("first_record", static_cast<int>(first_record));
   pass.set("target_rows", static_cast<int>(rows_));
+  // Two triangles for each character cover its rows.
   glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(characters));
 }
 

@@ -3,28 +3,32 @@
 #include <cstddef>
 
 #include "client/render/groom_buffers.hpp"
-#include "client/render/program.hpp"
+#include "client/render/shader_program.hpp"
 
 namespace hairnet::render {
 
-// Places the points of strands before the strands are drawn: deforms them, pushes them out of the skin, and limits
-// every strand to its length at rest (SkinPush and StrandLengths in shaders). Two passes write textures of points;
-// client/shaders/strand_points.glsl has their layout. Each drawn vertex then reads its point, so FFD runs once a point,
-// not once a vertex and follow hair.
+// Places the points of strands before the strands are drawn: deforms them (paper 4), pushes them out of the skin, and
+// limits every strand to its length at rest (SkinPush and StrandLengths in shaders). Two passes write textures of
+// points, because the second walks along a strand's points of the first; client/shaders/strand_points.glsl has their
+// layout. Each drawn vertex then reads its point, so FFD runs once a point, not once a vertex and follow hair.
+// Points take 32 bytes each, 16 in each texture, for every character.
 class StrandDeformPass {
  public:
-  static constexpr std::size_t kPointRow = 1024;  // points in a row
-  // With this many rows both textures take 256 MiB.
+  // Points in a row. A row is a unit of room: each character wastes less than one.
+  static constexpr std::size_t kPointRow = 1024;
+  // With this many rows both textures take 256 MiB. When a picture wants more, all characters get fewer strands.
   static constexpr std::size_t kRowsMax = 8192;
 
   static Result<StrandDeformPass> build();
 
-  // Allocates that many rows, for all characters of a picture; the old contents are lost.
-  void reserve(std::size_t rows);
+  // Has at least that many rows, for all characters of a picture, and some more up to `rows_max`, the limit of a
+  // texture. The old contents are lost when the textures grow; they never shrink.
+  void reserve(std::size_t rows, std::size_t rows_max);
   // Places the points of `characters` with the groom. Their records begin at `first_record` and have the rows of the
-  // points. Records and lattices must be bound. Changes the bound framebuffer, viewport and vertex array.
+  // points. Records and lattices must be bound. Changes the bound framebuffer, viewport, program and vertex array.
   void place(const GroomBuffers& groom, std::size_t first_record, std::size_t characters) const;
-  void bind() const;  // for drawing
+  // Binds the placed points for drawing.
+  void bind() const;
   // The framebuffer of placed points, for reading back.
   [[nodiscard]] GLuint placed() const { return placed_.target.name(); }
   [[nodiscard]] std::size_t bytes() const { return 2 * rows_ * kPointRow * 4 * sizeof(std::uint32_t); }

@@ -11,11 +11,13 @@ void VectorTexture::fill(const std::vector<Eigen::Vector4f>& values) {
   if (rows + 1 > capacity_) {
     GLint rows_max = 0;
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &rows_max);
+    // Twice what is needed, so that a number of rows that varies allocates seldom.
     capacity_ = std::clamp<std::size_t>(2 * (rows + 1), 4, static_cast<std::size_t>(rows_max));
     glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, width, static_cast<GLsizei>(capacity_), 0, GL_RGBA, GL_FLOAT, nullptr);
     for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
       glTexParameteri(GL_TEXTURE_2D, filter, GL_NEAREST);
   }
+  // Whole rows and the rest of one are two rectangles.
   if (rows > 0)
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width, static_cast<GLsizei>(rows), GL_RGBA, GL_FLOAT, values.data());
   if (rest > 0)

@@ -10,10 +10,10 @@ namespace hairnet::room {
 // the GPU); frames that arrive meanwhile are all read afterwards, but were not late. Times in ns, of one clock.
 class Arrivals {
  public:
-  // The thread runs at this moment.
+  // The thread runs at this moment. Call it after what has arrived was read, with the time before reading.
   void on_awake(std::int64_t now_ns) { awake_ns_ = now_ns; }
 
-  // The estimated arrival of a frame that was read at `read_ns`; `sample_ns` is on this clock.
+  // The estimated arrival of a batch of frames that was read at `read_ns`; `sample_ns` is on this clock.
   std::int64_t time_of(std::int64_t sample_ns, std::int64_t read_ns) {
     if (read_ns - awake_ns_ <= kStalled_ns) {
       awake_ns_ = std::max(awake_ns_, read_ns);
@@ -27,7 +27,7 @@ class Arrivals {
 
  private:
   static constexpr std::int64_t kStalled_ns = 60'000'000;
-  // The growth of the remembered least lateness a frame: it follows clocks that drift apart.
+  // The remembered minimum of the lateness grows by this with each batch, so it follows clocks that drift apart.
   static constexpr std::int64_t kForget_ns = 100'000;
   static constexpr std::int64_t kUnknown_ns = std::numeric_limits<std::int64_t>::max() - kForget_ns;
   std::int64_t awake_ns_ = std::numeric_limits<std::int64_t>::min() / 2;

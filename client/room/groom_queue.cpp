@@ -5,6 +5,8 @@
 namespace hairnet::room {
 namespace {
 
+// A program's first report comes often before its camera is placed, so two are awaited. Calls count as well as time,
+// because a program that loads may call rarely at first.
 constexpr int kReports = 2, kWaitCalls = 4;
 constexpr std::int64_t kWait_ns = 600'000'000;
 
@@ -17,6 +19,7 @@ void GroomQueue::finish(const wire::GroomHash& groom) {
 
 void GroomQueue::set_heights(std::span<const std::pair<wire::GroomHash, float>> heights) {
   heights_.clear();
+  // The largest head with a groom decides when the groom is fetched.
   for (const auto& [groom, height] : heights) heights_[groom] = std::max(height, heights_[groom]);
   if (!heights_.empty() && reports_ < kReports) ++reports_;
 }
@@ -26,6 +29,7 @@ std::optional<wire::GroomHash> GroomQueue::next(std::int64_t now_ns, const std::
   if (current_ || waiting_.empty()) return {};
   const bool has_first = first && waiting_.contains(*first);
   if (only_first && !has_first) return {};
+  // The wait begins with the first groom, and not with the room, which may be empty for long.
   if (!begun_ns_) begun_ns_ = now_ns;
   if (calls_ < kWaitCalls) ++calls_;
   const std::optional<wire::GroomHash> best = has_first ? first : largest(now_ns - *begun_ns_);

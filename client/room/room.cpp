@@ -12,8 +12,11 @@
 namespace hairnet::room {
 namespace {
 
+// The server may not have the groom yet, while its owner still uploads it. Asking more often only costs messages.
 constexpr std::int64_t kAskAgain_ns = 3'000'000'000;
-constexpr float kUnseenShare = 0.01f;  // how much a head outside of the view counts against one of the same size in it
+// A head outside of the view counts this much against one of the same size in it, so its groom is fetched after almost
+// all that are seen.
+constexpr float kUnseenShare = 0.01f;
 
 }  // namespace
 
@@ -21,6 +24,7 @@ Room::Room(std::unique_ptr<link::Conversation> conversation, const wire::Observe
     : conversation_(std::move(conversation)),
       observes_others_(observe.mode != wire::ObserveMode::list || !observe.members.empty()) {
   HAIRNET_ASSERT(conversation_);
+  // This is the first request: a server would otherwise begin with frames of everybody.
   conversation_->send(observe);
 }
 
@@ -30,6 +34,7 @@ void Room::advance() {
     // What comes after close() is of a conversation that nobody follows any more.
     if (state_ != State::closed) std::visit([this](const auto& e) { take(e); }, event);
   }
+  // The events above were read after a pause of unknown length, so they are judged by the moment of the call before.
   arrivals_.on_awake(now_ns);
   fetch(now_ns);
   for (const auto& [number, member] : members_) sample(*member, now_ns);
@@ -43,6 +48,7 @@ std::vector<Event> Room::take_events() {
 }
 
 void Room::tell(Event event) {
+  // A caller that never takes events must not fill the memory.
   constexpr std::size_t kEventsMax = 10'000;
   if (events_.size() == kEventsMax) events_.pop_front();
   events_.push_back(std::move(event));
@@ -50,8 +56,11 @@ void Room::tell(Event event) {
 
 void Room::sample(Member& member, std::int64_t now_ns) {
   member.sample = member.playout.sample(now_ns);
+  // A skin that is here stays, also while a reconnect has none: hair must not sink into the body meanwhile.
   if (std::shared_ptr<const Skin> skin = conversation_->skin_of(member.groom_hash)) member.skin = std::move(skin);
   const std::optional<Pose> played = member.sample.valid ? std::optional(member.sample.pose) : std::nullopt;
+  // An own head is shown at its newest pose, without the delay of play-out, since people notice a head that lags behind
+  // their own.
   const auto own = own_.find(member.own);
   member.pose = own != own_.end() && own->second.pose ? own->second.pose : played;
 }
@@ -74,14 +83,19 @@ Result<std::uint32_t> Room::add_character(link::RequestedState::Bytes groom_file
   const auto known = grooms_.find(hash);
   const bool is_known = known != grooms_.end() && known->second.groom;
   if (!is_known && !decoded) {
+    // The file is decoded here although the server validates it too: the caller learns at once what is wrong, and the
+    // own head can be shown before any download.
     Result<Groom> groom = wire::decode_groom(*groom_file);
     if (!groom) return Refusal(std::move(groom.error()));
     decoded = std::make_shared<const Groom>(std::move(*groom));
   }
   KnownGroom& kept = grooms_[hash];
+  // A groom whose download has failed is replaced by the caller's own.
   if (!is_known) kept = {std::move(decoded), nullptr, "", {}};
   kept.file = std::move(groom_file);
+  // A member with the same groom may have made the room wait for it; the file is here now.
   queue_.remove(hash);
+  // Members with the same hair need no download any more.
   give_groom(hash);
   return add(hash, std::move(options));
 }
@@ -101,10 +115,12 @@ Result<std::uint32_t> Room::add_character_like(const Member& member, CharacterOp
 std::uint32_t Room::add(const wire::GroomHash& groom, CharacterOptions&& options) {
   const std::uint32_t number = next_own_++;
   Own& own = own_[number];
+  // CharacterAdded brings the number alone, so the rest is kept here.
   own.groom = groom;
   own.tag = options.tag;
   own.appearance = options.appearance;
   if (const auto known = grooms_.find(groom); known != grooms_.end() && known->second.file)
+    // The offer goes before the character: the server refuses a character of a groom that it does not know.
     conversation_->offer_groom(groom, known->second.file);
   conversation_->send(wire::AddCharacter{number, groom, options.level, {}, std::move(options.tag), options.appearance});
   return number;
@@ -114,6 +130,8 @@ void Room::remove_character(std::uint32_t own) {
   const auto found = own_.find(own);
   if (found == own_.end()) return;
   const Own removed = std::move(found->second);
+  // The entry goes before drop(), which would otherwise only mark it. The server's CharacterRemoved then finds nothing
+  // to do.
   own_.erase(found);
   conversation_->send(wire::RemoveCharacter{own});
   if (removed.is_here) drop(removed.member->number);
@@ -139,6 +157,7 @@ Result<void> Room::set_appearance(std::uint32_t own, std::string tag, std::optio
   changed.appearance = appearance;
   conversation_->send(wire::SetAppearance{own, std::move(tag), appearance});
   if (!changed.member) return {};
+  // The server tells a change to others alone, so the own member changes here.
   changed.member->tag = changed.tag;
   changed.member->appearance = changed.appearance;
   if (changed.is_here) tell(Changed{changed.member->number, changed.member});
@@ -156,11 +175,14 @@ Result<void> Room::push(std::span<const OwnPose> poses) {
     wire::PoseRefusal refusal = wire::validate_pose(each.pose);
     if (refusal == wire::PoseRefusal::none) refusal = wire::validate_pose(rounded_to_wire(each.pose));
     if (refusal != wire::PoseRefusal::none) {
-      std::string why = "character " + std::to_string(each.own) + ": " + std::string(wire::to_string(refusal));
-      if (Refusal refused = dropped(std::move(why)); result) result = std::move(refused);
+      std::string error = "character " + std::to_string(each.own) + ": " + std::string(wire::to_string(refusal));
+      // The first error is returned, and the valid poses are sent.
+      if (Refusal refused = dropped(std::move(error)); result) result = std::move(refused);
       continue;
     }
     found->second.pose = each.pose;
+    // The time of capture is that of this call. The sequence also rises over reconnects, so that a late datagram never
+    // replaces a newer pose.
     samples.push_back({each.own, ++found->second.sequence, now_ns, each.teleport, each.pose});
   }
   if (!samples.empty()) conversation_->push_poses(std::move(samples));
@@ -178,9 +200,10 @@ Result<void> Room::set_wind(const Wind& wind) {
   return {};
 }
 
-Refusal Room::dropped(std::string why) {
+// Counts each refused input, for programs that look at no results.
+Refusal Room::dropped(std::string error) {
   ++inputs_dropped_;
-  return Refusal(std::move(why));
+  return Refusal(std::move(error));
 }
 
 void Room::report_importance(std::vector<wire::MemberImportance> members) {
@@ -189,6 +212,7 @@ void Room::report_importance(std::vector<wire::MemberImportance> members) {
     return !std::isfinite(each.screen_height) || !members_.contains(each.member);
   });
   for (wire::MemberImportance& each : members)
+    // A head close to the camera may have any height; the server would refuse the whole message.
     each.screen_height = std::clamp(each.screen_height, 0.0f, wire::kScreenHeightMax);
   std::vector<std::pair<wire::GroomHash, float>> heights;
   for (const wire::MemberImportance& each : members)
@@ -205,6 +229,7 @@ void Room::fetch_first(std::optional<std::uint32_t> member, bool only_this) {
 void Room::close() {
   if (state_ == State::closed) return;
   conversation_->close();
+  // Each member leaves by an event of its own, so that a caller may rely on a Left for each Joined.
   while (!members_.empty()) drop(members_.begin()->first);
   set_state(State::closed, "");
 }
@@ -214,6 +239,7 @@ void Room::set_state(State state, std::string detail, double wait_s, bool is_ref
   tell(StateChanged{state, std::move(detail), wait_s, is_refused});
 }
 
+// Rights and touch rules are those of this connection: another server may have other settings.
 void Room::take(const link::Connected& connected) {
   session_ = connected.welcome.session;
   may_set_wind_ = connected.welcome.may_set_wind;
@@ -224,6 +250,7 @@ void Room::take(const link::Connected& connected) {
     // As the link does: another server gives the numbers of sessions to others.
     if (connected.again && !connected.welcome.resumed) own.touch_chosen.clear();
     if (!own.member) continue;
+    // A new session has another number, by which others know this client.
     own.member->session = session_;
     set_touch(*own.member, own.touch, own.touch_chosen);
   }
@@ -231,6 +258,8 @@ void Room::take(const link::Connected& connected) {
 }
 
 void Room::take(const link::Reconnecting& lost) {
+  // Without frames hair would ease to rest. It is frozen, because most outages are short and the hair goes on from
+  // there.
   for (const auto& [number, member] : members_) member->playout.freeze();
   set_state(State::reconnecting, lost.detail.empty() ? "the connection broke" : lost.detail, lost.wait_s);
 }
@@ -264,6 +293,7 @@ void Room::take(const wire::CharacterAdded& added) {
   const auto found = own_.find(added.character);
   if (found == own_.end()) return;
   Own& own = found->second;
+  // The server announces own characters again after a resume.
   if (own.is_here && own.member->number == added.member) return;
   if (own.is_here) drop(own.member->number);
   if (!own.member) own.member = std::make_shared<Member>();
@@ -290,6 +320,7 @@ void Room::take(const wire::RoomWind& wind) {
 }
 
 void Room::take(const wire::GroomStatus& status) {
+  // The reason comes in an Error of its own.
   if (status.state == wire::GroomState::refused)
     tell(Fault{"the server refuses a groom", wire::ErrorReason::none, 0, status.hash});
 }
@@ -308,9 +339,11 @@ void Room::take(const link::FrameBatch& batch) {
 
 void Room::take(const wire::Error& error) {
   const bool names_groom = error.groom != wire::GroomHash{};
+  // Whatever the error is, this download has ended and the next one may begin.
   if (names_groom) queue_.finish(error.groom);
   const bool may_come_later =
       error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
+  // This is no fault for people yet: the groom's owner may still be sending it.
   if (may_come_later && names_groom) {
     const auto known = grooms_.find(error.groom);
     if (known != grooms_.end() && !known->second.groom) {
@@ -325,14 +358,18 @@ void Room::take(const wire::Error& error) {
   tell(Fault{std::move(line), error.reason, error.character, error.groom});
 }
 
+// A member enters the room: it gets the groom that is known, or its groom is queued.
 void Room::meet(const std::shared_ptr<Member>& member) {
+  // A number belongs to one member at a time; a MemberLeft that was lost with a connection is made up for here.
   drop(member->number);
   members_[member->number] = member;
   shown_[member->number] = member;
   const auto [known, is_new] = grooms_.try_emplace(member->groom_hash);
   member->groom = known->second.groom;
   member->groom_file = known->second.file;
+  // An earlier member may have brought the groom, or its error.
   member->error = known->second.error;
+  // A program that shows only its own heads has their files already.
   if (is_new && observes_others_) queue_.add(member->groom_hash);
   tell(Joined{member->number, member});
 }
@@ -341,6 +378,7 @@ void Room::meet(const std::shared_ptr<Member>& member) {
 void Room::drop(std::uint32_t number) {
   const auto found = members_.find(number);
   if (found == members_.end()) return;
+  // The copy keeps the member alive for its Left event, whose reader may still want its tag.
   const std::shared_ptr<Member> member = found->second;
   members_.erase(found);
   shown_.erase(number);
@@ -356,6 +394,7 @@ bool Room::is_used(const wire::GroomHash& groom) const {
 }
 
 void Room::forget_unused(const wire::GroomHash& groom) {
+  // A groom goes with the last that uses it, so a room through which many people pass does not grow.
   if (is_used(groom)) return;
   grooms_.erase(groom);
   queue_.remove(groom);
@@ -393,6 +432,7 @@ void Room::take(const link::GroomFetched& fetched) {
 void Room::fetch(std::int64_t now_ns) {
   for (auto& [hash, known] : grooms_) {
     if (!known.ask_again_ns || now_ns < *known.ask_again_ns) continue;
+    // The request is repeated once each time that the server says no.
     known.ask_again_ns.reset();
     if (!known.groom) queue_.add(hash);
   }

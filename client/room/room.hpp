@@ -210,10 +210,10 @@ class Room {
   void take(const wire::CharacterAdded& added);
   void take(const wire::CharacterRemoved& removed);
   void take(const wire::RoomWind& wind);
-  void take(const wire::RoomProps& told);
-  void take(const wire::MemberTouch& told);
+  void take(const wire::RoomProps& announced);
+  void take(const wire::MemberTouch& announced);
   void take(const wire::Held& held);
-  void take(const wire::RoomHands& told);
+  void take(const wire::RoomHands& announced);
   void take(const wire::GroomStatus& status);
   void take(const link::GroomFetched& fetched);
   void take(const link::FrameBatch& batch);
@@ -231,7 +231,7 @@ class Room {
   void play_hands(std::int64_t now_ns);
   void tell(Event event);
   void set_state(State state, std::string detail, double wait_s = 0, bool is_refused = false);
-  Refusal dropped(std::string why);
+  Refusal dropped(std::string error);
 
   std::unique_ptr<link::Conversation> conversation_;
   bool observes_others_;  // otherwise their grooms are not fetched

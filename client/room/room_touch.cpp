@@ -16,20 +16,22 @@ constexpr const char* kNotConnected = "the room is not connected: nothing is hel
 
 }  // namespace
 
-void RoomTouch::take(const wire::RoomProps& told) {
-  if (told.all) props_.clear();
-  for (const std::uint8_t number : told.removed) props_.erase(number);
-  for (const wire::Prop& prop : told.props) props_.insert_or_assign(prop.number, prop);
+void RoomTouch::take(const wire::RoomProps& announced) {
+  // A full list replaces what is known, as after a reconnect to another server.
+  if (announced.all) props_.clear();
+  for (const std::uint8_t number : announced.removed) props_.erase(number);
+  for (const wire::Prop& prop : announced.props) props_.insert_or_assign(prop.number, prop);
 }
 
-void RoomTouch::take(const wire::RoomHands& told, std::int64_t sampled_ns, std::int64_t now_ns) {
-  for (const auto& [session, hands] : told.people) {
+void RoomTouch::take(const wire::RoomHands& announced, std::int64_t sampled_ns, std::int64_t now_ns) {
+  for (const auto& [session, hands] : announced.people) {
     auto person = std::ranges::find(people_, session, &Person::session);
     if (person == people_.end()) person = people_.insert(person, Person{session, now_ns, {}});
     std::vector<Sample>& samples = person->samples;
-    if (!samples.empty() && told.tick <= samples.back().tick) continue;
+    // Datagrams may overtake one another: an older sample would move the hand back.
+    if (!samples.empty() && announced.tick <= samples.back().tick) continue;
     if (samples.size() == kSamplesMax) samples.erase(samples.begin());
-    samples.push_back({told.tick, sampled_ns, hands});
+    samples.push_back({announced.tick, sampled_ns, hands});
     person->heard_ns = now_ns;
   }
 }
@@ -40,11 +42,14 @@ void RoomTouch::play_hands(std::optional<std::int64_t> sampled_ns, std::int64_t 
   for (const auto& [session, heard_ns, samples] : people_) {
     auto next = sampled_ns ? samples.begin() : samples.end();
     while (next != samples.end() && next->sampled_ns <= *sampled_ns) ++next;
-    if (next == samples.begin()) continue;  // They come later.
+    // The hair that is shown is older than all samples of this hand, which comes later.
+    if (next == samples.begin()) continue;
     const Sample& now = *std::prev(next);
     if (now.hands.empty()) continue;
     std::vector<Hand>& hands = hands_.emplace_back(wire::RoomHands::Person{session, now.hands}).hands;
+    // There is no newer sample to move towards: the hand stays at the last one and is not extrapolated.
     if (next == samples.end()) continue;
+    // Hands are interpolated between two samples as poses are, so that a hand and the hair that it moves stay together.
     const double share =
         static_cast<double>(*sampled_ns - now.sampled_ns) / static_cast<double>(next->sampled_ns - now.sampled_ns);
     move_towards(next->hands, share, hands);
@@ -58,6 +63,7 @@ void RoomTouch::clear() {
 }
 
 bool Room::may_touch(const Member& member) const {
+  // A mute or a token forbids touching hair of others alone.
   if (member.own != 0) return member.touch != TouchAudience::nobody;
   const bool is_chosen = member.touch == TouchAudience::chosen && std::ranges::count(member.touch_chosen, session_) > 0;
   return may_touch_ && (member.touch == TouchAudience::everyone || is_chosen);
@@ -86,6 +92,7 @@ Result<void> Room::push_hands(std::span<const Hand> hands) {
 Result<void> Room::take_hold(std::uint32_t member, std::uint8_t hand, const Vec3f& place, float radius_m) {
   const wire::TakeHold hold{member, hand, place, radius_m};
   if (std::string error = wire::validate(hold); !error.empty()) return dropped(std::move(error));
+  // A hold that is sent after a reconnect would grab hair that has moved since.
   if (state_ != State::connected) return dropped(kNotConnected);
   if (!members_.contains(member)) return dropped("hold: there is no member " + std::to_string(member));
   conversation_->send(hold);
@@ -102,6 +109,7 @@ Result<void> Room::set_props(std::vector<wire::Prop> props, std::vector<std::uin
   if (props.size() > wire::kPropsMax || removed.size() > wire::kPropsMax)
     return dropped("props: more than " + std::to_string(wire::kPropsMax));
   for (wire::Prop& prop : props) {
+    // The server would refuse the whole message; here the error names the prop.
     if (const std::string error = wire::validate(prop); !error.empty())
       return dropped("prop " + std::to_string(prop.number) + ": " + error);
     prop.place.rotation.normalize();
@@ -115,6 +123,7 @@ Result<void> Room::set_props(std::vector<wire::Prop> props, std::vector<std::uin
 
 // The server tells anew what is not the default.
 void Room::forget_touch() {
+  // The event comes only if something changes for the caller.
   const bool had_props = !touch_.props().empty();
   touch_.clear();
   if (had_props) tell(PropsChanged{});
@@ -130,23 +139,24 @@ void Room::set_touch(Member& member, TouchAudience audience, std::vector<std::ui
   if (members_.contains(member.number)) tell(TouchChanged{member.number});
 }
 
-void Room::take(const wire::RoomProps& told) {
-  touch_.take(told);
+void Room::take(const wire::RoomProps& announced) {
+  touch_.take(announced);
   tell(PropsChanged{});
 }
 
-void Room::take(const wire::MemberTouch& told) {
-  const auto found = members_.find(told.member);
+void Room::take(const wire::MemberTouch& announced) {
+  const auto found = members_.find(announced.member);
   // What this client says last holds for its own, though the word of an earlier one may still come.
-  if (found != members_.end() && found->second->own == 0) set_touch(*found->second, told.audience, told.chosen);
+  if (found != members_.end() && found->second->own == 0)
+    set_touch(*found->second, announced.audience, announced.chosen);
 }
 
 void Room::take(const wire::Held& held) {
   if (members_.contains(held.member)) tell(HeldChanged{held.member, held.hand, held.point_count});
 }
 
-void Room::take(const wire::RoomHands& told) {
-  touch_.take(told, conversation_->to_local_ns(told.sample_time_ns), conversation_->now_ns());
+void Room::take(const wire::RoomHands& announced) {
+  touch_.take(announced, conversation_->to_local_ns(announced.sample_time_ns), conversation_->now_ns());
 }
 
 // Hair is played out less late where the server steps it more often: hands keep to the newest that is shown.

@@ -17,9 +17,9 @@ class RoomTouch {
   // Hands of whom nothing has come for so long are gone: the word of it may have been lost.
   static constexpr std::int64_t kHandsGone_ns = 500'000'000;
 
-  void take(const wire::RoomProps& told);
+  void take(const wire::RoomProps& announced);
   // `sampled_ns`: their sample time, on the clock of `now_ns`. Drops those of a person of whom newer ones have come.
-  void take(const wire::RoomHands& told, std::int64_t sampled_ns, std::int64_t now_ns);
+  void take(const wire::RoomHands& announced, std::int64_t sampled_ns, std::int64_t now_ns);
   // Moves hands() to a sample time; none: to the newest samples.
   void play_hands(std::optional<std::int64_t> sampled_ns, std::int64_t now_ns);
   void clear();

@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
       const float along = static_cast<float>(p) / (kPoints - 1);
       strand.push_back(root + kLength_m * along * (0.25f * out - along * Vec3f::UnitY()));
     }
+    // Each strand stands for 25 hairs, which give it their mass, stiffness and drag.
     groom.add_strand(strand, {.hair_count = 25});
   }
   if (const std::string error = validate(groom); !error.empty()) return std::fprintf(stderr, "%s\n", error.c_str()), 1;

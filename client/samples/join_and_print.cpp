@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
 
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
   while (std::chrono::steady_clock::now() < end && lobby.state() != room::State::closed) {
+    // The room takes what has arrived only here, so a program calls this for each picture.
     lobby.advance();
     for (const room::Event& event : lobby.take_events()) std::puts(describe(event).c_str());
     std::this_thread::sleep_for(std::chrono::milliseconds(14));

@@ -12,6 +12,7 @@ using namespace hairnet;
 int main() {
   const auto groom = std::make_shared<const Groom>(*make_hairstyle("bob", {.strand_count = 600}));
   std::fprintf(stderr, "building the levels of the hair\n");
+  // This takes seconds, so a program that starts often stores the levels by wire::encode_levels().
   const std::shared_ptr<const LevelSet> levels = build_levels(*groom);
   const std::shared_ptr<const Level> high(levels, &(*levels)[LevelIndex::high]);
   draw::HairPoints hair(groom, {high, &high->geometry}, high->skin);
@@ -25,8 +26,10 @@ int main() {
     const Pose pose = motion.sample(tick / 60.0);
     world.set_pose(id, pose);
     world.step();
+    // The World moves active nodes alone; strands are deformed by all nodes of the grid.
     expand_displacements(high->geometry, world.lattice(id).displacement, grid);
     hair.place(pose, {&high->geometry, grid}, points, {});
+    // Without a lattice hair follows the head rigidly.
     hair.place(pose, {}, rest, {});
     std::printf("%.3f s: %.1f mm\n", tick / 60.0, 1e3 * static_cast<double>((points[tip] - rest[tip]).norm()));
   }

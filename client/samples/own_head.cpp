@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
   std::optional<draw::HairPoints> hair;  // made again when the lattice or the skin arrives
   std::vector<Vec3f> points(groom->points.size());
   for (int picture = 0; picture < 300 && lobby.state() != room::State::closed; ++picture) {
+    // The pose goes out first, so that advance() already shows it.
     lobby.push(me, motion.sample(picture / 60.0));
     lobby.advance();
     for (const room::Event& event : lobby.take_events()) std::fprintf(stderr, "%s\n", describe(event).c_str());
@@ -33,6 +34,7 @@ int main(int argc, char** argv) {
       if (!hair || hair->geometry() != geometry.get() || hair->has_skin() != (head->skin != nullptr))
         hair.emplace(groom, geometry, head->skin);
       hair->place(*head->pose, sample.lattice(), points, {});
+      // Strand 0 has the points from strand_begin[0] up to strand_begin[1].
       const Vec3f& tip = points[groom->strand_begin[1] - 1];
       std::printf("%.3f %.3f %.3f\n", tip.x(), tip.y(), tip.z());
     }

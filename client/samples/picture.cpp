@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   // The picture shows this width.
   constexpr float kWidth_m = 0.7f;
   const auto groom = std::make_shared<const Groom>(*make_hairstyle("long_curly"));
+  // There is no lattice and no skin: the hair hangs as it was made.
   draw::HairPoints hair(groom, nullptr, nullptr);
   std::vector<Vec3f> points(groom->points.size()), tangents(points.size());
   hair.place(rigid_pose({Quat(Eigen::AngleAxisd(0.4, Vec3::UnitY())), Vec3::Zero()}), {}, points, tangents);

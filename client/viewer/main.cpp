@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "client/files/write_file.hpp"
-#include "client/tools/command_line/end_program.hpp"
+#include "client/tools/command_line/run_program.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
 #include "client/viewer/characters/load_characters.hpp"
 #include "client/viewer/characters/options.hpp"
@@ -19,7 +19,8 @@ namespace {
 using namespace hairnet;
 using namespace hairnet::viewer;
 
-// The times for which moments are stored: for the sheet and the last picture, or for each picture of a video.
+// The times for which moments are stored: for the sheet and the last picture, or for each picture of a video. They
+// ascend, since the sheet's times lie within the duration, and the last picture's is its end.
 std::vector<double> moment_times_s(const ViewOptions& options) {
   if (options.output == Output::video) return video_times_s(options);
   std::vector<double> times_s;
@@ -28,6 +29,8 @@ std::vector<double> moment_times_s(const ViewOptions& options) {
   return times_s;
 }
 
+// The checks come in order of their cost: what cannot be written or drawn is refused before files are loaded, and long
+// before a stream of minutes has been received.
 Result<void> run(const ViewOptions& options) {
   install_stop_signal_handlers();
   if (const Result<void> possible = check_can_write({options.out, options.sheet}); !possible) return possible;
@@ -43,6 +46,7 @@ Result<void> run(const ViewOptions& options) {
   }
   const Result<std::vector<CharacterSetup>> characters = load_characters(options);
   if (!characters) return Refusal(characters.error());
+  // A local video is drawn while it is simulated: no moments are stored, so its length is not limited by memory.
   if (options.output == Output::video && options.source == Source::local)
     return record_local_video(options, *characters);
 
@@ -50,8 +54,10 @@ Result<void> run(const ViewOptions& options) {
   const bool local = options.source == Source::local;
   const StreamResult streamed =
       local ? run_locally(options, *characters, times_s) : stream(options, *characters, times_s);
+  // Statistics are printed also after a failure, which they may explain.
   if (!local && streamed.connected) std::fputs((streamed.statistics.summary() + streamed.members).c_str(), stdout);
   if (!streamed.ended) return streamed.ended;
+  // A signal ends a video early but leaves it whole; a sheet without its last columns would mislead.
   if (streamed.stopped && (pictures || (options.output == Output::video && streamed.moments.empty())))
     return Refusal(std::string("stopped before the end: no ") + (pictures ? "picture" : "video") + " is made");
   if (options.output == Output::video) return record_stream_video(options, *characters, streamed);
@@ -61,11 +67,14 @@ Result<void> run(const ViewOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // The other end of --trace /dev/stdout or of a pipe may be gone: that is an error of one write, no reason to be
+  // killed.
   ignore_broken_pipes();
-  const auto parsed = parse_options(argc, argv);
-  if (const int* exit_code = std::get_if<int>(&parsed)) return end_program("hairnet-view", *exit_code);
-  const Result<void> done = run(std::get<ViewOptions>(parsed));
-  if (done) return end_program("hairnet-view", 0);
-  std::fprintf(stderr, "hairnet-view: %s\n", done.error().c_str());
-  return 1;
+  return run_program("hairnet-view", [&] {
+    const auto parsed = parse_options(argc, argv);
+    if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
+    const Result<void> done = run(std::get<ViewOptions>(parsed));
+    if (!done) std::fprintf(stderr, "hairnet-view: %s\n", done.error().c_str());
+    return done ? 0 : 1;
+  });
 }

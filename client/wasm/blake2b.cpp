@@ -30,6 +30,7 @@ constexpr std::array<std::array<std::uint8_t, 16>, 10> kOrder{{
 }};
 constexpr int kRounds = 12;
 
+// Is the mixing function G of RFC 7693, section 3.1.
 void mix(std::uint64_t& a, std::uint64_t& b, std::uint64_t& c, std::uint64_t& d, std::uint64_t x, std::uint64_t y) {
   a += b + x;
   d = std::rotr(d ^ a, 32);
@@ -49,6 +50,7 @@ Blake2b::Blake2b() : state_(kInitial) {
 
 void Blake2b::add(std::span<const std::uint8_t> piece) {
   while (!piece.empty()) {
+    // A full block is mixed only when more bytes come: the last block is mixed in another way.
     if (filled_ == block_.size()) {
       state_ = mixed(false);
       filled_ = 0;
@@ -63,6 +65,7 @@ void Blake2b::add(std::span<const std::uint8_t> piece) {
 
 std::array<std::uint8_t, 32> Blake2b::hash() const {
   Blake2b last = *this;
+  // The last block is filled up with zeros; the count of bytes tells them from data.
   std::fill(last.block_.begin() + filled_, last.block_.end(), std::uint8_t{0});
   const Words words = last.mixed(true);
   std::array<std::uint8_t, 32> hash;
@@ -75,7 +78,9 @@ Blake2b::Words Blake2b::mixed(bool is_last) const {
   std::memcpy(m.data(), block_.data(), sizeof m);
   std::copy(state_.begin(), state_.end(), v.begin());
   std::copy(kInitial.begin(), kInitial.end(), v.begin() + 8);
-  v[12] ^= byte_count_;  // its upper word stays zero: nobody hashes 2^64 bytes
+  // The count has 128 bits in RFC 7693; its upper word stays zero, as nobody hashes 2^64 bytes.
+  v[12] ^= byte_count_;
+  // The inverted word is the flag of the last block.
   if (is_last) v[14] = ~v[14];
   for (int round = 0; round < kRounds; ++round) {
     const auto& order = kOrder[static_cast<std::size_t>(round) % kOrder.size()];

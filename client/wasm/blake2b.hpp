@@ -6,7 +6,8 @@
 
 namespace hairnet::wasm {
 
-// BLAKE2b of 32 bytes without a key (RFC 7693), of bytes that come in pieces.
+// BLAKE2b of 32 bytes without a key (RFC 7693), of bytes that come in pieces. It has no other lengths and no keyed
+// mode, since only files are named by it.
 class Blake2b {
  public:
   Blake2b();

@@ -21,6 +21,7 @@ ContentHash ContentHasher::hash() const {
   return std::launder(reinterpret_cast<const wasm::Blake2b*>(state_.data()))->hash();
 }
 
+// There is one effort here: these modules have no code for matches, which the planes of our files hardly have.
 std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes, PackEffort) {
   return wasm::deflated(bytes);
 }

@@ -12,6 +12,8 @@
 namespace hairnet::wasm {
 namespace {
 
+// Each block has codes of its own. Planes of numbers change along a file, so one code for all would fit none; smaller
+// blocks spend more on the lengths of codes.
 constexpr std::size_t kBlockBytes = std::size_t{64} << 10;
 constexpr std::size_t kSymbols = kEndOfBlock + 1;
 
@@ -57,6 +59,7 @@ bool huffman_lengths(const std::array<std::uint32_t, kSymbols>& counts, Lengths&
   for (std::size_t s = 0; s < kSymbols; ++s) {
     if (counts[s] == 0) continue;
     std::uint32_t length = 0;
+    // Node 0 is a symbol and never a parent, so 0 marks the root.
     for (std::size_t at = s; parent[at] != 0; at = parent[at]) ++length;
     if (length > kCodeBitsMax) return false;
     lengths[s] = static_cast<std::uint8_t>(length);
@@ -71,6 +74,7 @@ std::array<std::uint16_t, kSymbols> canonical_codes(const Lengths& lengths) {
     if (length != 0) ++next[length + 1u];
   }
   for (std::size_t length = 1; length < next.size(); ++length)
+    // The first code of each length follows the last one of the length before (RFC 1951, 3.2.2).
     next[length] = static_cast<std::uint16_t>((next[length] + next[length - 1]) * 2);
   std::array<std::uint16_t, kSymbols> codes{};
   for (std::size_t s = 0; s < kSymbols; ++s) {
@@ -81,6 +85,7 @@ std::array<std::uint16_t, kSymbols> canonical_codes(const Lengths& lengths) {
   return codes;
 }
 
+// A block has its own codes, and the lengths of these codes in front (RFC 1951, 3.2.7).
 void write_block(std::span<const std::uint8_t> bytes, bool is_last, BitWriter& to) {
   std::array<std::uint32_t, kSymbols> counts{};
   for (const std::uint8_t byte : bytes) ++counts[byte];
@@ -88,7 +93,9 @@ void write_block(std::span<const std::uint8_t> bytes, bool is_last, BitWriter& t
   if (bytes.empty()) counts[0] = 1;  // a code has two symbols at least
   Lengths lengths;
   while (!huffman_lengths(counts, lengths)) {
-    for (std::uint32_t& count : counts) count = (count + 1) / 2;  // nearer to each other: their codes get shorter
+    // Halved counts are nearer to each other, so the longest codes get shorter. No count becomes 0. Limited codes are a
+    // little longer than the best ones, which deflate's 15 bits make rare.
+    for (std::uint32_t& count : counts) count = (count + 1) / 2;
   }
   to.put(is_last ? 1 : 0, 1);
   to.put(2, 2);                   // codes of its own

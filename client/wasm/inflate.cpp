@@ -43,6 +43,8 @@ class Bits {
       std::uint64_t next;
       std::memcpy(&next, at_, sizeof next);
       view_ |= next << count_;
+      // Takes as many whole bytes as fit. The bits above count_ belong to the next byte, which the next refill brings
+      // again at the same place.
       at_ += (63 - count_) / 8;
       count_ |= 56;
       return;
@@ -67,6 +69,7 @@ class Bits {
   }
   // Leaves the rest of a byte, and takes whole bytes.
   [[nodiscard]] bool take_bytes(std::span<std::uint8_t> out) {
+    // Whole bytes that are in view go back to the stream; the rest of the byte in use is padding.
     at_ -= count_ / 8;
     view_ = 0;
     count_ = 0;
@@ -102,6 +105,8 @@ class PrefixCode {
     int left = 1, used = 0;
     std::array<std::uint16_t, kCodeBitsMax + 2> index{}, code{};
     for (std::size_t length = 1; length <= kCodeBitsMax; ++length) {
+      // `left` counts the codes of this length that no shorter code has used up. Below 0 the lengths are more than a
+      // tree has room for.
       left = 2 * left - count_[length];
       if (left < 0) return false;
       used += count_[length];
@@ -118,6 +123,7 @@ class PrefixCode {
       const std::uint32_t reversed = reverse(code[l]++, length);
       if (length > kFastBits) continue;
       const auto entry = static_cast<std::uint16_t>(symbol << 4 | l);
+      // The bits behind a short code may be any, so it fills every entry that ends in its bits.
       for (std::size_t i = reversed; i < fast_.size(); i += std::size_t{1} << length) fast_[i] = entry;
     }
     return true;
@@ -130,6 +136,7 @@ class PrefixCode {
     for (int length = 1; length <= static_cast<int>(kCodeBitsMax); ++length, bits >>= 1) {
       code |= static_cast<int>(bits & 1);
       const int count = count_[static_cast<std::size_t>(length)];
+      // Codes of one length are consecutive numbers in the order of their symbols, `first` being the lowest.
       if (code - first < count) return {symbols_[static_cast<std::size_t>(index + code - first)], length};
       index += count;
       first = (first + count) << 1;
@@ -177,6 +184,7 @@ class Inflater {
     std::array<std::uint8_t, 4> header;
     if (!bits_.take_bytes(header)) return InflateError::wrong_length;
     const std::size_t count = header[0] | std::size_t{header[1]} << 8;
+    // A stored block gives its length twice, the second time inverted.
     if ((count ^ 0xffff) != (header[2] | std::size_t{header[3]} << 8)) return InflateError::damaged;
     if (count > out_.size() - written_ || !bits_.take_bytes(out_.subspan(written_, count)))
       return InflateError::wrong_length;
@@ -212,10 +220,12 @@ class Inflater {
       if (!bits_.take(3, length)) return InflateError::wrong_length;
       of_lengths[kLengthOrder[i]] = static_cast<std::uint8_t>(length);
     }
+    // The code of the lengths borrows the table of literals, which is built again below.
     if (!literals_.build(of_lengths, false)) return InflateError::damaged;
     std::array<std::uint8_t, kLiteralCodes + kDistanceCodes> storage;
     const auto lengths = std::span(storage).first(literal_count + distance_count);
     if (const InflateError error = code_lengths(lengths); error != InflateError::none) return error;
+    // Without a code for its end a block could only end by an error.
     if (lengths[kEndOfBlock] == 0) return InflateError::damaged;
     if (!literals_.build(lengths.first(literal_count), true) || !distances_.build(lengths.subspan(literal_count), true))
       return InflateError::damaged;
@@ -274,6 +284,7 @@ class Inflater {
     if (!bits_.take(kDistanceBits[distance_code], more)) return InflateError::wrong_length;
     const std::size_t distance = kDistanceBase[distance_code] + more;
     if (written_ == out_.size()) return InflateError::wrong_length;
+    // A distance beyond the first byte would read memory that is not ours.
     if (distance > written_) return InflateError::damaged;
     if (length > out_.size() - written_) return InflateError::wrong_length;
     // One by one, because a match may reach into itself.

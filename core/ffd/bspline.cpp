@@ -30,6 +30,7 @@ FfdSite ffd_site(const Lattice& lattice, FfdKind kind, const Vec3f& point_head) 
     const float low = quadratic ? 1.0f : 0.0f, high = static_cast<float>(lattice.dims[axis] - 2);
     const float nearest = std::fmin(std::fmax(quadratic ? std::round(g[a]) : std::floor(g[a]), low), high);
     lowest[axis] = static_cast<int>(nearest) - (quadratic ? 1 : 0);
+    // The outermost stencils serve everything beyond them too, so `t` may have any size there.
     site.t[a] = g[a] - nearest;
     site.outside |= quadratic ? std::abs(site.t[a]) > 0.5f : site.t[a] < 0 || site.t[a] > 1;
   }

@@ -9,6 +9,7 @@
 namespace hairnet {
 namespace {
 
+// The unit vector nearest to `wanted` that is normal to the strand. Where both are parallel any normal serves.
 Vec3f across(const Vec3f& direction, const Vec3f& wanted) {
   const Vec3f flat = wanted - wanted.dot(direction) * direction;
   return flat.squaredNorm() > 1e-8f ? Vec3f(flat.normalized()) : direction.unitOrthogonal();
@@ -54,6 +55,7 @@ void ClumpStrands::follow(std::span<const Vec3f> points, std::span<Vec3f> points
       const std::uint32_t before = i > copy.begin ? i - 1 : i, after = i + 1 < copy.end ? i + 1 : i;
       const Vec3f chord = points[after] - points[before];
       const Vec3f direction = chord.squaredNorm() > 1e-16f ? Vec3f(chord.normalized()) : Vec3f(-Vec3f::UnitY());
+      // Each frame is the one before, turned the least: the copies follow the strand without twisting around it.
       side = across(direction, side);
       const Vec3f other = direction.cross(side);
       const float s = last > 0 ? static_cast<float>(i - copy.begin) / last : 0;

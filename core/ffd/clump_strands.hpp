@@ -10,6 +10,7 @@ namespace hairnet {
 
 // The strands that are drawn for a groom: its own, then the copies of its clumps, which need no FFD of their own. A
 // copy keeps its place across its strand: a fixed offset in a frame that follows the strand without twisting.
+// Immutable; threads may share it. It knows no skin: copies go where their strand goes.
 class ClumpStrands {
  public:
   explicit ClumpStrands(const Groom& groom);

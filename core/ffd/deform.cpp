@@ -49,6 +49,8 @@ DeformCell make_cell(const Lattice& lattice, FfdKind kind, const FfdSite& site, 
   return cell;
 }
 
+// Runs of points with the same stencil. Those outside the lattice get cells of their own, since the kernel has a slower
+// path for them.
 std::vector<DeformCell> make_cells(const Lattice& lattice, FfdKind kind, std::span<const FfdSite> sites,
                                    std::span<const std::uint32_t> order) {
   std::vector<DeformCell> cells;
@@ -75,6 +77,7 @@ Deformer::Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, s
   HAIRNET_ASSERT(blend.empty() || blend.size() == points_head.size());
   HAIRNET_ASSERT(std::ranges::min(lattice.dims) >= (kind == FfdKind::quadratic ? 3 : 2));
   HAIRNET_ASSERT(lattice.spacing.minCoeff() > 0);
+  // Offsets count floats in 32 bits.
   HAIRNET_ASSERT(points_head.size() <= std::numeric_limits<std::uint32_t>::max() / 3);
   std::vector<FfdSite> sites;
   sites.reserve(points_head.size());

@@ -19,7 +19,8 @@ std::vector<float> root_blend(const Groom& groom);
 
 // Deforms a fixed set of points by the displacements of the lattice's nodes. The points are given at rest in head space
 // and sorted by stencil once, in the constructor; deform() writes results in the caller's order. deform() allocates
-// nothing and several threads may call it at once. The bits of a point's result do not depend on the other points.
+// nothing and several threads may call it at once. The bits of a point's result do not depend on the other points. It
+// does not push points out of the skin (SkinPush) and does not limit lengths (StrandLengths).
 class Deformer {
  public:
   // `blend`: delta of each point, or empty for 1. Points may lie outside the lattice (linear extrapolation).

@@ -5,6 +5,7 @@
 namespace hairnet {
 namespace {
 
+// A lattice comes from a peer too. The limit keeps indices far within 32 bits and bounds the memory of a grid.
 constexpr int kNodesPerAxisMax = 64;
 
 std::string validate_lattice(const Lattice& lattice) {
@@ -65,6 +66,8 @@ std::string validate(const LevelGeometry& geometry) {
   }
   for (std::size_t e = 0; e < geometry.trimmed_from.size(); ++e) {
     if (geometry.trimmed_from[e] >= geometry.active_nodes.size()) return "trimmed nodes: an active node does not exist";
+    // Built weights are far smaller (kAmplificationMax). Larger ones would throw the hair of a valid frame across the
+    // room.
     if (!(geometry.trimmed_weights[e] >= -16 && geometry.trimmed_weights[e] <= 16))
       return "trimmed nodes: a weight is not in [-16, 16]";
   }

@@ -37,7 +37,8 @@ struct Lattice {
 };
 
 // Which grid nodes of a level are simulated ("active") and how the other nodes follow them. Immutable; sent to clients.
-// All data of active nodes is in the order of `active_nodes`; an "active index" is an index into that list.
+// All data of active nodes is in the order of `active_nodes`; an "active index" is an index into that list. Both ends
+// expand the same lists, so server and clients move the same hair.
 struct LevelGeometry {
   Lattice lattice;
   std::vector<std::uint32_t> active_nodes;   // grid indices, ascending

@@ -63,6 +63,8 @@ DeformedPoint reference_deform(const Lattice& lattice, FfdKind kind, const RestP
     for (int j = 0; j < Y.count; ++j) {
       for (int i = 0; i < X.count; ++i) {
         const std::array<int, 3> at{X.lowest + i, Y.lowest + j, Z.lowest + k};
+        // The sum goes over places of nodes, as in the paper; the kernel sums displacements. Both are equal, since the
+        // weights reproduce any affine lattice.
         const Vec3 p = origin + Vec3(at[0], at[1], at[2]).cwiseProduct(spacing) +
                        grid_displacements[lattice.index(at[0], at[1], at[2])].cast<double>();
         const auto [x, y, z] =
@@ -74,6 +76,7 @@ DeformedPoint reference_deform(const Lattice& lattice, FfdKind kind, const RestP
       }
     }
   }
+  // Paper eq. 7, in head space, where R x^0 is x^0; then its derivative by the arc length.
   const double delta = point.delta;
   return {(1 - delta) * point.x + delta * sum,
           (1 - delta) * point.tangent + delta * slope + point.delta_slope * (sum - point.x)};

@@ -43,6 +43,7 @@ Vec3 reference_skin_push(const SkinPush& skin, const Pose& pose, const Vec3& res
       const RigidTransform to_bone =
           grid.bone == Bone::head ? RigidTransform{} : pose[grid.bone].inverse() * pose.head();
       const PreciseSample now = sample(skin, grid, to_bone.point(pushed));
+      // At rest all bones are equal, so the design's place is the same in every bone's axes.
       const double design_m = sample(skin, grid, rest).distance_m - static_cast<double>(SkinPush::kSlack_m);
       const double missing_m = std::min(static_cast<double>(skin.thickness_m()), design_m) - now.distance_m;
       const double share =

@@ -19,6 +19,7 @@ void add_line(std::span<const Vec3f> points, std::span<const float> blend, const
     const std::uint32_t before = p < range.begin + stride ? p : p - stride, after = p >= last ? p : p + stride;
     const Vec3f chord = points[after] - points[before];
     const float chord_m = chord.norm();
+    // A point whose neighbours coincide keeps the zero tangent.
     if (chord_m == 0) continue;
     const float arc_m = (points[after] - points[p]).norm() + (points[p] - points[before]).norm();
     HAIRNET_ASSERT(arc_m > 0);

@@ -59,6 +59,7 @@ std::vector<float> root_blend(const Groom& groom) {
   for (const Cloth& cloth : groom.cloths) {
     if (cloth.root_length_m <= 0) continue;
     HAIRNET_ASSERT(cloth.root_distance_m.empty() || cloth.root_distance_m.size() == cloth.points.count());
+    // Cloth has no arc length from a root; its points know their distance from the pins instead.
     const RootBlend& blend = blend_of(groom, cloth.group);
     for (std::size_t i = 0; i < cloth.root_distance_m.size(); ++i) {
       const double ratio = static_cast<double>(cloth.root_distance_m[i]) / static_cast<double>(cloth.root_length_m);

@@ -27,6 +27,7 @@ std::array<std::uint8_t, 3> way_at(std::span<const SkinNode> nodes, const SkinGr
                (static_cast<double>(grid.cell_m) * (above + below));
     squared += slope[a] * slope[a];
   }
+  // The way is g / g^2, which the limit keeps finite.
   const double scale = static_cast<double>(kSkinWaySteps) / std::max(squared, kSlopeSquaredMin);
   std::array<std::uint8_t, 3> way;
   for (std::size_t a = 0; a < 3; ++a)
@@ -99,6 +100,8 @@ struct PlacedGrid {
     if (is_far(beyond_m, thickness_m)) return false;
     const int row = grid->dims[0], layer = row * grid->dims[1];
     const SkinNode* const base = nodes + low[0] + row * low[1] + layer * low[2];
+    // A way of 0 0 0 marks nodes around which nothing is pushed. Real ways never have a byte of 0: they are at least
+    // 128 - kSkinWaySteps * sqrt 2.
     if (base->way[0] == 0) return false;
     float distance = 0;
     Vec3f way = Vec3f::Zero();
@@ -119,6 +122,7 @@ struct PlacedGrid {
     SkinSample now, design;
     if (!sample(to_bone(point), now) || now.distance_m >= thickness_m) return false;
     float limit_m = thickness_m;
+    // Hair that lies nearer than its thickness in the design stays so, and hair at rest is not moved.
     if (sample(rest, design)) limit_m = std::min(limit_m, design.distance_m - SkinPush::kSlack_m);
     const float missing_m = limit_m - now.distance_m;
     if (!(missing_m > 0)) return false;
@@ -163,6 +167,7 @@ void SkinPush::push(const Pose& pose, std::span<const Vec3f> rest, std::span<con
     for (int turn = 0; turn < kTurns; ++turn) {
       bool is_moved = false;
       for (const PlacedGrid& grid : all) is_moved |= grid.push(rest[p], blend.empty() ? 1 : blend[p], points[p]);
+      // A push out of one bone's skin may lead into another's, hence the second turn; most points need none.
       if (!is_moved) break;
     }
   }

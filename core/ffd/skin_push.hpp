@@ -40,7 +40,7 @@ struct SkinGrid {
 // g², a vector of which one metre makes the distance a metre greater. Ways of grid nodes are interpolated like
 // distances, so the push is continuous in the pose and in the point. Deeper than kSkinDeepest_m no way is known, and
 // the push fades out. A skin that its bone moves against the head pushes rooted hair by its root blend: roots stay.
-// Hair at rest keeps its bits.
+// Hair at rest keeps its bits. Immutable; threads may share it.
 class SkinPush {
  public:
   // A push goes over the bones so often. With one turn two to four times as many points stay too deep.

@@ -29,6 +29,7 @@ void limit_strand(std::span<Vec3f> strand, std::span<const float> arc_m, std::sp
     after = std::min(after, i);
     while (arc_m[after - 1] > wanted_m) --after;
     HAIRNET_VALIDATE(after > 0);
+    // The denominator is positive: arc_m[after - 1] is at most wanted_m, and arc_m[after] is greater.
     const float t = (wanted_m - arc_m[after - 1]) / (arc_m[after] - arc_m[after - 1]);
     strand[i] = strand[after - 1] + t * (strand[after] - strand[after - 1]);
   }

@@ -47,6 +47,7 @@ struct AxisWeights {
   V slope[kNodes - 1];
 };
 
+// The factor 1/sqrt 2 goes into scale and offset, which saves the 1/2 of the weights for every point.
 template <int kNodes>
 HWY_INLINE AxisFrame make_frame(float inverse_spacing, float centre) {
   const D d;
@@ -65,6 +66,7 @@ HWY_INLINE void set_weights(V x, V along, const AxisFrame& frame, AxisWeights<3>
   const D d;
   const V width = hn::Set(d, kSqrtHalf);
   V u = hn::NegMulAdd(x, frame.scale, frame.offset);
+  // A point may be at any distance: without the limit, infinity times a difference of zero would be NaN.
   if constexpr (kOutside) u = hn::Min(hn::Max(u, hn::Set(d, -kFar)), hn::Set(d, kFar));
   V v = hn::Sub(width, u);
   V u_in = u, v_in = v;
@@ -117,6 +119,7 @@ HWY_NOINLINE void difference_nodes(const WideDeform& work, const float* last_nod
   const float* HWY_RESTRICT nodes = work.displacements + 3 * std::size_t{base};
   const std::size_t row = 3 * std::size_t{work.row}, slice = 3 * std::size_t{work.slice};
   const std::uint32_t highest = base + (kNodes - 1) * (1 + work.row + work.slice);
+  // Four floats are read for each node. The last node of the grid has only three, so a padded copy stands for it.
   const float* highest_node =
       highest + 1 == work.node_count ? last_node : work.displacements + 3 * std::size_t{highest};
   for (std::size_t c = 0; c < 3; c += hn::Lanes(d4)) {
@@ -181,6 +184,7 @@ HWY_INLINE void scatter(V x, V y, V z, const std::uint32_t* HWY_RESTRICT output_
   hn::StoreInterleaved2(x, y, d, xy);
   hn::Store(z, d, only_z);
   HWY_UNROLL(16)
+  // The caller's order is not the sorted one, so every point is stored by itself: two floats at once, then the third.
   for (std::size_t i = 0; i < kLanes; ++i) {
     float* to = out + output_offsets[i];
     __builtin_memcpy(to, xy + 2 * i, 2 * sizeof(float));
@@ -188,6 +192,7 @@ HWY_INLINE void scatter(V x, V y, V z, const std::uint32_t* HWY_RESTRICT output_
   }
 }
 
+// One cell at a time: its terms stay in the nearest cache while all of its points use them.
 template <int kNodes, bool kOutside, bool kTangents>
 HWY_NOINLINE void deform_cell(const WideDeform& work, const DeformCell& cell, const float* HWY_RESTRICT terms) {
   const D d;

@@ -7,7 +7,8 @@
 
 namespace hairnet {
 
-// The kernel may read this many entries past the end of each array: a vector can extend past the last entry.
+// The kernel may read this many entries past the end of each array: a vector can extend past the last entry. Such
+// entries repeat the last point, so what they compute is written over with the same numbers.
 inline constexpr std::size_t kDeformOverhang = 64;
 
 // Points of one stencil, consecutive in the sorted arrays.

@@ -9,8 +9,10 @@
 namespace hairnet {
 namespace {
 
+// A box with at most so many triangles is not divided further.
 constexpr std::uint32_t kLeafTriangles = 4;
-// A cluster farther than this many of its radii counts as one dipole.
+// A cluster farther than this many of its radii counts as one dipole. A larger number is more exact and looks at more
+// triangles; mesh_query.hpp states the error.
 constexpr double kDipoleDistance = 2.5;
 
 // Squared distance from a point to a box, 0 inside.
@@ -85,6 +87,7 @@ bool ray_meets_box(const Vec3& low, const Vec3& high, const Vec3& origin, const 
     enter = std::max(enter, std::min(t0, t1));
     leave = std::min(leave, std::max(t0, t1));
   }
+  // The tolerance lets rays through that graze a face of the box; a triangle may lie in that face.
   return enter <= leave * (1 + 1e-12) + 1e-15;
 }
 
@@ -146,6 +149,7 @@ std::uint32_t MeshQuery::add_box(std::uint32_t begin, std::uint32_t end) {
   (box.high - box.low).maxCoeff(&axis);
   const std::uint32_t middle = begin + (end - begin) / 2;
   const auto key = [axis](const Corners& s) { return s.a[axis] + s.b[axis] + s.c[axis]; };
+  // The triangle's number breaks ties, so the tree does not depend on the library's algorithm.
   std::nth_element(
       corners_.begin() + begin, corners_.begin() + middle, corners_.begin() + end,
       [&](const Corners& s, const Corners& t) { return key(s) != key(t) ? key(s) < key(t) : s.triangle < t.triangle; });
@@ -172,6 +176,7 @@ MeshQuery::Closest MeshQuery::closest(const Vec3& point, double distance_max) co
 void MeshQuery::find_closest(std::uint32_t index, const Vec3& point, Closest& best) const {
   HAIRNET_VALIDATE(index < boxes_.size());
   const Box& box = boxes_[index];
+  // Nothing in the box can be nearer than the box itself.
   if (box_distance2(box.low, box.high, point) >= best.distance * best.distance) return;
   if (box.second == 0) {
     for (std::uint32_t t = box.begin; t < box.end; ++t) {
@@ -185,6 +190,7 @@ void MeshQuery::find_closest(std::uint32_t index, const Vec3& point, Closest& be
   }
   const Box& first = boxes_[index + 1];
   const Box& second = boxes_[box.second];
+  // The nearer box first: what is found there excludes most of the other.
   const bool first_is_nearer =
       box_distance2(first.low, first.high, point) <= box_distance2(second.low, second.high, point);
   find_closest(first_is_nearer ? index + 1 : box.second, point, best);

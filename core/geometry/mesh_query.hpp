@@ -63,8 +63,10 @@ class MeshQuery {
                 double& limit) const;
   [[nodiscard]] double solid_angle(std::uint32_t box, const Vec3& point) const;
 
-  std::vector<Corners> corners_;  // in the tree's order
-  std::vector<Box> boxes_;        // root first
+  // The tree's order: each box owns a run of them.
+  std::vector<Corners> corners_;
+  // The root is first, and a box's first child follows it.
+  std::vector<Box> boxes_;
 };
 
 }  // namespace hairnet

@@ -17,6 +17,7 @@ struct RigidTransform {
   }
   // (a * b)(x) = a(b(x))
   friend RigidTransform operator*(const RigidTransform& a, const RigidTransform& b) {
+    // Normalised each time, as products of many rotations would drift from unit length.
     return {(a.rotation * b.rotation).normalized(), a.rotation * b.position + a.position};
   }
 };

@@ -10,6 +10,7 @@ namespace hairnet {
 
 void generate_bone_weights(Body& body) {
   const Vec3 head_joint = body.joint(Bone::head), neck_joint = body.joint(Bone::neck);
+  // The limits keep the slopes below finite for joints that coincide.
   const double neck_m = std::max(head_joint.y() - neck_joint.y(), 0.02);
   const double shoulder_y = 0.5 * (body.joint(Bone::left_shoulder).y() + body.joint(Bone::right_shoulder).y());
   const double shoulder_m =
@@ -47,6 +48,7 @@ void skin_vertices(const Body& body, const Pose& pose, std::vector<Vec3f>& out) 
   for (std::size_t v = 0; v < out.size(); ++v) {
     Eigen::Matrix<double, 3, 4> blend = Eigen::Matrix<double, 3, 4>::Zero();
     for (std::size_t b = 0; b < kBoneCount; ++b) blend += static_cast<double>(body.bone_weights[v][b]) * bones[b];
+    // Linear blend skinning averages the matrices and not the rotations.
     out[v] = (blend * body.mesh.vertices[v].cast<double>().homogeneous()).cast<float>();
   }
 }

@@ -8,7 +8,7 @@
 
 namespace hairnet {
 
-// A run of Groom::points.
+// A run of Groom::points. Its end is exclusive.
 struct PointRange {
   std::uint32_t begin = 0, end = 0;
   [[nodiscard]] std::size_t count() const { return end - begin; }

@@ -23,6 +23,8 @@ std::string validate_strands(const Groom& groom, const GroomLimits& limits) {
   if (groom.strand_begin.size() != groom.strand_count() + 1 || groom.strand_begin.front() != 0)
     return "strand offsets do not cover the points";
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    // Offsets that descend would make spans of negative length. The last offset is compared with the points in
+    // validate_features.
     if (groom.strand_begin[s] > groom.strand_begin[s + 1]) return fault_at("strand", s, "offsets descend");
     if (const std::string fault = fault_of(groom.strands[s], groom); !fault.empty())
       return fault_at("strand", s, fault);
@@ -65,6 +67,7 @@ std::string validate_body(const Body& body, const GroomLimits& limits) {
 }  // namespace
 
 void set_material(const Material& material, Groom& groom) {
+  // Materials of groups are dropped as well: the new one is for all hair.
   groom.materials = {material, {}};
   for (StrandProperties& strand : groom.strands) {
     if (strand.rooted) strand.root_length_m = material.root_length_m;
@@ -107,6 +110,7 @@ void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& lin
 
 std::string validate(const Groom& groom, const GroomLimits& limits) {
   if (groom.strand_begin.empty()) return "strand offsets are missing";
+  // The order matters: features index strands, groups and points, which are checked before them.
   std::string fault = validate_strands(groom, limits);
   if (fault.empty()) fault = validate(groom.materials, groom.group_names.size());
   if (fault.empty()) fault = validate_features(groom, limits);

@@ -49,14 +49,16 @@ struct Clump {
 // (threads, cloth, knots), and the body below.
 struct Groom {
   std::string name;
-  // Strand by strand, root first; then those of the threads, of the cards and of the cloths. All of them follow the
-  // lattice.
+  // Strand by strand, root first; then those of the threads, of the cards and of the cloths. All code for points (the
+  // lattice's box, the FFD, framing a picture) includes them in this way.
   std::vector<Vec3f> points;
   std::vector<std::uint32_t> strand_begin{0};  // strand s has points [strand_begin[s], strand_begin[s + 1])
   std::vector<StrandProperties> strands;
-  std::vector<std::string> group_names;  // at least one once anything has a group
+  // There is at least one name once anything has a group.
+  std::vector<std::string> group_names;
   MaterialSet materials;
-  std::vector<RootBlend> root_blends;  // one for each group, or none at all: eq. 7 everywhere
+  // One entry for each group, or none at all, which means eq. 7 everywhere.
+  std::vector<RootBlend> root_blends;
   std::vector<Clump> clumps;
   std::vector<Thread> threads;
   std::vector<HairCard> cards;
@@ -108,7 +110,7 @@ void set_group_material(std::uint16_t group, const Material& material, Groom& gr
 // The line along a card's middle, one point for each pair.
 void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& line);
 
-// The largest groom that `validate` accepts.
+// The largest groom that `validate` accepts. The limits bound the time and memory that a stranger's upload can take.
 struct GroomLimits {
   std::size_t strand_count_max = 200'000;
   std::size_t point_count_max = 8'000'000;

@@ -112,6 +112,7 @@ std::span<const std::string_view> material_names() {
 Result<Material> make_material(std::string_view name) {
   const auto found = std::ranges::find(kNames, name);
   if (found != kNames.end()) return named_materials()[static_cast<std::size_t>(found - kNames.begin())];
+  // The message lists all names, since the name comes from a person.
   std::string known;
   for (const std::string_view n : kNames) known += (known.empty() ? "" : ", ") + std::string(n);
   return Refusal("no material is called '" + std::string(name) + "': there are " + known);

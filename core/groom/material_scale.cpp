@@ -15,6 +15,8 @@ struct ScaleRange {
   float MaterialScale::*value;
   float low, high;
 };
+// What any client may ask for its own character. Steps assert a stiffness and a density above 0, so these two have
+// lower limits.
 constexpr std::array<ScaleRange, 6> kRanges{{{"stiffness", &MaterialScale::stiffness, 0.01f, 100},
                                              {"damping", &MaterialScale::damping, 0, 100},
                                              {"density", &MaterialScale::density, 0.1f, 10},
@@ -65,6 +67,7 @@ MaterialScale scale_between(const Material& built, const Material& wanted) {
   for (const ScaleRange& range : kRanges) {
     float& value = scale.*range.value;
     value = std::clamp(value, range.low, range.high);
+    // A number between 0 and kSmallest would fail validate().
     if (value < static_cast<float>(NumberRange::kSmallest)) value = 0;
   }
   HAIRNET_ASSERT(validate(scale).empty());

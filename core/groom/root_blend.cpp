@@ -37,6 +37,7 @@ double slope_at(const RootBlend& blend, std::size_t i) {
 
 double blend_at(const RootBlend& blend, double lambda_ratio) {
   HAIRNET_ASSERT(lambda_ratio >= 0);
+  // Paper eq. 7. expm1 is exact near the root, where 1 - exp would lose all digits.
   if (blend.points.empty()) return -std::expm1(-lambda_ratio * lambda_ratio);
   std::size_t next = 1;
   while (next <= blend.points.size() && point(blend, next).x <= lambda_ratio) ++next;
@@ -49,6 +50,7 @@ double blend_at(const RootBlend& blend, double lambda_ratio) {
   const double from_a = slope_at(blend, next - 1) * width, from_b = slope_at(blend, next) * width;
   // Hermite cubic.
   const double y = a.y + t * t * (3 - 2 * t) * (b.y - a.y) + t * (1 - t) * ((1 - t) * from_a - t * from_b);
+  // The cubic is monotone; only rounding could leave the interval.
   return std::clamp(y, a.y, b.y);
 }
 

@@ -27,6 +27,8 @@ void set_root_lengths(const RootLengths& lengths, int group, Groom& groom) {
   std::mt19937_64 random(lengths.seed);  // the standard defines its numbers, unlike those of distributions
   const float spread = std::clamp(lengths.spread, 0.0f, 0.95f);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
+    // Every strand takes a number, also those that are left out, so a strand's factor does not depend on the group that
+    // is asked for.
     const auto chance = static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-52 - 1);  // [-1, 1)
     StrandProperties& strand = groom.strands[s];
     if (!strand.rooted || groom.strand_points(s).empty() || (group != kEveryGroup && strand.group != group)) continue;

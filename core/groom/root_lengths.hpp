@@ -18,7 +18,8 @@ struct RootLengthRegion {
 struct RootLengths {
   float root_length_m = 0.02f;  // outside all regions
   std::vector<RootLengthRegion> regions;
-  float spread = 0;  // each strand's own lambda_0 is up to this share longer or shorter, at random; 0 … 0.95
+  // Each strand's own lambda_0 is at random up to this share longer or shorter, 0 to 0.95.
+  float spread = 0;
   std::uint32_t seed = 1;
 };
 

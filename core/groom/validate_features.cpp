@@ -26,6 +26,7 @@ class Points {
 
   // The next run of points must be `range`, of at least `least` points and a multiple of `unit`.
   std::string take(const PointRange& range, std::size_t least, std::size_t unit) {
+    // Ranges without gaps or overlap leave no point without an owner, and none with two.
     if (range.begin != next_ || range.end < range.begin || range.end > count_)
       return "its points do not follow those before it";
     HAIRNET_ASSERT(least > 0);
@@ -66,6 +67,7 @@ std::string fault_of(const Cloth& cloth, const Groom& groom, const GroomLimits& 
     const auto& [a, b, c] = cloth.triangles[t];
     const auto foreign = [&](std::uint32_t v) { return v < cloth.points.begin || v >= cloth.points.end; };
     if (foreign(a) || foreign(b) || foreign(c)) return fault_at("triangle", t, "a point is not the cloth's own");
+    // Such a triangle has no area and no normal.
     if (a == b || b == c || c == a) return fault_at("triangle", t, "a corner comes twice");
   }
   if (!cloth.root_distance_m.empty() && cloth.root_distance_m.size() != cloth.points.count())
@@ -112,6 +114,7 @@ std::string validate_clumps(const Groom& groom, const GroomLimits& limits) {
     const Clump& clump = groom.clumps[c];
     if (const std::string fault = fault_of(clump, groom, limits); !fault.empty()) return fault_at("clump", c, fault);
     HAIRNET_ASSERT(clump.strand < groom.strand_count());
+    // A few bytes of clumps could ask clients to draw very many points, so copies count towards the limit of points.
     drawn_points += clump.copy_count * groom.strand_points(clump.strand).size();
   }
   if (drawn_points > limits.point_count_max)
@@ -150,6 +153,7 @@ std::string fault_of(const StrandProperties& properties, const Groom& groom) {
 
 std::string validate_features(const Groom& groom, const GroomLimits& limits) {
   HAIRNET_ASSERT(groom.strand_begin.size() == groom.strand_count() + 1);
+  // Counts come first: the checks below take time in proportion to them.
   for (const auto& [name, count] : {std::pair<std::string_view, std::size_t>{"threads", groom.threads.size()},
                                     {"cards", groom.cards.size()},
                                     {"cloths", groom.cloths.size()},
@@ -162,6 +166,7 @@ std::string validate_features(const Groom& groom, const GroomLimits& limits) {
   if (fault.empty()) fault = validate_point_owners(groom, limits);
   std::size_t tied_points = 0;
   for (std::size_t k = 0; fault.empty() && k < groom.knots.size(); ++k) {
+    // Knots may name the same points, so their lists are bounded together.
     tied_points += groom.knots[k].points.size();
     fault = fault_of(groom.knots[k], groom);
     if (!fault.empty()) return fault_at("knot", k, fault);

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "core/assert.hpp"
-#include "core/learning/held_out.hpp"
 #include "core/learning/learnt_examples.hpp"
 #include "core/learning/learnt_weights.hpp"
 #include "core/learning/network.hpp"
+#include "core/learning/validation.hpp"
 #include "core/random.hpp"
 
 namespace hairnet {
@@ -22,6 +22,8 @@ using Eigen::VectorXf;
 
 static_assert(kLearntModesMax <= kModeCountMax);
 
+// The groups of kLearntWidth motions in one step of descent. Each may have a thread of its own; their gradients are
+// added in order, so the result does not depend on threads.
 constexpr std::size_t kSixteensAStep = 2;
 constexpr std::size_t kInputCount = kPoseInputCount + kAirInputCount;
 
@@ -53,6 +55,7 @@ class Descent {
   void step(VectorXf gradient, float rate, VectorXf& weights) {
     constexpr float kFirst = 0.9f, kSecond = 0.99f, kNormMax = 1;
     const float norm = gradient.norm();
+    // One rare wild moment must not throw the weights far away.
     if (norm > kNormMax) gradient *= kNormMax / norm;
     ++steps_;
     first_ = kFirst * first_ + (1 - kFirst) * gradient;
@@ -70,6 +73,7 @@ class Descent {
 VectorXf first_weights(const NetworkSize& size) {
   VectorXf weights = VectorXf::Zero(size.weight_count());
   NetworkWeights<float> view(size, weights.data());
+  // A fixed seed: the same groom gets the same network.
   Random random(1);
   const auto fill = [&](auto& matrix, double deviation) {
     for (float& weight : matrix.reshaped()) weight = static_cast<float>(deviation * random.bell());
@@ -77,8 +81,9 @@ VectorXf first_weights(const NetworkSize& size) {
   fill(view.input, 1 / std::sqrt(static_cast<double>(size.inputs)));
   fill(view.hidden, 1 / std::sqrt(static_cast<double>(size.hidden)));
   fill(view.output, 0.3 / std::sqrt(static_cast<double>(size.hidden)));
-  view.bias.head(size.hidden).setConstant(-1);  // hair moves slowly at first,
-  view.bias.tail(size.hidden).setConstant(1);   // and as the whole tells it
+  // At first hair moves slowly, and each hidden number follows the others.
+  view.bias.head(size.hidden).setConstant(-1);
+  view.bias.tail(size.hidden).setConstant(1);
   return weights;
 }
 
@@ -103,6 +108,8 @@ VectorXf fit(std::vector<LearntExamples> examples, const Scales& scales, const N
       static_cast<std::size_t>(learning.rounds * windows) * ((examples.size() + kSixteensAStep - 1) / kSixteensAStep);
   std::size_t step = 0;
   for (int round = 0; round < learning.rounds; ++round) {
+    // Each round starts at rest and carries the hidden numbers from window to window, but gradients end with their
+    // window.
     for (MatrixXf& h : hidden) h = MatrixXf::Zero(size.hidden, kLearntWidth);
     for (Index begin = 0; begin < windows * columns; begin += columns) {
       for (std::size_t first = 0; first < examples.size(); first += kSixteensAStep) {
@@ -119,6 +126,7 @@ VectorXf fit(std::vector<LearntExamples> examples, const Scales& scales, const N
         for (std::size_t i = 1; i < count; ++i) gradients[0] += gradients[i];
         const double done = static_cast<double>(step) / static_cast<double>(step_count);
         if (!keep_going(done)) return {};
+        // The rate rises over the first 50 steps, while Adam's averages are not yet reliable, then falls as a cosine.
         const double warm = std::min(1.0, static_cast<double>(++step) / 50);
         const double rate = warm * learning.rate * (0.01 + 0.99 * 0.5 * (1 + std::cos(std::numbers::pi * done)));
         descent.step(gradients[0], static_cast<float>(rate), weights);
@@ -147,10 +155,10 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
   std::vector<LearntExamples> seen =
       take_examples(groom, levels, modes, request, at(0, 0.5, "moving the hair"), parallel_for);
   if (seen.empty()) return nullptr;
-  const std::vector<LearntExamples> held_out =
-      take_held_out(groom, levels, modes, learning.held_out_count, request.tick_count, at(0.5, 0.55, "moving the hair"),
-                    parallel_for);
-  if (held_out.empty()) return nullptr;
+  const std::vector<LearntExamples> validation =
+      take_validation_examples(groom, levels, modes, learning.validation_count, request.tick_count,
+                               at(0.5, 0.55, "moving the hair"), parallel_for);
+  if (validation.empty()) return nullptr;
 
   const Scales scales = scales_of(seen);
   const NetworkSize size{kInputCount, static_cast<Index>(learning.hidden_count), request.mode_count};
@@ -165,10 +173,11 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
   VectorXf weights = fit(std::move(seen), scales, size, learning, at(0.55, 1, "learning the hair"), parallel_for);
   if (weights.size() == 0) return nullptr;
   NetworkWeights<float> view(size, weights.data());
+  // The scales go into the weights, so that evaluation needs none.
   view.input *= scales.input.cwiseInverse().asDiagonal();
   view.output *= scales.output;
   set_weights(size, std::move(weights), *hair);
-  if (std::string fault = judge(held_out, *hair); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string fault = judge(validation, *hair); !fault.empty()) return Refusal(std::move(fault));
   return hair;
 }
 

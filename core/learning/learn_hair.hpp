@@ -14,7 +14,7 @@ namespace hairnet {
 struct HairLearning {
   std::uint32_t motion_count = 1024;
   // Counts more motions, which only measure the error.
-  std::uint32_t held_out_count = 32;
+  std::uint32_t validation_count = 32;
   // Is the duration of each motion.
   double duration_s = 6;
   // Must be a multiple of 4.

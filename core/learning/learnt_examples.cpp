@@ -34,6 +34,7 @@ std::vector<Pose> poses_of(std::uint32_t number, const Body& body, std::size_t t
   const std::uint32_t motion = 8 * number + kKinds[number % kKinds.size()];
   std::vector<Pose> poses = make_training_motion(motion, body, kLearntTick_s, tick_count + 1).poses;
   if (number % 4 != 3) return poses;
+  // Half of the motion, then 0.8 s on the way back, then rest to the end.
   const std::size_t back = tick_count / 2, ticks = static_cast<std::size_t>(0.8 / kLearntTick_s);
   for (std::size_t t = back + 1; t < poses.size(); ++t) {
     const double share = std::min(static_cast<double>(t - back) / static_cast<double>(ticks), 1.0);
@@ -82,6 +83,7 @@ bool take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& le
     if (is_in_wind(number)) actor.wind = WindField(wind_of(number));
     Environment environment;
     environment.wind = actor.wind;
+    // Each motion has an environment of its own, as winds differ.
     world.set_environment(n, environment);
     actor.high = world.add({levels, LevelIndex::high, actor.poses[0], n});
     if (request.with_low) actor.low = world.add({levels, LevelIndex::low, actor.poses[0], n});
@@ -104,6 +106,7 @@ bool take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& le
       const PoseInputs inputs = actor.history.next(pose);
       const Vec3 air = actor.wind.velocity(pose.head().position, static_cast<double>(t + 1) * kLearntTick_s);
       auto column = examples[n / kLearntWidth].inputs.col(t * kLearntWidth + static_cast<Index>(n) % kLearntWidth);
+      // The air in the axes of the head, like all inputs.
       column << Eigen::Map<const VectorXf>(inputs.data(), kPoseInputCount),
           (pose.head().rotation.conjugate() * air).cast<float>();
     }
@@ -162,6 +165,7 @@ std::vector<VectorXf> motion_weights(const std::vector<LearntExamples>& examples
   for (const LearntExamples& e : examples) {
     VectorXf& own = weights.emplace_back(VectorXf::Zero(kLearntWidth));
     for (Index c = 0; c < e.coefficients.cols(); ++c) own[c % kLearntWidth] += e.coefficients.col(c).squaredNorm();
+    // One over the RMS of the motion, limited by kCalm_m for hair that hardly moves.
     own = ((own / static_cast<float>(e.tick_count())).cwiseSqrt().array() + kCalm_m).inverse();
     sum += own.sum();
   }

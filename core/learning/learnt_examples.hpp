@@ -27,8 +27,10 @@ struct LearntExamples {
 };
 
 struct ExampleRequest {
-  std::uint32_t first_motion = 0;  // make_training_motion's number of the first; of a whole thirty-two
-  std::uint32_t motion_count = 0;  // in whole thirty-twos: the first half of each is in still air, the other in wind
+  // The number of the first motion for make_training_motion; a multiple of thirty-two.
+  std::uint32_t first_motion = 0;
+  // A multiple of thirty-two: the first half of each thirty-two is in still air, the other in wind.
+  std::uint32_t motion_count = 0;
   std::size_t tick_count = 0;
   Eigen::Index mode_count = 0;
   bool with_low = false;

@@ -15,6 +15,8 @@ using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::Row
 
 // With 8 bits after the first.
 float shortened(float weight) {
+  // Half of the last kept bit is added first, so the number is rounded and not cut. The carry into the exponent is
+  // right as well.
   return std::bit_cast<float>((std::bit_cast<std::uint32_t>(weight) + 0x4000u) & ~0x7fffu);
 }
 

@@ -58,6 +58,7 @@ class Network {
       others_.middleCols(c, width_) = products_.middleRows(n_, n_);
       a.topRows(n_) += products_.topRows(n_);
       a.bottomRows(n_) += products_.bottomRows(n_);
+      // The gate r acts on the product N' h, hence its own place in others_: backward needs it before the gate.
       a.middleRows(n_, n_).array() += gate(clamp(a.bottomRows(n_).array())) * products_.middleRows(n_, n_).array();
       a = clamp(a.array()).matrix();
       const Array z = gate(a.topRows(n_).array());
@@ -84,6 +85,7 @@ class Network {
       carried += by_hidden.middleCols(c, width_);
       const Array z = gate(a.topRows(n_).array()), r = gate(a.bottomRows(n_).array());
       const Array by_target = carried.array() * z;
+      // f(n0) is subtracted at every tick, so its gradient is the sum over all of them.
       by_rest -= by_target.rowwise().sum();
       auto by_a = by_sums_.middleCols(c, width_);
       by_a.topRows(n_).array() = carried.array() * (target(a) - before) * gate_slope(a.topRows(n_).array());
@@ -93,6 +95,7 @@ class Network {
       auto by_product = by_products_.middleCols(c, width_);
       by_product = by_a;
       by_product.middleRows(n_, n_).array() *= r;
+      // h goes on with the share 1 - z directly, and through the three products.
       carried.array() *= T(1) - z;
       carried.noalias() += w.hidden.transpose() * by_product;
     }
@@ -107,6 +110,7 @@ class Network {
 
   // f and its derivative, of numbers that are within -3 and 3.
   static Array squash(const Array& x) { return x * (T(27) + x.square()) / (T(27) + T(9) * x.square()); }
+  // f'(x) = ((9 - x^2) / (9 + 3 x^2))^2: it is zero at the limits, so limited numbers pass no gradient on.
   static Array slope(const Array& x) { return ((T(9) - x.square()) / (T(9) + T(3) * x.square())).square(); }
   static Array gate(const Array& x) { return T(0.5) + T(0.5) * squash(x); }
   static Array gate_slope(const Array& x) { return T(0.5) * slope(x); }

@@ -17,6 +17,7 @@ constexpr float kMargin = 1.1f;
 
 bool LearntHair::covers(const PoseInputs& inputs) const {
   for (std::size_t i = 0; i < inputs.size(); ++i)
+    // Written so that NaN is not covered.
     if (!(std::abs(inputs[i]) <= kMargin * most[i])) return false;
   return true;
 }
@@ -44,6 +45,7 @@ std::string validate(const LearntHair& hair) {
   }
   for (const auto* numbers :
        {&hair.input_weights, &hair.hidden_weights, &hair.bias, &hair.output_weights, &hair.wind.weights})
+    // Learnt hair comes from files and from peers. Sums of weights within this limit stay finite.
     if (!std::ranges::all_of(*numbers, [](float v) { return std::abs(v) <= kLearntWeightMax; }))
       return "learnt hair with a weight that is not finite, or too great";
   const auto is_size = [](float value) { return std::isfinite(value) && value >= 0; };
@@ -59,6 +61,7 @@ void step_learnt(const LearntHair& hair, std::span<LearntMember> members) {
   HAIRNET_VALIDATE(validate(hair).empty());
   // [number][character]
   alignas(64) std::array<float, (kPoseInputCount + kAirInputCount) * kLearntWidth> inputs{};
+  // Lanes without a character compute on zeros.
   alignas(64) std::array<float, kLearntHiddenMax * kLearntWidth> before{}, after;
   alignas(64) std::array<float, kLearntModesMax * kLearntWidth> coefficients;
   for (std::size_t m = 0; m < members.size(); ++m) {
@@ -82,6 +85,7 @@ void step_learnt(const LearntHair& hair, std::span<LearntMember> members) {
     for (std::size_t i = 0; i < hidden.size(); ++i) hidden[i] = after[i * kLearntWidth + m];
     const std::span<float> out = members[m].coefficients;
     for (std::size_t k = 0; k < hair.mode_count; ++k) out[k] = coefficients[k * kLearntWidth + m];
+    // A basis may have more modes than the network drives.
     std::ranges::fill(out.subspan(hair.mode_count), 0.0f);
   }
 }

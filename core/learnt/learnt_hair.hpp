@@ -8,14 +8,24 @@
 
 namespace hairnet {
 
+// These limits size arrays on the stack of a step, and bound what a file may ask for.
 inline constexpr std::size_t kLearntHiddenMax = 128, kLearntModesMax = 128;
-inline constexpr int kLearntWidth = 16;          // characters that are evaluated side by side
-inline constexpr float kLearntWeightMax = 1e6f;  // the greatest size of a weight: no sum is then infinite
-inline constexpr int kLearntStart_ticks = 30;    // for which a network that begins sees the first pose held
-inline constexpr int kLearntGapMax_ticks = 8;    // between two poses; after a longer gap a network begins again
-inline constexpr int kLearntSettled_ticks = 60;  // after which it hardly matters when a network has begun
+// Characters that are evaluated side by side.
+inline constexpr int kLearntWidth = 16;
+// The greatest size of a weight: no sum is then infinite.
+inline constexpr float kLearntWeightMax = 1e6f;
+// For so long a network that begins sees the first pose held: hair that joins late starts as if the head had stood
+// still.
+inline constexpr int kLearntStart_ticks = 30;
+// The longest gap between two poses over which they are interpolated; after a longer one a network begins again.
+inline constexpr int kLearntGapMax_ticks = 8;
+// After so long it hardly matters when a network has begun: its state forgets within two seconds (at most 2.4 mm RMS in
+// 68 of 70 clips, 24 mm in the worst). The state need not be sent therefore: servers send coefficients for so long,
+// then poses alone.
+inline constexpr int kLearntSettled_ticks = 60;
 
-inline constexpr std::size_t kAirInputCount = 3;  // the velocity of the air at the head, in its axes, m/s
+// The velocity of the air at the head, in its axes, m/s.
+inline constexpr std::size_t kAirInputCount = 3;
 
 // What learnt hair knows of wind. Servers alone have it: clients evaluate hair in still air.
 struct LearntWind {
@@ -44,8 +54,8 @@ struct LearntHair {
   std::vector<float> output_weights;             // C: [mode][hidden]
   // Is the greatest size of each input in the training motions.
   PoseInputs most{};
-  // Are the errors of this hair and of the low level from the finest, over its motion; measured on held-out motions in
-  // still air.
+  // Are the errors of this hair and of the low level from the finest, over its motion; measured on validation motions
+  // in still air.
   float error = 0, low_error = 0;
   LearntWind wind;
 
@@ -84,7 +94,8 @@ struct LearntMember {
 // others. Asserts that there is room for the driven coefficients.
 void step_learnt(const LearntHair& hair, std::span<LearntMember> members);
 
-// The motion of one character from a pose that its network has seen to a later one.
+// The motion of one character from a pose that its network has seen to a later one. A turn of a character in
+// World is one motion, and so is the gap between the poses of two frames at a client.
 struct LearntMotion {
   LearntState* state = nullptr;
   const Pose *from = nullptr, *to = nullptr;

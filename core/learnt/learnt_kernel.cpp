@@ -45,6 +45,7 @@ HWY_INLINE V squash(V x) {
   const V above = hn::Mul(a, hn::Add(hn::Set(kD, 27.0f), square));
   return hn::Div(above, hn::MulAdd(hn::Set(kD, 9.0f), square, hn::Set(kD, 27.0f)));
 }
+// s(a) = (1 + f(a)) / 2, between 0 and 1.
 HWY_INLINE V gate(V x) {
   return hn::MulAdd(hn::Set(kD, 0.5f), squash(x), hn::Set(kD, 0.5f));
 }
@@ -57,6 +58,7 @@ HWY_INLINE void step_two(const LearntHair& hair, std::size_t first, const float*
   const float* const h = hair.hidden_weights.data() + first * n;
   const float* const bias = hair.bias.data() + first;
   // Rows: z, z, r, r, and N x, N x; then N' h, N' h in their place.
+  // The product N' h has its own sum, as r multiplies it before it joins N x.
   Sums<6> sums;
   for (std::size_t i = 0; i < 2; ++i) {
     sums.set(i, bias[i]);

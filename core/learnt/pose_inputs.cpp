@@ -11,6 +11,7 @@ const Vec3 kTrunk(0, -0.2, 0), kLeftShoulder(0.15, -0.22, 0), kRightShoulder(-0.
 
 // Axis and angle, or the sine of half the angle for half the angle, which is as good an input and costs less.
 Vec3 turn_of(const Quat& rotation) {
+  // q and -q are one rotation; the sign chosen is that of the shorter turn.
   return (rotation.w() < 0 ? -2.0 : 2.0) * rotation.vec();
 }
 
@@ -21,6 +22,7 @@ Vec3 shift_dm(const RigidTransform& bone, const Vec3& place) {
 }  // namespace
 
 PoseInputs PoseHistory::next(const Pose& pose, bool air_is_carried) {
+  // A jump is found by the rule of World, so a network begins again where its hair does not move with the jump.
   if (known_count_ > 0) {
     if (is_teleport(last_, pose, kLearntTick_s, expected_world_)) known_count_ = 0;
     expected_world_ = velocity_to_expect(last_, pose, kLearntTick_s, expected_world_);

@@ -7,7 +7,8 @@
 
 namespace hairnet {
 
-// The time from one pose of a learnt groom to the next.
+// The time from one pose of a learnt groom to the next. Programs with another rate interpolate poses to this one, and
+// coefficients from it: the network's state has no other step.
 inline constexpr double kLearntTick_s = 1.0 / 30;
 constexpr bool is_learnt_tick(double tick_s) {
   return tick_s > 0.999 * kLearntTick_s && tick_s < 1.001 * kLearntTick_s;

@@ -49,11 +49,14 @@ void add_strand(std::span<const Vec3f> points, const StrandProperties& propertie
   polyline_on_grid(grid, points, polyline);
   lump_strand(grid, polyline, properties, material, mechanics.lumped);
   const double length = arc_length(grid, polyline);
+  // A strand without length has nodes that the FFD needs, but neither mass nor springs.
   if (length < kLengthMin) {
     ++mechanics.degenerate_strands;
     return;
   }
   const double hair_count = properties.hair_count;
+  // All springs and the attachment of a strand share one q / k, so that damping does not depend on where the lattice
+  // cuts the strand.
   const double damping_time_s = own_damping_time_s.value_or(axial_damping_time_s(material, length));
   const double axial_n = hair_count * static_cast<double>(material.axial_stiffness_n);
   cut_points(grid, polyline, cuts);
@@ -203,6 +206,7 @@ float displacement_max_m(const Lattice& lattice) {
 bool match_springs(const StiffenerList& all_springs, const StiffenerList& all_attachments,
                    const LevelProgress& progress, Level& level) {
   HAIRNET_ASSERT(level.springs.count() <= all_springs.count());
+  // Nothing was merged, so there is no difference to fit away.
   if (level.springs.count() == all_springs.count()) return true;
   const std::vector<std::uint32_t> active_index = active_indices(level.geometry);
   const auto matched = [&](double share) { return progress.at(0.75 + 0.25 * share, "matching the springs"); };
@@ -225,11 +229,14 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
   report.degenerate_strands = mechanics.degenerate_strands;
 
   const double decimation_start_s = progress.clock_s();
+  // The full lists are kept, as match_springs compares the reduced lattice with them.
   StiffenerList all_springs = mechanics.springs;
   append(mechanics.ties, all_springs);
   const StiffenerList all_attachments = mechanics.attachments;
   if (!decimate_both(grid, spec, progress, parallel_for, mechanics)) return false;
   if (!progress.at(0.7, "placing contact points")) return false;
+  // The nodes that hair touches are active, whichever springs survived, so all levels of these dimensions have the same
+  // nodes.
   level.geometry = trim(grid.lattice(), mechanics.lumped.touched);
   level.displacement_max_m = displacement_max_m(grid.lattice());
   store_level(mechanics, level);
@@ -287,6 +294,7 @@ std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildCall
   if (!skin) return nullptr;
   auto set = std::make_shared<LevelSet>();
   std::array<LevelReport, 4> own_reports;
+  // Levels share nothing but the skin, so they are built at the same time.
   std::array<bool, kLevelSpecs.size()> is_made{};
   run_loop(parallel_for, kLevelSpecs.size(), [&](std::size_t i) {
     LevelReport& report = (reports ? *reports : own_reports)[i];

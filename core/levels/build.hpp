@@ -28,7 +28,8 @@ struct LevelReport {
 struct BuildCallbacks {
   // Gets the finished fraction in [0, 1] and the name of the current stage. Return false to cancel the build.
   std::function<bool(double fraction, std::string_view stage)> progress;
-  std::function<double()> clock_s;  // for the times of the report; core reads no clock of its own
+  // The clock for the times of the report: core reads no clock of its own.
+  std::function<double()> clock_s;
 };
 
 // Builds one level. `groom` must pass validate(). Asserts that it has a point. Returns null only when cancelled. The
@@ -38,11 +39,14 @@ std::shared_ptr<const Level> build_level(const Groom& groom, const LevelSpec& sp
                                          const BuildCallbacks& callbacks = {}, LevelReport* report = nullptr,
                                          const ParallelFor& parallel_for = {});
 
+// Builds all levels that have a lattice at the same time, then the maps between them; otherwise as build_level.
+// `reports` has one entry a level.
 std::shared_ptr<const LevelSet> build_levels(const Groom& groom, const BuildCallbacks& callbacks = {},
                                              std::array<LevelReport, 4>* reports = nullptr,
                                              const ParallelFor& parallel_for = {});
 
-// Computes the maps between the levels of `set`, which were built from `groom`.
+// Computes the maps between the levels of `set`, which were built from `groom`. A server calls it for levels from its
+// disk cache, which has no maps.
 void make_level_maps(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for = {});
 
 }  // namespace hairnet

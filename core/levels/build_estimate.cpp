@@ -63,6 +63,7 @@ BuildEstimate estimate_build(const Groom& groom) {
     for (const Cloth& cloth : groom.cloths) estimate.spring_count += pieces_of(grid, groom, cloth);
   }
   const std::size_t lines = kLevelSpecs.size() * (groom.strand_count() + groom.threads.size() + groom.cards.size());
+  // A linear bound is enough: a server refuses a groom by it before it spends memory on the build.
   estimate.memory_bytes = kBytesOfAnyBuild + kBytesPerSpring * estimate.spring_count + kBytesPerLine * lines +
                           kBytesPerPoint * groom.points.size() + kBytesPerTriangle * groom.body.mesh.triangles.size();
   return estimate;

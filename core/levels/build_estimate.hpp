@@ -6,7 +6,8 @@
 
 namespace hairnet {
 
-// What building all levels of a groom takes, from one pass over its points for each level.
+// What building all levels of a groom takes, from one pass over its points for each level. It lets a server refuse a
+// groom whose levels would take too much memory, before it spends any.
 struct BuildEstimate {
   // Counts the springs of all levels before decimation, at most; without those of knots.
   std::size_t spring_count = 0;

@@ -26,6 +26,7 @@ class BuildProgress {
     HAIRNET_ASSERT(fraction <= 1);
     if (!observer_.progress) return true;
     const MutexLock lock(mutex_);
+    // A part that has not noticed yet may report after another part was cancelled.
     if (cancelled_) return false;
     done_[part] = std::max(done_[part], fraction);
     double sum = 0;

@@ -47,6 +47,8 @@ Edges edges_of(std::span<const Vec3f> points, const Cloth& cloth) {
       Edge& edge = edges[{std::min(a, b), std::max(a, b)}];
       edge.area += area;
       edge.across.push_back(c);
+      // A diagonal is clearly the longest side of both of its triangles. One triangle that says otherwise is enough to
+      // make it an edge of the weave.
       edge.is_longest = edge.is_longest && edge_length(points, a, b) > kClearlyLonger * edge_length(points, b, c) &&
                         edge_length(points, a, b) > kClearlyLonger * edge_length(points, c, a);
     }
@@ -99,6 +101,7 @@ void add_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth
   };
   for (const auto& [ends, edge] : edges_of(points_head, cloth)) {
     add(ends[0], ends[1], edge.is_longest ? shear : stretch, edge.area);
+    // The other diagonal of the quad, which the mesh does not have. At the border of the cloth there is none.
     if (edge.is_longest && edge.across.size() == 2) add(edge.across[0], edge.across[1], shear, edge.area);
   }
   if (!(cloth.pin_stiffness_n_per_m > 0)) return;
@@ -125,6 +128,8 @@ void lump_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Clot
     const double longest = std::max({(triangle.corners[1] - triangle.corners[0]).norm(),
                                      (triangle.corners[2] - triangle.corners[1]).norm(),
                                      (triangle.corners[0] - triangle.corners[2]).norm()});
+    // The upper limit bounds the work for a triangle as large as a groom may have, which could otherwise take millions
+    // of samples.
     const int split = std::clamp(static_cast<int>(std::ceil(3 * longest / grid.spacing().minCoeff())), 1, 64);
     const double area = triangle.area / (split * split);
     const auto add = [&](double u, double v) {

@@ -14,12 +14,14 @@
 namespace hairnet {
 namespace {
 
+// Choosing takes time in proportion to candidates times chosen lines.
 constexpr std::size_t kCandidatesMax = 1500;
 // Points along a strand stand this far apart, in cells of the lattice.
 constexpr double kSpacing = 0.75;
 constexpr float kSpacingMin_m = 0.01f;
 // Nearer to the root hair hardly moves relative to the head.
 constexpr float kBlendMin = 0.15f;
+// Hair that is thrown against the body presses with many times its weight.
 constexpr double kLoad = 160 * 9.81;  // m/s^2 on a point's share of the mass
 // The load may press in to this depth.
 constexpr double kDent_m = 0.005;
@@ -68,6 +70,8 @@ std::vector<Line> candidates_of(const Groom& groom) {
   const double share = static_cast<double>(kCandidatesMax) / static_cast<double>(std::max<std::size_t>(1, all.size()));
   std::vector<Line> some;
   for (std::size_t l = 0; l < all.size(); ++l) {
+    // Multiples of the golden ratio spread evenly over any run of lines, in whatever order a groom has its strands.
+    // Where strands have a regular order, every n-th line could leave whole regions out.
     const double turn = static_cast<double>(l) * (std::numbers::phi - 1);
     if (turn - std::floor(turn) < share) some.push_back(all[l]);
   }
@@ -153,6 +157,7 @@ Chosen choose_points(const Groom& groom, float spacing_m, std::size_t count_max)
   if (lines.empty()) return chosen;
   FarthestFirst order(groom, lines);
   for (std::size_t tried = 0; tried < lines.size() && !order.is_over(); ++tried) {
+    // A line is taken whole or not at all: half of a strand's points would let its other half through the skin.
     Chosen more = chosen;
     add_points(groom, blend, lines[order.next()], spacing_m, more);
     if (more.arm_m.size() > count_max) break;
@@ -168,6 +173,7 @@ float limit_of(const SkinDistanceField& field, const Chosen& chosen, std::size_t
   HAIRNET_ASSERT(thickness_m >= 0);
   const auto distance_m = [&](const Vec3f& at) { return static_cast<float>(skin_distance(field, at.cast<double>())); };
   const float arm_m = kArmSlack_m + kArmStretch * chosen.arm_m[point];
+  // A bone that the strand cannot reach at its full length costs no look-up in any step. Hair is always near the head.
   if (field.bone != Bone::head && distance_m(chosen.root[point]) > arm_m) return kContactNever_m;
   return std::min(thickness_m, distance_m(chosen.hair.points[point]) - kSlack_m);
 }

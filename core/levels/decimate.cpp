@@ -14,6 +14,7 @@
 namespace hairnet {
 namespace {
 
+// Candidates for each stiffener in the first round; run_rounds doubles the number when few pairs merge.
 constexpr std::size_t kNeighbourCount = 6;
 
 // One stiffener, or several merged. `share` is its weight in an average: k L of springs, k of attachments.
@@ -92,6 +93,7 @@ class Decimation {
 
   // False when cancelled.
   bool run() {
+    // Identical chords come first: the k-d tree takes quadratic time with many of them.
     if (count_max_ > 0) merge_identical();
     if (count_max_ > 0 && !run_rounds()) return false;
     store(most_important());
@@ -160,6 +162,7 @@ class Decimation {
       if (!append_candidates(members, neighbour_count, candidates)) return false;
     }
     std::priority_queue<Candidate, std::vector<Candidate>, Later> heap(Later{}, std::move(candidates));
+    // When half have merged, the neighbours that were found at the start are out of date.
     const std::size_t round_end = std::max(count_max_, count_ / 2);
     for (std::size_t popped = 0; count_ > round_end && !heap.empty(); ++popped) {
       if (popped % 4096 == 0 && !report()) return false;
@@ -181,6 +184,7 @@ class Decimation {
   // False when cancelled.
   bool append_candidates(const std::vector<std::uint32_t>& members, std::size_t neighbour_count,
                          std::vector<Candidate>& candidates) const {
+    // Parts have a fixed size and are joined in their order, so the result does not depend on the number of threads.
     constexpr std::size_t kPart = 4096;
     const NearestChords nearest(chords_, members);
     std::vector<std::vector<Candidate>> found((members.size() + kPart - 1) / kPart);
@@ -220,12 +224,14 @@ class Decimation {
     HAIRNET_ASSERT(count_ > count_max_);
     Cluster &a = clusters_[kept], &b = clusters_[merged];
     Chord &chord_a = chords_[kept], &chord_b = chords_[merged];
+    // A spring has no direction: both ends may be swapped. Without this, opposite springs would cancel in the mean.
     if ((chord_a[1] - chord_a[0]).dot(chord_b[1] - chord_b[0]) < 0) {
       std::swap(chord_b[0], chord_b[1]);
       for (NodeWeight& w : b.weights) w.weight = -w.weight;
     }
     const double share = a.share + b.share;
     for (std::size_t end : {0u, 1u}) chord_a[end] = (a.share * chord_a[end] + b.share * chord_b[end]) / share;
+    // A cluster's chord is the mean of its members' ends, so distances in later rounds are those of the means.
     a.share = share;
     a.moment += b.moment;
     a.damping_moment += b.damping_moment;
@@ -282,6 +288,8 @@ class Decimation {
       (weight > 0 ? pulling : pulled).push_back({node, weight / cluster.share});
     }
     HAIRNET_ASSERT(kind_ == StiffenerKind::spring || pulled.empty());
+    // The two ends of a spring are shortened separately, so its weights still sum to 0 and it never pulls at the
+    // lattice as a whole.
     append_greatest(pulling, kind_ == StiffenerKind::spring ? kNodesPerEndMax : kNodesPerAttachmentMax, kept);
     append_greatest(pulled, kNodesPerEndMax, kept);
     std::ranges::sort(kept, {}, &NodeWeight::node);
@@ -304,6 +312,7 @@ class Decimation {
     StiffenerList kept;
     for (const std::uint32_t s : survivors) {
       const Cluster& cluster = clusters_[s];
+      // A stiffener that merged with no other keeps its own numbers bit by bit.
       const bool is_merged = version_[s] > 0;
       const auto own = list_.weights(s);
       const std::vector<NodeWeight> weights =
@@ -312,6 +321,8 @@ class Decimation {
       HAIRNET_ASSERT(length > 0);
       kept.entries.insert(kept.entries.end(), weights.begin(), weights.end());
       kept.begin.push_back(static_cast<std::uint32_t>(kept.entries.size()));
+      // k L^2 is what a stretch along the springs feels, so the merged k is the sum of k L^2 over the square of the
+      // mean's own length.
       kept.stiffness.push_back(is_merged ? cluster.moment / (length * length) : list_.stiffness[s]);
       kept.damping.push_back(is_merged ? cluster.damping_moment / (length * length) : list_.damping[s]);
       kept.group.push_back(list_.group[s]);

@@ -24,6 +24,7 @@ struct LumpedSum {
   }
 };
 
+// The sums over the 27 nodes about a node.
 LumpedSum hair_around(const Lattice& lattice, const LumpedHair& lumped, std::uint32_t node) {
   HAIRNET_ASSERT(node < lattice.node_count());
   const auto [ci, cj, ck] = lattice.coordinates(node);
@@ -62,6 +63,7 @@ NodeMechanics fill_ether(const LevelGeometry& geometry, const LumpedHair& lumped
     HAIRNET_ASSERT(hair.mass > 0);
     HAIRNET_ASSERT(hair.hang >= 0.999 * kHangLengthMin * hair.mass);
     HAIRNET_ASSERT(hair.gel >= 0);
+    // Every active node has some mass, as a node without mass would make the system singular.
     const double mass = lumped.mass[node] + ether_mass / static_cast<double>(geometry.active_nodes.size());
     const double stiffness = mass * (kGravity * hair.mass / hair.hang + hair.gel / hair.mass);
     mechanics.mass.push_back(mass);

@@ -21,9 +21,9 @@ struct NodeMechanics {
 // node below the roots. With d and d' the vertical in head axes at rest and now, hair without gel hangs vertically at
 // any tilt of the head if each node moves by l_i (d' - d). The lattice can represent this field exactly because it is
 // affine in depth. Since k_i l_i = m_i |g|, each node is then in balance by itself: springs carry no load, so truncated
-// solving and merged springs do not change the shape. l_i is the depth of the node itself, not of the hair around it,
-// which lies higher at the tips. It is averaged by mass over the hair around the node, each piece measured from its own
-// root, and is at least kHangLengthMin.
+// solving and merged springs do not change the shape. l_i is measured from the root of each piece of hair around the
+// node down to the node itself, not to the piece, which lies higher at the tips; it is the mean of these by mass, and
+// at least kHangLengthMin.
 //
 // Damping: q_i = 2 zeta_i sqrt(k_i m_i), a fraction of the critical damping of the node's swing about its design
 // position, which is the swing of the hair as a pendulum. Lengths, gel and ratios are averaged by mass. Nodes without

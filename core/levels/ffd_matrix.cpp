@@ -25,6 +25,8 @@ ActiveCombinations::ActiveCombinations(const LevelGeometry& geometry) : combinat
 
 void ActiveCombinations::add(std::uint32_t grid_node, double weight, Eigen::Index row, Triplets& triplets) const {
   HAIRNET_VALIDATE(grid_node < combinations_.size());
+  // A trimmed node adds its weight to every active node that it follows; entries of one place add up in
+  // setFromTriplets.
   for (const auto& [active, share] : combinations_[grid_node]) triplets.emplace_back(row, active, weight * share);
 }
 

@@ -16,6 +16,8 @@ Lattice fit_lattice(std::span<const Vec3f> points_head, const std::array<int, 3>
   }
   Lattice lattice;
   lattice.dims = dims;
+  // The lattice is centred on the box, so both sides get the same margin. FFD then needs no extrapolation for hair in
+  // the design.
   for (int axis = 0; axis < 3; ++axis) {
     const double extent = static_cast<double>(high[axis]) - static_cast<double>(low[axis]);
     const double centre = 0.5 * (static_cast<double>(high[axis]) + static_cast<double>(low[axis]));

@@ -45,6 +45,7 @@ TrilinearWeights Grid::weights(const Vec3& grid) const {
   for (int corner = 0; corner < 8; ++corner) {
     const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
     const double weight = (i ? t[0] : 1 - t[0]) * (j ? t[1] : 1 - t[1]) * (k ? t[2] : 1 - t[2]);
+    // A point on a lattice plane names the nodes of the plane alone, so it does not activate those beside it.
     if (weight == 0) continue;
     weights.entries[weights.count++] = {lattice_.index(base[0] + i, base[1] + j, base[2] + k), weight};
   }

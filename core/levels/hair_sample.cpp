@@ -107,6 +107,7 @@ HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair
     });
     HAIRNET_ASSERT(whole <= 1 + 1e-4);
     HAIRNET_ASSERT(stencils.weights.size() == first || whole > 0);
+    // Scaling up keeps the sum of the weights, so a lattice that moves as a whole moves the point exactly.
     for (std::size_t e = first; e < stencils.weights.size(); ++e) stencils.weights[e] *= whole / kept;
     stencils.begin.push_back(static_cast<std::uint32_t>(stencils.nodes.size()));
   }

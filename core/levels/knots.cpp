@@ -23,6 +23,7 @@ std::vector<Vec3> spread_joints(std::span<const Vec3f> points_head, const Knot& 
   const auto position = [&](std::size_t i) { return Vec3(points_head[knot.points[i]].cast<double>()); };
   for (std::size_t i = 0; i < distance.size(); ++i) distance[i] = (position(i) - mean).norm();
   std::vector<Vec3> joints;
+  // All pairs of joints get a spring, so the number of joints is limited.
   while (joints.size() < std::min(kKnotJointsMax, knot.points.size())) {
     const auto farthest = static_cast<std::size_t>(std::ranges::max_element(distance) - distance.begin());
     if (!joints.empty() && distance[farthest] < kApartMin) break;
@@ -45,6 +46,7 @@ void add_knot(const Grid& grid, std::span<const Vec3f> points_head, const Knot& 
   std::vector<Vec3> joints = spread_joints(points_head, knot, mean);
   double extent = 0;
   for (const Vec3& joint : joints) extent = std::max(extent, (joint - mean).norm());
+  // The four corners of a regular tetrahedron.
   for (const Vec3& corner : {Vec3(1, 1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1), Vec3(-1, -1, 1)})
     joints.push_back(mean + 0.5 * extent * corner.normalized());
   HAIRNET_ASSERT(std::isfinite(extent));
@@ -62,6 +64,7 @@ void add_knot_mass(const Grid& grid, std::span<const Vec3f> points_head, const K
   if (!(knot.mass_kg > 0)) return;
   for (const auto& [node, weight] : grid.weights(grid.from_head(mean_of(points_head, knot).cast<float>()))) {
     const double mass = static_cast<double>(knot.mass_kg) * weight;
+    // A node without hair has nothing to hang from, and takes the smallest length.
     const double hang_length = lumped.mass[node] > 0 ? lumped.hang_moment[node] / lumped.mass[node] : kHangLengthMin;
     add_mass(node, mass, hang_length, material, lumped);
   }

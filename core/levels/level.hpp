@@ -26,10 +26,13 @@ constexpr bool has_lattice(LevelIndex level) {
 // What to build for one level with a lattice.
 struct LevelSpec {
   std::array<int, 3> dims;
-  std::size_t spring_count = 0;  // at most; fewer when the groom has fewer
+  // The counts are upper limits: a groom may have fewer stiffeners and points than that.
+  std::size_t spring_count = 0;
   std::size_t attachment_count = 0;
-  std::size_t contact_count = 0;  // points, at most
+  std::size_t contact_count = 0;
 };
+// High, medium, low and ether. High and low have the sizes of the paper's high-end and low-end models, and ether is its
+// model without springs and attachments (section 5.1), with contact.
 inline constexpr std::array<LevelSpec, 4> kLevelSpecs{
     {{{10, 10, 10}, 800, 200, 800}, {{7, 7, 7}, 400, 100, 480}, {{5, 5, 5}, 200, 50, 230}, {{5, 5, 5}, 0, 0, 128}}};
 
@@ -49,6 +52,7 @@ struct Stiffeners {
 // Contact energy is U when a point is this much nearer to the skin than its limit (contact.hpp).
 inline constexpr double kContactDepth_m = 0.05;
 
+// The limit of a point that cannot reach a skin. Built distances are never as low.
 inline constexpr float kContactNever_m = -1;
 
 // Points of the hair at which contact acts. A point is moved by the weighted sum of the
@@ -67,6 +71,7 @@ struct ContactPoints {
 };
 
 // One mechanical model of a groom, immutable and shared by all its characters. Per-node arrays are in active order.
+// A character differs from it by its MaterialScale only, so the solver can step a crowd of one hairstyle side by side.
 struct Level {
   LevelGeometry geometry;
   float displacement_max_m = 10;                                // the largest distance of a node from its design
@@ -82,7 +87,8 @@ struct Level {
 };
 
 // Checks a level from an untrusted source: counts agree, indices are in range, numbers are finite, weights and rest
-// values match the nodes. Returns an empty string when the solver can run it, else one line about the fault.
+// values match the nodes. Returns an empty string when the solver can run it, else one line about the fault. It costs
+// one pass over all arrays; built levels need no such check.
 std::string validate(const Level& level);
 
 class LevelMap;

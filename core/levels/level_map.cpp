@@ -66,6 +66,7 @@ struct LevelMap::End {
     HAIRNET_ASSERT(of.rest.size() == of.geometry.active_nodes.size());
     Eigen::MatrixXd normal = F_transposed * F;
     follow = kFollow * std::max(normal.diagonal().mean(), 1e-9);
+    // Without this term the matrix is singular where no sampled point depends on a node.
     normal.diagonal().array() += follow;
     factor.compute(normal);
     HAIRNET_ASSERT(factor.info() == Eigen::Success);
@@ -82,6 +83,7 @@ LevelMap::LevelMap(const Level& from, const Level& to, std::span<const Vec3f> po
 
 // (F^T F + follow) to = (F^T F_from + follow S) from
 LevelMap::LevelMap(const End& from, const End& to) {
+  // An empty matrix stands for the identity, so low and ether hair change over without rounding.
   if (has_same_nodes(from.level->geometry, to.level->geometry)) return;
   const Matrix right = Matrix(to.F_transposed * from.F) + to.follow * sampling_matrix(*from.level, *to.level);
   matrix_ = to.factor.solve(Eigen::MatrixXd(right)).cast<float>();
@@ -106,6 +108,7 @@ void LevelMap::apply(std::span<const Vec3f> from, std::span<Vec3f> to) const {
 void make_level_maps(LevelSet& set, std::span<const Vec3f> points_head, std::span<const float> blend,
                      const ParallelFor& parallel_for) {
   const std::size_t count = set.levels.size();
+  // The factors of a level serve all maps to it: four factorisations instead of twelve.
   std::vector<std::optional<LevelMap::End>> ends(count);
   run_loop(parallel_for, count, [&](std::size_t i) { ends[i].emplace(set.levels[i], points_head, blend); });
   run_loop(parallel_for, count * count, [&](std::size_t pair) {

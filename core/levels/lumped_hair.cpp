@@ -29,6 +29,7 @@ void split_by_cells(const Vec3& a, const Vec3& b, std::vector<double>& fractions
   HAIRNET_VALIDATE(std::ranges::adjacent_find(fractions, std::greater_equal{}) == fractions.end());
 }
 
+// I - e e^T of paper eq. 6: air resists motion across a hair and not along it.
 std::array<double, 6> drag_tensor(const Vec3& direction) {
   const Vec3& e = direction;
   return {1 - e[0] * e[0], -e[0] * e[1], -e[0] * e[2], 1 - e[1] * e[1], -e[1] * e[2], 1 - e[2] * e[2]};
@@ -67,6 +68,8 @@ void lump_strand(const Grid& grid, std::span<const Vec3> polyline, const StrandP
     const double length = grid.length(b - a);
     HAIRNET_ASSERT(length > 0);
     const std::array<double, 6> drag = drag_tensor((b - a).cwiseProduct(grid.spacing()) / length);
+    // Within a cell the product of three linear weights is a cubic along the piece, which two Gauss points integrate
+    // exactly. Across cells it has kinks.
     split_by_cells(a, b, fractions);
     for (std::size_t f = 1; f < fractions.size(); ++f) {
       const double share = fractions[f] - fractions[f - 1];
@@ -76,6 +79,7 @@ void lump_strand(const Grid& grid, std::span<const Vec3> polyline, const StrandP
         for (const auto& [node, weight] : grid.weights(point)) {
           const double piece = 0.5 * share * length * weight, mass = density * piece;
           const int level = grid.lattice().coordinates(node)[1];
+          // The depth of the node and not of the piece of hair: ether.hpp says why.
           const double below_root = (polyline.front()[1] - level) * grid.spacing()[1];
           add_mass(node, mass, below_root, material, lumped);
           for (int c = 0; c < 6; ++c) lumped.drag[node][c] += air_drag * piece * drag[c];

@@ -13,7 +13,8 @@
 namespace hairnet {
 namespace {
 
-// A bone carries triangles with at least this share of their weights.
+// A bone carries triangles with at least this share of their weights. It is less than a half, so two bones carry the
+// triangles in between and their skins overlap at the joint.
 constexpr double kShareMin = 0.35;
 // Skin farther from the hair's box than this touches no hair.
 constexpr float kReach_m = 0.15f;
@@ -22,6 +23,8 @@ constexpr double kMargin_m = 0.03;
 constexpr double kCellMin_m = 0.008;
 // Limits the nodes of one bone's grid.
 constexpr double kNodesMax = 24'000;
+// Below the skin of other bones the depth falls by so many metres for each metre that the bone's own skin is farther
+// away than the nearest skin.
 constexpr double kEndSlope = 2;
 // No code needs distances beyond this.
 constexpr double kSearch_m = 0.08;
@@ -56,6 +59,7 @@ double share_of(const Body& body, const std::array<std::uint32_t, 3>& triangle, 
 // The skin that one bone carries, within reach, and the box around it.
 struct Part {
   Part(const Body& body, std::size_t bone, const Box& reach) : carried(body.mesh.triangles.size()) {
+    // All vertices are kept, so triangles keep their indices; MeshQuery copies those that it needs.
     mesh.vertices = body.mesh.vertices;
     for (std::size_t t = 0; t < carried.size(); ++t) {
       const auto& triangle = body.mesh.triangles[t];
@@ -76,6 +80,7 @@ struct Part {
 SkinDistanceField grid_around(const Box& box, Bone bone) {
   HAIRNET_ASSERT(!box.is_empty());
   const Vec3 size = (box.high - box.low).cast<double>() + Vec3::Constant(2 * kMargin_m);
+  // A large body gets larger cells and not more of them, which bounds the memory of every client.
   const double cell = std::max(kCellMin_m, std::cbrt(size.prod() / kNodesMax));
   SkinDistanceField field;
   field.bone = bone;
@@ -102,6 +107,7 @@ void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bo
     const Vec3 at = field.origin.cast<double>() + cell * Vec3(i, j, k);
     const MeshQuery::Closest nearest = body.closest(at, kSearch_m);
     const double whole_m = std::min(nearest.distance, kSearch_m);
+    // The whole body tells the side, since the skin of a single bone is open.
     if (!(last_m > cell)) inside = body.inside(at);
     last_m = whole_m;
     // Below skin that another bone carries, this bone's part of the body ends; the further away its own skin is, the
@@ -151,6 +157,7 @@ std::shared_ptr<const Skin> make_skin(const Groom& groom, const ParallelFor& par
   }
   if (is_cancelled) return nullptr;
   auto skin = std::make_shared<Skin>();
+  // Fields are collected in the order of the bones, whichever thread was first.
   for (std::optional<SkinDistanceField>& field : fields) {
     if (field) skin->push_back(std::move(*field));
   }

@@ -13,14 +13,18 @@
 namespace hairnet {
 namespace {
 
-constexpr double kResponse_s = 0.2;  // tau
+// tau of the header: the time scale of the motions for which the responses must agree.
+constexpr double kResponse_s = 0.2;
+// An affine acceleration has a constant and three slopes on each axis.
 constexpr int kAffineCount = 12, kWaveCount = 12;
 // Waves are so long, relative to the lattice's greatest extent.
 constexpr double kWaveLength = 0.5;
 constexpr int kIterations = 20;
-// Weighs the mean square relative change of the weights.
+// Weighs the mean square relative change of the weights. Without it, weights that no load determines would drift far
+// from the merged springs.
 constexpr double kStayWeight = 1e-3;
-// A spring's vector may grow or shrink by this factor when its weights change.
+// A spring's vector may grow or shrink by this factor when its weights change. A spring that shrinks to nothing has no
+// direction.
 constexpr double kLengthChangeMax = 3;
 
 using Eigen::Index;
@@ -180,6 +184,8 @@ class ResponseError {
     const double load_count = static_cast<double>(u.cols());
     const double stay = kStayWeight / static_cast<double>(springs_.count());
     if (gradient) {
+      // One more solution gives the derivative by all weights (adjoint method); differences would take one for each
+      // weight.
       const MatrixXd adjoint = matrix_.solve(weighted);
       gradient->resize(x.size());
       for (std::size_t s = 0; s < springs_.count(); ++s)
@@ -198,6 +204,7 @@ class ResponseError {
     for (std::size_t s = 0; s < springs.count(); ++s) {
       const double damping_time_s = double{springs.damping[s]} / double{springs.stiffness[s]};
       const double length = springs.rest[s].cast<double>().norm(), length_x = vector(x, s).norm();
+      // size^2 stands for k + q / tau. With q = k times the damping time, k is this divided by 1 + damping time / tau.
       const double stiffness = std::pow(size_[s] * length_x / length, 2) / (1 + damping_time_s / kResponse_s);
       springs.stiffness[s] = static_cast<float>(stiffness);
       springs.damping[s] = static_cast<float>(stiffness * damping_time_s);
@@ -251,6 +258,7 @@ class ResponseError {
                                         (e.transpose() * u.middleRows<3>(row(nodes[j]))).dot(e_a) +
                                         turning.dot(level_.rest[nodes[j]].cast<double>());
     }
+    // The weights of a spring sum to 0, and the gradient is projected so that they still do after a step.
     gradient.array() -= gradient.mean();
     return -2 * size_[s] * size_[s] * gradient;
   }
@@ -270,6 +278,7 @@ class CurvatureMemory {
   void put(VectorXd step, VectorXd change) {
     HAIRNET_ASSERT(step.size() == change.size());
     HAIRNET_ASSERT(pairs_.empty() || step.size() == pairs_.front().first.size());
+    // A pair of negative curvature would make a direction that does not descend.
     if (!(step.dot(change) > 0)) return;
     pairs_.emplace_back(std::move(step), std::move(change));
     if (pairs_.size() > 10) pairs_.pop_front();
@@ -310,6 +319,7 @@ bool descend(ResponseError& error, const CurvatureMemory& memory, VectorXd& x, V
   for (int attempt = 0; attempt < 10; ++attempt, share *= 0.5) {
     const VectorXd next = x + share * direction;
     const double next_value = error.value(next, &next_gradient);
+    // Armijo's rule. An infinite value, or NaN, fails as well, so steps out of the permitted springs are halved.
     if (!(next_value < value + 1e-4 * share * slope)) continue;
     x = next;
     gradient = next_gradient;
@@ -330,10 +340,12 @@ bool match_response(const Stiffeners& all_springs, const Stiffeners& all_attachm
   ResponseError error(wanted, mass, level);
   VectorXd x = error.start(), gradient;
   double value = error.value(x, &gradient);
+  // The merged springs are a valid level by themselves, so a fit that cannot begin leaves them.
   if (!std::isfinite(value)) return true;
   CurvatureMemory memory;
   for (int i = 0; i < kIterations; ++i) {
     if (keep_going && !keep_going(static_cast<double>(i) / kIterations)) return false;
+    // L-BFGS. When the error does not fall any more, the last springs are the result.
     const VectorXd before = x, gradient_before = gradient;
     if (!(gradient.norm() > 0) || !descend(error, memory, x, gradient, value)) break;
     memory.put(x - before, gradient - gradient_before);

@@ -23,7 +23,9 @@ struct ChordCloud {
 };
 using ChordTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, ChordCloud>, ChordCloud, 6>;
 
-// The midpoint, then the weighted vector, with its greatest component positive.
+// The midpoint, then the weighted vector, with its greatest component positive. Near a tie of two components, near
+// chords may get opposite signs and miss each other in the tree. This only costs a candidate, as squared_distance
+// compares both signs.
 ChordPoint point_of(const Chord& chord) {
   HAIRNET_VALIDATE(chord[0].allFinite());
   HAIRNET_VALIDATE(chord[1].allFinite());

@@ -61,6 +61,7 @@ NodeMatrix::NodeMatrix(std::size_t node_count, std::initializer_list<const Stiff
   const auto size = static_cast<Eigen::Index>(3 * node_count);
   matrix_.resize(size, size);
   matrix_.setFromTriplets(places.begin(), places.end());
+  // The pattern never changes, so the order that keeps the factors sparse is found once for all factorisations.
   factors_.analyzePattern(matrix_);
   HAIRNET_ASSERT(static_cast<std::size_t>(matrix_.nonZeros()) == 9 * blocks_.size() - 3 * node_count);
 }
@@ -87,6 +88,7 @@ void NodeMatrix::add(std::span<const std::uint16_t> nodes, std::span<const doubl
     auto place = rows_.begin() + column_begin_[nodes[j]];
     const auto column_end = rows_.begin() + column_begin_[nodes[j] + 1u];
     for (std::size_t i = j; i < nodes.size(); ++i) {
+      // Both lists ascend, so each search goes on where the last one ended.
       place = std::lower_bound(place, column_end, nodes[i]);
       HAIRNET_ASSERT(place != column_end);
       HAIRNET_ASSERT(*place == nodes[i]);
@@ -124,6 +126,7 @@ Eigen::MatrixXd NodeMatrix::solve(const Eigen::MatrixXd& loads) const {
   return factors_.permutationPinv() * x;
 }
 
+// Writes the blocks in the order of Eigen's compressed columns, without searching a place for any number.
 void NodeMatrix::fill_values() {
   double* value = matrix_.valuePtr();
   for (std::size_t j = 0; j + 1 < column_begin_.size(); ++j) {

@@ -20,6 +20,7 @@ void append_crossings(const Grid& grid, const Vec3& a, const Vec3& b, std::vecto
   for (int i = 0; i < count; ++i) {
     const double plane = from < to ? first_plane + i : last_plane - i;
     Vec3 cut = a + (plane - from) / (to - from) * (b - a);
+    // The quotient above may miss the plane by rounding, and the point would then have weights on eight nodes.
     cut[axis] = plane;
     cuts.push_back(cut);
   }
@@ -34,6 +35,7 @@ void merge_short_pieces(const Grid& grid, double length_min, std::vector<Vec3>& 
   for (std::size_t i = 1; i + 1 < cuts.size(); ++i) {
     if (grid.length(cuts[i] - cuts[kept - 1]) >= length_min) cuts[kept++] = cuts[i];
   }
+  // The tip always stays, so short pieces before it are dropped from behind.
   while (kept > 1 && grid.length(tip - cuts[kept - 1]) < length_min) --kept;
   cuts.resize(kept);
   cuts.push_back(tip);

@@ -63,6 +63,7 @@ void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, double axial
 }
 
 void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const SpringLaw& law, StiffenerList& springs) {
+  // Written so that a stiffness that is NaN adds nothing.
   if (grid.length(to - from) < kLengthMin || !(law.stiffness_n_per_m >= kStoredStiffnessMin)) return;
   append_difference(grid.weights(to), grid.weights(from), springs.entries);
   close_stiffener(law.stiffness_n_per_m, law.damping_time_s, law.group, {from, to}, springs);

@@ -20,6 +20,7 @@ void order_by_nodes(Stiffeners& list) {
   };
   std::vector<std::size_t> order(list.count());
   std::iota(order.begin(), order.end(), 0);
+  // Stable, so that stiffeners with equal nodes keep the order of the build and the sums keep their bits.
   std::ranges::stable_sort(
       order, [&](std::size_t a, std::size_t b) { return std::ranges::lexicographical_compare(nodes(a), nodes(b)); });
 

@@ -57,6 +57,7 @@ std::vector<double> affine_weights(std::span<const Neighbour> near) {
     normal += row * row.transpose() / n.offset.squaredNorm();
   }
   const SymmetricEigen<4> eigen = symmetric_eigen(normal);
+  // The smallest eigenvalue vanishes when the nodes say nothing about one direction.
   if (eigen.values[0] < 1e-6 * eigen.values[3]) return {};
   const Vec4 at_node = eigen.vectors * (eigen.vectors.row(0).transpose().array() / eigen.values.array()).matrix();
   std::vector<double> weights;
@@ -68,6 +69,8 @@ std::vector<double> affine_weights(std::span<const Neighbour> near) {
   return weights;
 }
 
+// The factor by which a combination may magnify the motion of the nodes that it follows. Large weights of both signs
+// sum to 1 and still turn small differences between nodes into large moves.
 double amplification(std::span<const double> weights) {
   double sum = 0;
   for (const double w : weights) sum += std::abs(w);
@@ -94,6 +97,8 @@ std::vector<double> bounded_blend(const std::vector<double>& affine, const std::
 std::vector<double> combination(std::span<const Neighbour> near) {
   HAIRNET_ASSERT(!near.empty());
   std::vector<double> affine;
+  // More nodes make the fit steadier and the file of the level longer, so they are taken only when fewer amplify too
+  // much.
   for (const std::size_t count : {8, 16, 32}) {
     affine = affine_weights(near.first(std::min(count, near.size())));
     if (!affine.empty() && amplification(affine) <= kAmplificationMax) return affine;
@@ -101,6 +106,7 @@ std::vector<double> combination(std::span<const Neighbour> near) {
   }
   if (!affine.empty()) return bounded_blend(affine, mean_weights(near.first(affine.size())));
   std::vector<double> mean = mean_weights(near.first(std::min<std::size_t>(8, near.size())));
+  // The motion fades to zero one node beyond the reach, where nodes have no entries at all.
   const double fade = 1 - near.front().offset.cwiseAbs().maxCoeff() / (kTrimReach + 1);
   HAIRNET_ASSERT(fade > 0);
   HAIRNET_ASSERT(fade < 1);

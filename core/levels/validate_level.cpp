@@ -8,8 +8,11 @@
 namespace hairnet {
 namespace {
 
-// Far larger than any built value, and far below values at which the solver's sums overflow.
+// Levels come from files on a server's disk, which may be damaged or forged. The kernels check no index and no number,
+// so everything that they rely on is checked here. This limit is far larger than any built value, and far below values
+// at which the solver's sums overflow.
 constexpr float kMax = 1e9f;
+// Far larger than any built weight: these are of size 1 at most before they are matched.
 constexpr float kWeightMax = 1e3f;
 // The rounding error allowed in sums that are exact by construction.
 constexpr double kSumTolerance = 1e-4;
@@ -33,6 +36,7 @@ bool is_positive_semi_definite(const std::array<float, 6>& q) {
   Mat3 drag;
   drag << q[0], q[1], q[2], q[1], q[3], q[4], q[2], q[4], q[5];
   const Vec3 eigenvalues = symmetric_eigen(drag).values;
+  // Drag that pushes forward would feed energy into every step.
   return eigenvalues[0] >= -1e-5 * std::abs(eigenvalues[2]);
 }
 
@@ -127,6 +131,7 @@ std::string validate(const Level& level) {
   if (std::string fault = validate_stiffeners(level.springs, 0, level); !fault.empty()) return "springs: " + fault;
   if (std::string fault = validate_stiffeners(level.attachments, 1, level); !fault.empty())
     return "attachments: " + fault;
+  // put_incidences numbers both in 16 bits.
   if (level.springs.count() + level.attachments.count() > std::numeric_limits<std::uint16_t>::max())
     return "stiffeners: more than have an index";
   if (!level.skin) return "no skin";

@@ -16,6 +16,7 @@ std::string validate(const Basis& basis) {
   const auto is_size = [](float value) { return std::isfinite(value) && value > 0; };
   if (!std::ranges::all_of(basis.unit, is_size)) return "a basis with a unit that is not positive";
   if (!std::ranges::all_of(basis.deviation_m, is_size)) return "a basis with a deviation that is not positive";
+  // Senders leave out the last coefficients first, so the order is part of what a basis promises.
   if (!std::ranges::is_sorted(basis.deviation_m, std::greater{})) return "a basis whose deviations ascend";
   return {};
 }

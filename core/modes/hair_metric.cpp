@@ -18,6 +18,7 @@ Eigen::MatrixXf hair_metric(const Groom& groom, const Level& level) {
   const HairSample hair = sample_hair(groom, kPoints);
   const Eigen::SparseMatrix<double> ffd = ffd_matrix(level, hair.points, hair.blend);
   const auto count = ffd.cols();
+  // G = F^T F over the number of points, with F the FFD of sampled points.
   Eigen::MatrixXd metric =
       Eigen::MatrixXd(Eigen::SparseMatrix<double>(ffd.transpose() * ffd)) / static_cast<double>(hair.points.size());
   // Hair of no length does not move at all.

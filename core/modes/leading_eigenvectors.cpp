@@ -19,6 +19,7 @@ constexpr int kRounds = 5, kRoundsFromNear = 2;
 
 // Calls body(begin, count) for parts of [0, whole).
 void in_parts(Index whole, const ParallelFor& parallel_for, const auto& body) {
+  // Parts have a fixed width, so the bits do not depend on the number of threads.
   constexpr Index kPart = 48;
   run_loop(parallel_for, static_cast<std::size_t>((whole + kPart - 1) / kPart), [&](std::size_t part) {
     const Index begin = static_cast<Index>(part) * kPart;
@@ -59,12 +60,14 @@ MatrixXf leading_eigenvectors(const MatrixXf& x, Index count, const ParallelFor&
   const Index known = std::min(near.cols(), kept);
   if (known > 0) vectors.leftCols(known) = near.leftCols(known);
   for (int round = 0; round < (known < count ? kRounds : kRoundsFromNear); ++round) {
+    // Without this all vectors would turn into the first eigenvector.
     const Eigen::HouseholderQR<MatrixXf> orthogonal(product(covariance, vectors, parallel_for));
     vectors = orthogonal.householderQ() * MatrixXf::Identity(x.rows(), kept);
   }
   const Eigen::SelfAdjointEigenSolver<MatrixXf> solver(vectors.transpose() *
                                                        product(covariance, vectors, parallel_for));
   HAIRNET_ASSERT(solver.info() == Eigen::Success);
+  // Eigen sorts eigenvalues ascending; the largest come first here.
   return vectors * solver.eigenvectors().rightCols(count).rowwise().reverse();
 }
 

@@ -19,6 +19,7 @@ using Eigen::MatrixXf;
 using Eigen::VectorXf;
 using Factor = Eigen::LLT<MatrixXf>;
 
+// A basis has at least so many modes, even for hair that hardly moves.
 constexpr Index kModeCountMin = 32;
 
 // Lively motions count more, but not so much that calm hair counts for nothing.
@@ -70,27 +71,28 @@ Shapes find_shapes(const MatrixXf& columns, const VectorXf& weights, Index count
 }
 
 // Every third motion: these and the others have all kinds of motion, wind and changed material.
-std::vector<Index> columns_of(const Snapshots& snapshots, bool is_held_out) {
+std::vector<Index> columns_of(const Snapshots& snapshots, bool is_validation) {
   std::vector<Index> columns;
   for (std::size_t s = 0; s < snapshots.motion.size(); ++s)
-    if ((snapshots.motion[s] % 3 == 1) == is_held_out) columns.push_back(static_cast<Index>(s));
+    if ((snapshots.motion[s] % 3 == 1) == is_validation) columns.push_back(static_cast<Index>(s));
   return columns;
 }
 
-// Modes::held_out_error of as many shapes as there are.
+// Modes::validation_error of as many shapes as there are.
 std::vector<float> measure(const Shapes& shapes, const MatrixXf& columns, const Snapshots& snapshots,
                            const ParallelFor& parallel_for) {
-  const std::vector<Index> held_out = columns_of(snapshots, true);
-  const MatrixXf unseen = columns(Eigen::all, held_out);
+  const std::vector<Index> validation = columns_of(snapshots, true);
+  const MatrixXf unseen = columns(Eigen::all, validation);
   const MatrixXf squares_m2 = product(shapes.vectors.transpose(), unseen, parallel_for).cwiseAbs2();
   Eigen::MatrixXd error_m2 = Eigen::MatrixXd::Zero(squares_m2.rows(), snapshots.motion.back() + 1);
   Eigen::VectorXd motion_m2 = Eigen::VectorXd::Zero(error_m2.cols());
   for (Index s = 0; s < unseen.cols(); ++s) {
-    const std::uint32_t motion = snapshots.motion[static_cast<std::size_t>(held_out[static_cast<std::size_t>(s)])];
+    const std::uint32_t motion = snapshots.motion[static_cast<std::size_t>(validation[static_cast<std::size_t>(s)])];
     double left_m2 = static_cast<double>(unseen.col(s).squaredNorm());
     motion_m2[motion] += left_m2;
     for (Index k = 0; k < squares_m2.rows(); ++k) {
       left_m2 -= static_cast<double>(squares_m2(k, s));
+      // Shapes are orthonormal, so each takes its own square off the rest. Rounding may take a little too much.
       error_m2(k, motion) += std::max(left_m2, 0.0);
     }
   }
@@ -105,6 +107,7 @@ std::vector<float> measure(const Shapes& shapes, const MatrixXf& columns, const 
 
 Basis make_basis(const Shapes& shapes, const Factor& metric) {
   MatrixXf modes = shapes.vectors;
+  // Whitened columns are L^T d, so the modes of the nodes are their solutions with L^T.
   by_node(modes) = metric.matrixU().solve(by_node(modes)).eval();
   Basis basis;
   basis.node_count = static_cast<std::size_t>(modes.rows() / 3);
@@ -156,8 +159,8 @@ ModeMap fit_map(const MatrixXf& first, MatrixXf columns, MatrixXf coefficients, 
 }  // namespace
 
 std::size_t Modes::count_within(float error) const {
-  const auto found = std::ranges::find_if(held_out_error, [error](float own) { return own <= error; });
-  return found == held_out_error.end() ? 0 : static_cast<std::size_t>(found - held_out_error.begin()) + 1;
+  const auto found = std::ranges::find_if(validation_error, [error](float own) { return own <= error; });
+  return found == validation_error.end() ? 0 : static_cast<std::size_t>(found - validation_error.begin()) + 1;
 }
 
 std::shared_ptr<const Modes> make_modes(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
@@ -183,11 +186,13 @@ std::shared_ptr<const Modes> make_modes(const Groom& groom, const std::shared_pt
   const std::vector<Index> seen = columns_of(snapshots, false);
   const Index most = std::min({static_cast<Index>(kModeCountMax), columns.rows(), static_cast<Index>(seen.size())});
   const Shapes trial = find_shapes(columns(Eigen::all, seen), weights(seen), most, {}, parallel_for);
-  modes->held_out_error = measure(trial, columns, snapshots, parallel_for);
+  modes->validation_error = measure(trial, columns, snapshots, parallel_for);
   if (!at(0.8, "finding the modes")) return nullptr;
+  // Zero says that even all modes err by more.
   const auto needed = static_cast<Index>(modes->count_within(training.error_max));
   const Index count = needed == 0 ? most : std::min(most, std::max<Index>((needed + 15) / 16 * 16, kModeCountMin));
-  modes->held_out_error.resize(static_cast<std::size_t>(count));
+  modes->validation_error.resize(static_cast<std::size_t>(count));
+  // The basis in use is made from all motions, and starts from the trial's vectors, which are near.
   modes->basis = make_basis(find_shapes(columns, weights, count, trial.vectors, parallel_for), factor);
   modes->maps[0] = make_projection(modes->basis, metric);
 
@@ -199,7 +204,8 @@ std::shared_ptr<const Modes> make_modes(const Groom& groom, const std::shared_pt
     const LevelMap* map = levels->map(static_cast<LevelIndex>(i), LevelIndex::high);
     HAIRNET_ASSERT(map);
     const Index own_nodes = snapshots.levels[i].rows() / 3;
-    MatrixXf first = projection;  // as it is where the level has the nodes of the finest
+    // Where the level has the nodes of the finest, its first map is the finest level's projection.
+    MatrixXf first = projection;
     if (map->matrix().size() > 0) {
       first.resize(projection.rows(), 3 * own_nodes);
       for (Index axis = 0; axis < 3; ++axis) {

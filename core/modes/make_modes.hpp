@@ -16,10 +16,10 @@ struct Modes {
   std::array<ModeMap, 4> maps;
   // Holds the error of the first n + 1 coefficients, over the motion; the mean of motions that a first basis was not
   // made from. The basis is made from these motions as well, so it errs a little less.
-  std::vector<float> held_out_error;
+  std::vector<float> validation_error;
 
   [[nodiscard]] const ModeMap& map(LevelIndex level) const { return maps[static_cast<std::size_t>(level)]; }
-  // The fewest first coefficients whose held-out error is at most `error`; 0: not even all have it.
+  // The fewest first coefficients whose validation error is at most `error`; 0: not even all have it.
   [[nodiscard]] std::size_t count_within(float error) const;
 };
 

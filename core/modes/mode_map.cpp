@@ -42,6 +42,7 @@ void ModeMap::coefficients_of(std::span<const std::span<const Vec3f>> displaceme
   alignas(64) std::array<float, 3 * kNodesAtOnce * kModeMapWidth> numbers{};
   alignas(64) std::array<float, kModeCountMax * kModeMapWidth> sums;
   std::fill_n(sums.begin(), rows * kModeMapWidth, 0.0f);
+  // Characters' displacements are turned into lanes part by part, while the part stays in the nearest cache.
   for (std::size_t first = 0; first < nodes; first += kNodesAtOnce) {
     const std::size_t count = std::min(kNodesAtOnce, nodes - first);
     for (std::size_t i = 0; i < displacements.size(); ++i) {
@@ -69,6 +70,7 @@ ModeMap make_projection(const Basis& basis, const Eigen::MatrixXf& metric) {
     products += rows * modes;
     Eigen::Map<Eigen::MatrixXf, 0, Stride>(weighted.data() + axis * count, count, nodes, Stride(3 * count, 1)) = rows;
   }
+  // Rounded modes are only nearly orthonormal, hence the solution instead of the transpose.
   return ModeMap(products.llt().solve(weighted));
 }
 

@@ -37,6 +37,7 @@ HWY_INLINE void add_rows(const float* matrix, std::size_t stride, std::size_t co
 
 void mode_map_kernel_here(const float* matrix, std::size_t stride, std::size_t rows, std::size_t columns,
                           const float* numbers, float* sums) {
+  // The rows that are left over go one by one.
   constexpr std::size_t kRows = 8 / kRegisters;
   for (std::size_t lane = 0; lane < kModeMapWidth; lane += kRegisters * kLanes) {
     std::size_t row = 0;

@@ -9,7 +9,7 @@
 
 namespace hairnet {
 
-// A lattice that moves hair, at one moment.
+// A lattice that moves hair, at one moment. It owns neither nodes nor coefficients; they must outlive it.
 struct MovedLattice {
   // Null means that the hair is at rest.
   const LevelGeometry* geometry = nullptr;

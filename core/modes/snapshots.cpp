@@ -38,6 +38,7 @@ Snapshots take_snapshots(const Groom& groom, const std::shared_ptr<const LevelSe
     Environment environment;
     environment.wind = WindField(motions[n].wind);
     world.set_environment(n, environment);
+    // One character for each lattice level, in the order of LevelIndex, with the same motion, wind and material.
     for (CharacterId& character : characters.emplace_back()) {
       const auto level = static_cast<LevelIndex>(&character - characters[n].data());
       character = world.add({levels, level, motions[n].poses[0], n});

@@ -26,6 +26,7 @@ class Channel {
     double time_s = 0, value = 0;
     keys_.push_back({0, 0, false});
     while (time_s < duration_s) {
+      // Three times in ten the number does not rest, so motions also run into each other.
       time_s += random.unit() < 0.3 ? 0 : random.between(0.05, 1.2);
       keys_.push_back({time_s, value, false});
       const double next = range.most * random.symmetric();
@@ -41,6 +42,7 @@ class Channel {
 
   [[nodiscard]] double at(double time_s) const {
     const auto next = std::ranges::upper_bound(keys_, time_s, {}, &Key::time_s);
+    // The swing begins softly, as every motion starts at rest.
     const double swing = swing_ * std::sin(2 * kPi * (swing_hz_ * time_s + swing_phase_)) *
                          smoothstep(std::clamp(time_s / 0.3, 0.0, 1.0));
     if (next == keys_.end()) return keys_.back().value + swing;

@@ -19,6 +19,8 @@ struct TrainingMotion {
   MaterialScale material;
 };
 
+// The motion of that number, with one pose a tick from rest on. The same number gives the same motion for the same
+// body.
 TrainingMotion make_training_motion(std::uint32_t number, const Body& body, double tick_s, std::size_t tick_count);
 
 }  // namespace hairnet

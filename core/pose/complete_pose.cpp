@@ -50,7 +50,9 @@ Pose PoseCompletion::complete(const RigidTransform& head, double elapsed_s) {
     trunk_yaw_ = yaw.angle;
     started_ = true;
   } else {
+    // First-order lag: the share does not depend on how often it is called.
     const double share = yaw_lag_s_ > 0 ? 1 - std::exp(-elapsed_s / yaw_lag_s_) : 1;
+    // The shorter way round, also across the back.
     const double behind = std::remainder(yaw.angle - trunk_yaw_, 2 * kPi);
     trunk_yaw_ = std::remainder(trunk_yaw_ + share * yaw.trust * behind, 2 * kPi);
   }

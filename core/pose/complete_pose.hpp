@@ -8,7 +8,8 @@ namespace hairnet {
 // rotation relative to the trunk, about the neck joint. The trunk stays upright, hangs from the neck joint and follows
 // the head's yaw with a first-order lag; the shoulders move with the trunk. The result is continuous in the head's
 // rotation. While the head is upside down, where yaw is undefined, the trunk's yaw does not change. Beyond 120 degrees,
-// which no neck can bend, the neck's part of the angle decreases to zero at 180 degrees.
+// which no neck can bend, the neck's part of the angle decreases to zero at 180 degrees. It is for one character and
+// one thread: it remembers the trunk's yaw.
 class PoseCompletion {
  public:
   // `neck_joint_head`: the pivot of the neck at rest, head space, m.

@@ -17,6 +17,7 @@ Pose Motion::sample(double time_s) const {
   const auto before = static_cast<std::size_t>(at);
   const std::size_t after = std::min(before + 1, poses.size() - 1);
   HAIRNET_ASSERT(before <= after);
+  // Interpolating across a cut would show poses that nobody took.
   if (!teleports.empty() && teleports[after]) return poses[at < static_cast<double>(after) ? before : after];
   return interpolate(poses[before], poses[after], at - static_cast<double>(before));
 }

@@ -11,8 +11,9 @@ namespace hairnet {
 struct Motion {
   std::string name;
   double rate_hz = 60;
-  std::vector<Pose> poses;      // at least one
-  std::vector<bool> teleports;  // for each pose: it does not continue the previous one; empty = never
+  std::vector<Pose> poses;  // at least one
+  // One flag for each pose, whether it does not continue the pose before; empty means never.
+  std::vector<bool> teleports;
 
   [[nodiscard]] double duration_s() const {
     return poses.empty() ? 0 : (static_cast<double>(poses.size()) - 1) / rate_hz;

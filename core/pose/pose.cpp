@@ -10,6 +10,7 @@
 namespace hairnet {
 namespace {
 
+// No head on a neck reaches this speed; only vehicles and jumps do.
 constexpr double kTeleportSpeed_m_per_s = 25;
 // The speed may change by this share of the speed before: 300 m/s on a circle of 50 m change by 0.2 in a tick.
 constexpr double kTeleportChange = 0.25;
@@ -63,13 +64,17 @@ bool is_teleport(const Pose& from, const Pose& to, double interval_s, const Vec3
   if (speed > kTeleportSpeed_m_per_s && (velocity - velocity_before).norm() > change_max) return true;
   const RigidTransform &a = from.head(), &b = to.head();
   const double half_turn_deg = 0.5 * kTeleportTurn_deg_per_s * interval_s;
-  if (half_turn_deg >= 90) return false;  // no turn is larger
+  // A turn beyond a half turn is a shorter one the other way.
+  if (half_turn_deg >= 90) return false;
+  // Squares compare without a square root, and take q and -q as one rotation. The norms are those of the wire, which
+  // need not be exactly 1.
   const double cosine = std::cos(half_turn_deg * std::numbers::pi / 180), dot = a.rotation.dot(b.rotation);
   return dot * dot < cosine * cosine * a.rotation.squaredNorm() * b.rotation.squaredNorm();
 }
 
 Vec3 velocity_to_expect(const Pose& from, const Pose& to, double interval_s, const Vec3& velocity_before) {
   const Vec3 velocity = head_velocity(from, to, interval_s);
+  // A jump across the room would otherwise be taken for a ride by the next comparison.
   return velocity.norm() > kRideSpeedMax_m_per_s ? velocity_before : velocity;
 }
 

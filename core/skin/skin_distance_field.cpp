@@ -20,6 +20,7 @@ double skin_distance(const SkinDistanceField& field, const Vec3& point, Vec3* gr
   for (int a = 0; a < 3; ++a) {
     const int cells = field.dims[static_cast<std::size_t>(a)] - 1;
     within[a] = std::clamp(at[a], 0.0, static_cast<double>(cells));
+    // The last node belongs to the cell below it, so that its neighbour exists.
     low[static_cast<std::size_t>(a)] = std::min(static_cast<int>(within[a]), cells - 1);
     t[a] = within[a] - low[static_cast<std::size_t>(a)];
   }
@@ -56,6 +57,8 @@ std::string validate(const Skin& skin) {
   std::array<bool, kBoneCount> is_met{};
   for (const SkinDistanceField& field : skin) {
     const auto bone = static_cast<std::size_t>(field.bone);
+    // Skins come with files of levels and of bases. The kernels look at no bounds, so counts and sizes are checked
+    // here.
     if (bone >= kBoneCount || std::exchange(is_met[bone], true)) return "skin: no such bone, or two fields of one";
     if (!field.origin.allFinite() || field.origin.cwiseAbs().maxCoeff() > kSkinNumberMax)
       return "skin: an origin is not finite";

@@ -11,7 +11,8 @@
 namespace hairnet {
 
 // The skin that follows one bone: the signed distance to it (negative inside) on a grid, in head space at rest. The
-// paper sums metaballs instead (3.3); the force law is still the metaballs' (core/solver/contact.hpp).
+// paper sums metaballs instead (3.3); the force law is still the metaballs' (core/solver/contact.hpp). It is rigid:
+// skin that stretches between two bones is in the fields of both.
 struct SkinDistanceField {
   Bone bone = Bone::head;
   // Is the position of node (0, 0, 0), m.

@@ -23,6 +23,8 @@ struct Bodies : StepData<Lanes> {
   using Data::Data, Data::m, Data::squared, Data::kReal;
   using typename Data::L, typename Data::Real, typename Data::Mask, typename Data::Vector, typename Data::Motion;
 
+  // Bodies lie in memory as StepTerms do: each number of BodyTerms is a Real, so the byte offset of a member names a
+  // Real.
   HWY_INLINE const float* at(std::size_t body, std::size_t byte) const {
     return m.bodies + (body * kBodyTermCount + byte / sizeof(float)) * kReal;
   }
@@ -35,7 +37,8 @@ struct Bodies : StepData<Lanes> {
             vector_of(body, byte + offsetof(StepTerms::AffineMap, shift))};
   }
 
-  // Whether hair at `from` that moves by `way` may meet the body in this step; head space.
+  // Whether hair at `from` that moves by `way` may meet the body in this step; head space. The ball covers the body's
+  // own way in the step, so a body that is far away costs one distance a point.
   HWY_INLINE bool is_near(std::size_t body, const Vector& from, Real way) const {
     const Real reach = real_of(body, offsetof(BodyTerms, near_m)) + way;
     return !hn::AllFalse(
@@ -57,6 +60,8 @@ struct Bodies : StepData<Lanes> {
     const Real inside = hn::Min(hn::Max(qy, hn::Max(qx, qz)), none);
     // Within the box the way out is through the nearest face.
     const Mask is_out = hn::Gt(outside, none);
+    // The order of preference is that of nearest_face() in touch_shape.cpp: y, then x, then z. The reference then finds
+    // the same normal.
     const Mask by_y = hn::And(hn::Ge(qy, qx), hn::Ge(qy, qz));
     const Mask by_x = hn::AndNot(by_y, hn::Ge(qx, qz));
     const Real one = L::real(1), to_unit = one / hn::Max(outside, L::real(1e-30f));
@@ -76,6 +81,8 @@ struct Bodies : StepData<Lanes> {
     const Real way = hn::Max(hn::Sqrt(squared(travel)), L::real(1e-30f));
     Real share = none;
     Mask hits = hn::Lt(one, none);
+    // The point goes as far as the distance allows, so it cannot pass through the surface between two places. Only the
+    // smallest share of the way breaks this bound: without it, a point that grazes the surface would hardly move on.
     for (int place = 0; place < kSweepPlaces; ++place) {
       share = hn::Min(share + hn::Max(beyond / way, L::real(static_cast<float>(kSweepShareMin))), one);
       beyond = sample(body, L::add_scaled(share, travel, from)).distance - L::real(static_cast<float>(kTouchReach_m));

@@ -16,7 +16,8 @@ inline double friction_viscosity(double friction, double pressing_n, double spee
 }
 
 // A point may cross a finger within a step. Its way relative to the body is tried at places that are as far apart as
-// the distance to the surface there, or this share of the way.
+// the distance to the surface there, or this share of the way. A way along a surface is then tried over its first 6/16
+// alone: a body that the rest of the way would meet is found in the next step, if the point is near the body by then.
 inline constexpr int kSweepPlaces = 6;
 inline constexpr double kSweepShareMin = 1.0 / 16;
 

@@ -36,6 +36,8 @@ std::vector<BodyContact> find_body_contacts(const Level& level, const StepInput&
     for (const StepBody& body : input.touch->bodies) {
       const Vec3 at = body.from.inverse().point(path.from), travel = body.to.inverse().point(path.ahead) - at;
       Vec3 normal;
+      // The normal at the start serves the whole step. A body at constant velocity exerts no force, since `travel` is
+      // measured in the body's own axes.
       const double depth = kTouchReach_m - shape_distance(body.shape, at, &normal);
       const double ahead = depth - normal.dot(travel);
       if (!(depth > 0) && !(ahead > 0 && comes_in(body.shape, at, travel))) continue;
@@ -43,6 +45,8 @@ std::vector<BodyContact> find_body_contacts(const Level& level, const StepInput&
       const double along_m = (travel - normal.dot(travel) * normal).norm();
       const double friction = friction_viscosity(body.friction, law.force, along_m / h);
       const Vec3 out = body.to.vector(normal);
+      // Across the surface the contact is a stiffness; along the surface friction is a viscosity, which over a step of
+      // h acts like the stiffness friction / h.
       const Mat3 K = law.stiffness * out * out.transpose() + friction / h * (Mat3::Identity() - out * out.transpose());
       const Vec3 with_body = body.to.point(at);
       contacts.push_back({p, law.force * out - K * (path.with_head - with_body), path.weight * K});

@@ -15,9 +15,13 @@ namespace hairnet {
 inline constexpr double kContactSlope = 6 / (kContactDepth_m * kContactDepth_m * kContactDepth_m);
 
 // Contact reaches its full stiffness at this depth. A fast point meets that stiffness before it enters the skin.
+// Without this limit the depth `ahead` of a thrown strand, which may be many times the depth of contact, would make the
+// system as stiff.
 inline constexpr double kContactStiffnessDepth_m = 0.01;
 static_assert(kContactStiffnessDepth_m <= kContactDepth_m);
-// The highest speed at which contact pushes a point out.
+// The highest speed at which contact pushes a point out. The law alone is quadratic in depth, so it would throw out
+// hair that a body has swept over. The force k v h is in balance v h farther out, at the end of a step with the speed
+// v.
 inline constexpr double kContactRecovery_m_per_s = 0.4;
 // The force on a point in a step. `p`: its depth at the end of the step if it moved with the bone. `ahead`: its depth
 // if it kept its velocity, measured from the tangent plane of the skin below its position at the start.
@@ -30,8 +34,12 @@ inline ContactLaw contact_law(double U, double p, double ahead, double step_s) {
   HAIRNET_ASSERT(U >= 0);
   HAIRNET_ASSERT(step_s > 0);
   const double slope = kContactSlope * U;
+  // The paper's own stiffness is zero where contact begins, so a fast point would pass the limit in one step. The
+  // stiffness is therefore that of the depth which the point would reach.
   const double k = slope * std::clamp(std::max(p, ahead), 0.0, kContactStiffnessDepth_m);
-  if (p < 0) return {k * p, k};  // outside: no force at the limit
+  // Outside the limit the force is negative: with the stiffness, the total is zero just where the motion has brought
+  // the point to its limit.
+  if (p < 0) return {k * p, k};
   return {std::min(slope * p * p / 2, k * kContactRecovery_m_per_s * step_s), k};
 }
 

@@ -24,12 +24,16 @@ std::vector<Contact> find_contacts(const Level& level, const StepInput& input, c
       if (limit <= double{kContactNever_m}) continue;
       const RigidTransform &bone_from = input.from[field.bone], &bone_to = input.to[field.bone];
       const RigidTransform back = bone_to.inverse();
+      // The force is evaluated where the point would be if it moved with the bone, so a body at constant velocity
+      // exerts none.
       const Vec3 with_bone = bone_to.point(bone_from.inverse().point(path.from));
       const Vec3 at = back.point(with_bone), travel = back.point(path.ahead) - at;
       Vec3 gradient;
       const double depth = limit - skin_distance(field, at, &gradient);
       const Vec3 normal = gradient / std::max(gradient.norm(), 1e-6);
       const double ahead = depth - normal.dot(travel);
+      // The tangent plane alone would catch hair that flies past a round body. Two more distances, half the way and the
+      // whole way ahead, tell whether the skin is there.
       const bool comes_in =
           ahead > 0 && std::min(skin_distance(field, at + travel / 2), skin_distance(field, at + travel)) < limit;
       if (!(depth > 0) && !comes_in) continue;

@@ -17,6 +17,8 @@ ContactPath contact_path(const Level& level, const StepInput& input, const World
     const std::size_t i = points.nodes[e];
     const double weight = double{points.weights[e]};
     const Vec3 rest = level.rest[i].cast<double>();
+    // Both sums are relative to the rest, since the weights of a point near its root sum to less than 1: the root blend
+    // moves the rest of it with the head.
     displacement += weight * (lattice.P[i] - from.point(rest));
     velocity += weight * (lattice.P_dot[i] - (to.point(rest) - from.point(rest)) / input.step_s);
     path.weight += weight;
@@ -31,6 +33,7 @@ ContactPath contact_path(const Level& level, const StepInput& input, const World
 double contact_scale(const StepInput& input) {
   HAIRNET_ASSERT(input.contact_release >= 0);
   HAIRNET_ASSERT(input.contact_release <= 1);
+  // Denser hair presses harder, so its contact is as much harder; lighter hair keeps the built potential.
   return (1 - input.contact_release) * double{std::max(input.material.density, 1.0f)};
 }
 

@@ -34,6 +34,7 @@ struct Contacts : StepData<Lanes> {
   HWY_INLINE void add() {
     const Bodies<Lanes> bodies(level, m);
     for (std::size_t p = 0; p < level.contacts.count; ++p) {
+      // A point's path is found once and serves all skins and bodies.
       const Path path = path_of(p);
       meet_skin(p, path);
       if (level.body_count == 0) continue;
@@ -67,11 +68,14 @@ struct Contacts : StepData<Lanes> {
       if (field.limit[p] <= kContactNever_m) continue;
       const std::size_t bone = field.bone * sizeof(StepTerms::AffineMap);
       const Motion to_bone = motion_term(offsetof(StepTerms, to_bone) + bone);
-      const bool is_head = field.bone == 0;  // all other quantities are in the head's axes
+      // All other quantities are in the head's axes already.
+      const bool is_head = field.bone == 0;
       const Vector from =
           is_head ? path.from : moved(motion_term(offsetof(StepTerms, to_bone_before) + bone), path.from);
       const Vector travel = L::subtract(is_head ? path.ahead : moved(to_bone, path.ahead), from);
       const Real reach = hn::Sqrt(squared(travel)), limit = L::real(field.limit[p]), none = L::real(0);
+      // Two tests of rising cost: most points are far from most skins, and one look at the nearest node says so for all
+      // lanes at once. The full distance takes eight gathers.
       if (hn::AllFalse(L::d, hn::Lt(Skin<Lanes>::distance_min(field, from), limit + reach))) continue;
       const typename Skin<Lanes>::SkinSample skin = Skin<Lanes>::at(field, from);
       if (hn::AllFalse(L::d, hn::Lt(skin.distance, limit + reach))) continue;
@@ -80,6 +84,8 @@ struct Contacts : StepData<Lanes> {
       const Mask is_in = hn::Gt(depth, none);
       Mask meets = hn::Or(is_in, hn::Gt(depth_ahead, none));
       if (hn::AllFalse(L::d, meets)) continue;
+      // A round body curves away from its tangent plane: the point meets the skin only if a distance on its way says
+      // so.
       const Real nearest = hn::Min(Skin<Lanes>::at(field, L::add_scaled(half(), travel, from)).distance,
                                    Skin<Lanes>::at(field, L::add(travel, from)).distance);
       meets = hn::Or(is_in, hn::And(meets, hn::Lt(nearest, limit)));
@@ -87,6 +93,7 @@ struct Contacts : StepData<Lanes> {
       const Real k = stiffness(p, meets, depth, depth_ahead), push = push_of(p, k, is_in, depth);
       const Real against =
           L::dot(skin.normal, L::subtract(is_head ? path.with_head : moved(to_bone, path.with_head), from));
+      // The force returns to the head's axes, in which the whole system is written.
       const Vector normal = is_head ? skin.normal : rotated_back(to_bone.turn, skin.normal);
       give_contact(p, L::scale(h * hn::NegMulAdd(k, against, push), normal),
                    L::scale(h * h * k * weight_of(p), L::square(normal)));
@@ -108,9 +115,12 @@ struct Contacts : StepData<Lanes> {
     const Real k = stiffness(p, meets, depth, depth_ahead), push = push_of(p, k, is_in, depth);
     const Vector along = L::subtract_scaled(way_out, surface.normal, travel);
     const Real speed = hn::Max(hn::Sqrt(squared(along)) / h, L::real(static_cast<float>(kTouchFrictionSpeed_m_per_s)));
+    // Friction over the motion of the step, as a stiffness: N s/m over h. The push was limited to
+    // kContactRecovery_m_per_s before, and so is the friction that it gives.
     const Real rub =
         hn::IfThenElseZero(meets, bodies.real_of(b, offsetof(BodyTerms, friction)) * hn::Max(push, none) / (speed * h));
     const Vector against = L::subtract(moved(to_body, path.with_head), from);
+    // The stiffness is rub I + (k - rub) n n^T: `rub` along the surface, k across it.
     const Real more = k - rub;
     const Vector force = L::subtract_scaled(
         rub, against, L::scale(hn::NegMulAdd(more, L::dot(surface.normal, against), push), surface.normal));
@@ -133,6 +143,8 @@ struct Contacts : StepData<Lanes> {
     const Real recovery = k * (h * L::real(static_cast<float>(kContactRecovery_m_per_s)));
     return hn::IfThenElse(is_in, hn::Min(half() * slope_of(p) * depth * depth, recovery), k * depth);
   }
+  // The true matrix has w_i w_j k between the nodes i and j. Block j has the sum of its row instead, w_j k sum_i w_i:
+  // the result is block diagonal and never less than the true matrix.
   HWY_INLINE Real weight_of(std::size_t p) const {
     const ContactPointsView& points = level.contacts;
     float sum = 0;
@@ -146,6 +158,7 @@ struct Contacts : StepData<Lanes> {
       const Real weight = L::real(points.weights[e]);
       put(L::add_scaled(weight, pushed, node(m.residual, j)), m.residual, j);
       put(L::add_scaled(weight, block, block_at(m.diagonal, j)), m.diagonal, j);
+      // The preconditioner has all of contact, since it lies in the blocks of single nodes.
       put(L::add_scaled(weight, block, block_at(m.preconditioner, j)), m.preconditioner, j);
     }
   }

@@ -12,8 +12,10 @@
 namespace hairnet {
 namespace {
 
+// A register of AVX-512 has sixteen floats; kernels.cpp uses no more of a wider one.
 constexpr std::size_t kCrowdWidthMax = 16;
 
+// Puts one character's terms into its lane: number f of the struct is lane `lane` of Real f.
 template <class Terms>
 void put_terms(const Terms& terms, std::size_t lane, std::size_t width, float* lanes) {
   HAIRNET_ASSERT(lane < width);
@@ -64,6 +66,8 @@ void check_member(const Level& level, const CrowdMember& member, std::size_t ste
   for (const StepInput& input : member.inputs) HAIRNET_ASSERT(input.environment);
 }
 
+// The lanes of one call: loads the states once, takes all steps, and stores the states once, since turning characters
+// into lanes moves every number of every state.
 class Lanes {
  public:
   Lanes(const Level& level, std::span<CrowdMember* const> members, StepScratch& scratch)
@@ -86,10 +90,14 @@ class Lanes {
     for (std::size_t l = 0; l < members_.size(); ++l) {
       put_terms(step_terms(level_, members_[l]->inputs[index], *members_[l]->state), l, width_, terms_);
     }
+    // A lane without a character computes too. Default terms and a state of zeros keep its numbers finite, and no lane
+    // reads another.
     for (std::size_t l = members_.size(); l < width_; ++l) put_terms(StepTerms(), l, width_, terms_);
     put_bodies(index);
     crowd_kernel(view_, memory_, iterations);
     for (std::size_t l = 0; l < members_.size(); ++l) {
+      // The terms of the next step read the energy limit from the state, so these results leave the lanes after every
+      // step.
       members_[l]->state->elastic_energy_max_j = memory_.elastic_energy_max_j[l];
       members_[l]->state->speed_max_m_per_s = memory_.speed_max[l];
       members_[l]->is_finite = members_[l]->is_finite && memory_.is_finite[l] != 0;
@@ -104,6 +112,8 @@ class Lanes {
   }
 
  private:
+  // The batch loops over as many bodies as its most touched member has. Other members get bodies whose surface no hair
+  // reaches.
   void put_bodies(std::size_t index) {
     for (std::size_t b = 0; b < view_.body_count; ++b) {
       float* at = memory_.bodies + b * kBodyTermCount * width_;
@@ -156,6 +166,7 @@ void step_crowd(const Level& level, std::span<CrowdMember> members, const Solver
   std::array<CrowdMember*, kCrowdWidthMax> free{};
   std::size_t free_count = 0;
   for (CrowdMember& member : members) {
+    // Held points differ from character to character, so in lanes their nodes would have to be gathered.
     if (is_held(member)) {
       step_alone(level, settings, scratch, member);
     } else {

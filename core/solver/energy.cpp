@@ -33,6 +33,7 @@ LatticeEnergy energy(const Level& level, const MaterialScale& material, const He
                                  weighted_sum(level.attachments, s, displacement).squaredNorm());
   }
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
+    // At rest in the head's frame all three kinds of elastic energy are zero: the design is the reference of each.
     sum.elastic_j += half_square(ether_stiffness(level, material, i), displacement[i].squaredNorm());
     const Vec3 velocity = state.velocity[i].cast<double>() - motion.rigid_velocity(level.rest[i].cast<double>());
     sum.kinetic_j += half_square(node_mass(level, material, i), velocity.squaredNorm());

@@ -7,7 +7,8 @@
 namespace hairnet {
 
 // Kinetic energy relative to the rigid motion with the head, and elastic energy (springs, attachments, ether), J.
-// `motion`: the head motion of the step that led to `state`. Asserts that `state` fits the level.
+// `motion`: the head motion of the step that led to `state`. Asserts that `state` fits the level. Tests use it, and
+// level switches for its kinetic part; the step keeps its own sums.
 struct LatticeEnergy {
   double kinetic_j = 0, elastic_j = 0;
 };

@@ -25,6 +25,7 @@ struct HeadMotion {
 
   // R' p^0 = (B_1 p^0 - B_0 p^0) / h: the velocity of a point that moves rigidly with the head.
   [[nodiscard]] Vec3 rigid_velocity(const Vec3& rest) const {
+    // In the axes at the end of the step, B_1 p^0 is p^0 and B_0 p^0 is turn p^0 + position.
     return -(rotation_less_identity * rest + relative.position) / step_s;
   }
 

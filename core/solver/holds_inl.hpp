@@ -67,6 +67,7 @@ struct Holds : StepData<Lanes> {
       for (std::size_t e = points.begin[p]; e < points.begin[p + 1]; ++e) {
         const std::size_t j = points.nodes[e];
         const float w = points.weights[e];
+        // The block is isotropic, so one number a node stands for it, as for attachments.
         put(hn::MulAdd(L::real(w * w), coefficient(), real_at(m.attachment_diagonal, j)), m.attachment_diagonal, j);
       }
     }
@@ -84,7 +85,8 @@ struct Holds : StepData<Lanes> {
     return L::sum_of(curvature);
   }
 
-  // The energy that the hands have put into the hair, J: the work of those forces that pull it along.
+  // The energy that the hands have put into the hair, J: the work of those forces that pull it along. Without it
+  // limit_elastic_energy would take the stretch that a pulling hand causes for an error of the step, and undo it.
   HWY_INLINE Real work() const {
     Real sum = L::real(0);
     for (std::size_t i = 0; i < level.hold_count; ++i) {

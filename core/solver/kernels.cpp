@@ -2,6 +2,8 @@
 
 #include "core/assert.hpp"
 
+// foreach_target.h compiles this file once more for each instruction set, and with it step_inl.hpp and what it
+// includes. Code up to HWY_ONCE therefore calls nothing that other files compile for one set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/solver/kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -37,6 +39,8 @@ void single_kernel_here(const LevelView& level, const LaneMemory& memory, int it
 #if HWY_TARGET == HWY_SCALAR
 constexpr std::size_t kTile = 1;
 #else
+// Characters move to lanes and back in squares of four numbers of four characters, which four registers transpose
+// without going through memory.
 constexpr std::size_t kTile = 4;
 // Swaps rows[r][c] and rows[c][r].
 template <class V>
@@ -64,6 +68,7 @@ void to_lanes_here(const float* const* characters, std::size_t character_count, 
     for (std::size_t l = 0; l < kLaneCount; l += kTile) {
       hn::Vec<decltype(d)> rows[kTile];
       for (std::size_t t = 0; t < kTile; ++t) {
+        // The characters' own arrays have no padding, so they need not be aligned; the lanes are.
         rows[t] = l + t < character_count ? hn::LoadU(d, characters[l + t] + f) : hn::Zero(d);
       }
       transpose(rows);
@@ -71,6 +76,7 @@ void to_lanes_here(const float* const* characters, std::size_t character_count, 
     }
   }
 #endif
+  // The numbers after the last whole tile, at most three of each character.
   for (; f < float_count; ++f) {
     for (std::size_t l = 0; l < kLaneCount; ++l) {
       lanes[f * kLaneCount + l] = l < character_count ? characters[l][f] : 0;
@@ -101,6 +107,7 @@ void from_lanes_here(const float* lanes, std::size_t float_count, float* const* 
 }  // namespace hairnet
 HWY_AFTER_NAMESPACE();
 
+// Compiled a single time: each entry picks the best instruction set of the machine at the first call.
 #if HWY_ONCE
 namespace hairnet {
 namespace {
@@ -126,7 +133,8 @@ LaneSizes single_sizes() {
   return HWY_DYNAMIC_DISPATCH(single_sizes_here)();
 }
 void crowd_kernel(const LevelView& level, const LaneMemory& memory, int iterations) {
-  HAIRNET_ASSERT(level.incidences.begin);  // the view was made for a crowd
+  // A crowd's nodes collect their pulls by these lists.
+  HAIRNET_ASSERT(level.incidences.begin);
   check_kernel_input(level, memory, iterations);
   HWY_DYNAMIC_DISPATCH(crowd_kernel_here)(level, memory, iterations);
 }

@@ -12,7 +12,7 @@ LaneSizes crowd_sizes();  // a Real holds one float a lane
 LaneSizes single_sizes();
 
 // One step of every lane. `memory` holds terms and states, in the layout's own order. A crowd asserts that the view was
-// made for a crowd.
+// made for a crowd. Neither checks an index: make_view has.
 void crowd_kernel(const LevelView& level, const LaneMemory& memory, int iterations);
 void single_kernel(const LevelView& level, const LaneMemory& memory, int iterations);
 

@@ -47,10 +47,13 @@ LaneMemory LaneArena::allocate(const LaneSizes& sizes, const LevelView& level) {
       Part{&memory.is_finite, sizes.real},
   };
   static_assert(std::tuple_size_v<decltype(parts)> * sizeof(float*) == sizeof(LaneMemory), "each pointer gets a part");
+  // Each array begins on a cache line: aligned loads of the widest register are then allowed.
   constexpr std::size_t kLine = std::tuple_size_v<decltype(Line::floats)>;
   const auto lines = [](std::size_t floats) { return (floats + kLine - 1) / kLine; };
   std::size_t count = 0;
   for (const Part& part : parts) count += lines(part.floats);
+  // A resize moves the block, so pointers of an earlier allocation are invalid. A smaller level uses the front of the
+  // block.
   if (lines_.size() < count) lines_.resize(count);
   Line* next = lines_.data();
   for (const Part& part : parts) {

@@ -39,7 +39,8 @@ struct LaneSizes {
   std::size_t real, vector, block;
 };
 
-// Grows to the largest level so far and never shrinks, so that later steps allocate nothing.
+// Grows to the largest level so far and never shrinks, so that later steps allocate nothing. It belongs to one thread
+// at a time.
 class LaneArena {
  public:
   LaneMemory allocate(const LaneSizes& sizes, const LevelView& level);

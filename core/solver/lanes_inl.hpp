@@ -73,6 +73,8 @@ struct Crowd {
   static HWY_INLINE Vector subtract_scaled(Real s, const Vector& a, const Vector& sum) {
     return {hn::NegMulAdd(s, a.x, sum.x), hn::NegMulAdd(s, a.y, sum.y), hn::NegMulAdd(s, a.z, sum.z)};
   }
+  // No multiply-add: the other layout multiplies in one register and then adds across its lanes, and both must round
+  // alike.
   static HWY_INLINE Real dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
   // For long sums of dot products: adds the products of a and b component by component; sum_of returns the total.
   static HWY_INLINE Vector add_products(const Vector& a, const Vector& b, const Vector& sum) {
@@ -122,7 +124,7 @@ struct Crowd {
             hn::MulAdd(a.yz, b.z, hn::MulAdd(a.yy, b.y, a.xy * b.x)),
             hn::MulAdd(a.zz, b.z, hn::MulAdd(a.yz, b.y, a.xz * b.x))};
   }
-  // Computed by cofactors.
+  // Computed by cofactors. The operations and their order are those of the cross products below.
   static HWY_INLINE Block inverse(const Block& a) {
     const Real xx = minor(a.yy, a.zz, a.yz, a.yz), xy = minor(a.yz, a.xz, a.xy, a.zz),
                xz = minor(a.xy, a.yz, a.xz, a.yy);
@@ -213,6 +215,7 @@ struct Single {
     hn::Store(a.z, d, p + 8);
   }
   static HWY_INLINE Block block(const float* p) {
+    // Two loads that overlap, xx xy xz yy and xz yy yz zz, have all six numbers; the columns are shuffled from them.
     const Real low = hn::LoadU(d, p), high = hn::LoadU(d, p + 2), xyz = hn::IfThenElseZero(hn::FirstN(d, 3), low);
     const Real z = hn::IfThenElseZero(hn::FirstN(d, 3), from<0, 2, 3>(high));
     const Real y = hn::IfThenElse(hn::FirstN(d, 2), from<1, 3, 3>(low), from<3, 3, 1>(z));
@@ -221,6 +224,7 @@ struct Single {
   static HWY_INLINE Block scale(Real s, const Block& a) { return {s * a.x, s * a.y, s * a.z}; }
   static HWY_INLINE Block add_diagonal(Real s, const Block& a) {
     const Real none = hn::Zero(d);
+    // The masks of the first one, two and three lanes differ by one lane, so their differences are s in a single lane.
     const Real x = hn::IfThenElse(hn::FirstN(d, 1), s, none), z = hn::IfThenElse(hn::FirstN(d, 3), s, none);
     const Real xy = hn::IfThenElse(hn::FirstN(d, 2), s, none);
     return {a.x + x, a.y + (xy - x), a.z + (z - xy)};

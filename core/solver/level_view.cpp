@@ -102,6 +102,7 @@ void put_skin(const Level& level, std::vector<SkinDistanceFieldView>& skin) {
     view.row = field.dims[0];
     view.layer = field.dims[0] * field.dims[1];
     view.distance = field.distance.data();
+    // Limits lie field by field, and each field's view begins at its own.
     view.limit = limit;
     limit += level.contacts.count();
     skin.push_back(view);
@@ -117,8 +118,11 @@ ContactPointsView make_view(const ContactPoints& contacts) {
           contacts.potential.data()};
 }
 
+// Incidences name stiffeners with 16 bits, as the lists take half of the memory that way.
 constexpr std::size_t kIncidentStiffenersMax = std::size_t{1} << std::numeric_limits<std::uint16_t>::digits;
 
+// Turns the lists of stiffeners around: for each node, the stiffeners that act on it and its weights. Springs come
+// first, then attachments, so every node sums its pulls in the same order.
 IncidenceView put_incidences(const Level& level, LevelViewScratch& scratch) {
   HAIRNET_ASSERT(level.springs.count() + level.attachments.count() <= kIncidentStiffenersMax);
   // Counts are stored one place later, so that after filling a node's entries begin[node + 1] is the start of the next

@@ -48,11 +48,13 @@ struct LevelView {
   const float* drag;           // xx xy xz yy yz zz of each node
   const float* wind_fraction;  // position in the box as fractions, xyz of each node (LatticeWind); null in still air
   StiffenerView springs, attachments;
-  IncidenceView incidences;  // for crowds only
+  // Only a view that was made for a crowd has incidences.
+  IncidenceView incidences;
   const SkinDistanceFieldView* skin;
   std::size_t skin_count;
   ContactPointsView contacts;
-  std::size_t body_count, hold_count;  // in the step, of each character; a crowd has no holds
+  // The most bodies of any member in this step, and the holds, of which a crowd has none.
+  std::size_t body_count, hold_count;
 };
 
 // The buffers that a view points to. They grow to the largest level seen and are never freed.

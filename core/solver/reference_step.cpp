@@ -49,6 +49,7 @@ void add_springs(const Level& level, const StepInput& input, const WorldLattice&
   const Stiffeners& springs = level.springs;
   for (std::size_t s = 0; s < springs.count(); ++s) {
     const Vec3 eps = weighted_sum(springs, s, lattice.P), eps_dot = weighted_sum(springs, s, lattice.P_dot);
+    // A spring without length has no direction and exerts no force until it has one; step_inl.hpp does the same.
     if (!(eps.norm() > 0)) continue;
     const SpringTerms spring = spring_terms(level, input, s, eps.norm());
     scatter(springs, s, spring_force(spring.k, spring.q, spring.rest_length, eps, eps_dot), system.f);
@@ -75,6 +76,7 @@ void add_node_forces(const Level& level, const StepInput& input, const std::vect
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     const double m = node_mass(level, input.material, i), k = ether_stiffness(level, input.material, i),
                  q = ether_damping(level, input.material, i, static_cast<float>(input.step_s));
+    // Drag tensors (paper eq. 6) and the wind at nodes are in head axes, and this step is in world axes.
     const Mat3 Q = R * drag_tensor(level, input.material, i).cast<double>() * R.transpose();
     const Vec3 u = R * wind.at(level.geometry.active_nodes[i]).cast<double>();
     system.f[i] += -k * (lattice.P[i] - rest[i]) - q * (lattice.P_dot[i] - rest_dot[i]) +
@@ -100,6 +102,7 @@ void add_contacts(const Level& level, const StepInput& input, const std::vector<
   }
 }
 
+// As add_contacts, with a full 3x3 stiffness: friction acts along the surface as well.
 void add_bodies(const Level& level, const StepInput& input, const std::vector<Vec3>& rest_dot,
                 const WorldLattice& lattice, System& system) {
   const ContactPoints& points = level.contacts;
@@ -206,9 +209,13 @@ int reference_step(const Level& level, const StepInput& input, WorldLattice& lat
   std::vector<Vec3> r = multiply(system, 0, h * h, lattice.P_dot);
   for (std::size_t i = 0; i < n; ++i) r[i] += h * system.f[i];
 
+  // Plain conjugate gradient, without a preconditioner and from dP' = 0: the reference shares none of the choices of
+  // the step that it judges.
   std::vector<Vec3> dP_dot(n, Vec3::Zero()), d = r;
   double rho = dot(r, r);
   const double enough = rho * relative_residual * relative_residual;
+  // Exact arithmetic ends after 3 n iterations, one for each unknown. Rounding delays the end where stiffnesses differ
+  // widely.
   const int iterations_max = 20 * static_cast<int>(n) + 100;
   int iteration = 0;
   for (; iteration < iterations_max && rho > enough; ++iteration) {
@@ -223,6 +230,7 @@ int reference_step(const Level& level, const StepInput& input, WorldLattice& lat
     rho = rho_next;
   }
   for (std::size_t i = 0; i < n; ++i) {
+    // P moves with the velocity at the end of the step: backward Euler.
     lattice.P_dot[i] += dP_dot[i];
     lattice.P[i] += h * lattice.P_dot[i];
   }

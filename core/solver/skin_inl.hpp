@@ -50,6 +50,7 @@ struct Skin {
     const Real y_low = e10.value - e00.value, y_high = e11.value - e01.value;
     const Vector gradient = L::compose(hn::MulAdd(z.t, slope_high - slope_low, slope_low),
                                        hn::MulAdd(z.t, y_high - y_low, y_low), high - low);
+    // In the middle of a body the gradient may vanish. The limit keeps the normal finite, though shorter than 1.
     const Real length2 = hn::Max(L::dot(gradient, gradient), L::real(1e-12f));
     const Vector beyond = L::compose(x.beyond, y.beyond, z.beyond);
     const Real distance = hn::MulAdd(z.t, high - low, low) + hn::Sqrt(L::dot(beyond, beyond)) / L::real(field.per_cell);
@@ -80,6 +81,7 @@ struct Skin {
   struct GridCell {
     Real low, t, beyond;
   };
+  // The last node belongs to the cell below it, so that the neighbour that is read always exists.
   static HWY_INLINE GridCell cell_along(Real at, float cells) {
     const Real within = hn::Min(hn::Max(at, L::real(0)), L::real(cells));
     const Real low = hn::Min(hn::Floor(within), L::real(cells - 1));

@@ -26,6 +26,7 @@ inline SpringBranch spring_branch(double rest_length, double x) {
   if (x < -kBucklingStrain * rest_length) return {-kBuckling, -kBucklingStrain * rest_length};
   return {0, 0};
 }
+// The branches meet without a jump, since the addition is zero at `beyond`.
 inline double spring_tension(double k, double rest_length, double x) {
   const SpringBranch branch = spring_branch(rest_length, x);
   return k * (x + branch.change * (x - branch.beyond));

@@ -29,6 +29,7 @@ void gather(const float* in, std::size_t stride, std::vector<Vec3f>& nodes) {
   for (std::size_t i = 0; i < nodes.size(); ++i) std::memcpy(nodes[i].data(), in + i * stride, sizeof(Vec3f));
 }
 
+// A Real of a single character is one float in memory, so the terms are copied as they are.
 void put_touch(const Level& level, const StepInput& input, const LaneMemory& memory) {
   if (!input.touch) return;
   float* bodies = memory.bodies;
@@ -55,6 +56,7 @@ void put_touch(const Level& level, const StepInput& input, const LaneMemory& mem
 
 int substep_count_for(double tick_s) {
   HAIRNET_ASSERT(tick_s > 0);
+  // A tick of exactly n longest steps must not become n + 1 steps because the quotient is rounded up.
   constexpr double kRounding = 1e-9;
   const double count = std::ceil(tick_s / kStepMax_s - kRounding);
   HAIRNET_ASSERT(count <= std::numeric_limits<int>::max());
@@ -75,6 +77,8 @@ bool step(const Level& level, const StepInput& input, const SolverSettings& sett
   HAIRNET_ASSERT(state.velocity.size() == level.rest.size());
   HAIRNET_ASSERT(input.environment);
   const LaneSizes sizes = single_sizes();
+  // The view is made again in each step: the scratch may have served another level since, and a view costs one
+  // pass over the springs, where a step makes dozens.
   const LevelView level_view = make_view(
       level, {.wind = input.environment->wind.acts(), .bodies = body_count(input), .holds = hold_count(input)},
       scratch.view);
@@ -98,6 +102,7 @@ bool step(const Level& level, const StepInput& input, const SolverSettings& sett
 void reset_to_rest(const Level& level, LatticeState& state) {
   state.displacement.assign(level.rest.size(), Vec3f::Zero());
   state.velocity.assign(level.rest.size(), Vec3f::Zero());
+  // There was no step yet, so nothing says how much energy is too much.
   state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
   state.speed_max_m_per_s = 0;
 }

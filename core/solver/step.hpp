@@ -26,6 +26,7 @@ struct LatticeState {
   float speed_max_m_per_s = 0;
 };
 
+// What acts on all hair of a room alike.
 struct Environment {
   Vec3 gravity{0, -9.81, 0};  // m/s^2, world
   // Drag acts on the velocity relative to it.
@@ -33,6 +34,8 @@ struct Environment {
 };
 extern const Environment kCalmEnvironment;
 
+// One step of one character: the motion of its bones, its own material, and what acts on it. The caller owns all that
+// it points to.
 struct StepInput {
   // Are the poses at the start and the end of the step.
   Pose from, to;
@@ -61,13 +64,15 @@ inline constexpr double kStepMax_s = 1.0 / 50;
 inline constexpr std::array<int, kLevelCount> kLevelIterations{16, 10, 8, 1, 0, 0};
 
 // The iterations for a step of that length. Shorter steps need fewer for the same error: conjugate gradient converges
-// with the square root of the condition number, which grows with the step's length.
-int iterations_for(LevelIndex level, double step_s);  // asserts that the step has a length
+// with the square root of the condition number, which grows with the step's length. Asserts that the step has a
+// length.
+int iterations_for(LevelIndex level, double step_s);
 
-// The smallest number of steps in a tick for which no step exceeds kStepMax_s.
-int substep_count_for(double tick_s);  // asserts that the tick has a length
+// The smallest number of steps in a tick for which no step exceeds kStepMax_s. Asserts that the tick has a length.
+int substep_count_for(double tick_s);
 
-// Buffers of a step, reused for all characters and levels. They grow to the largest level seen and are never freed.
+// Buffers of a step, reused for all characters and levels. They grow to the largest level seen and are never freed. One
+// thread at a time may use it.
 struct StepScratch {
   LaneArena lanes;
   LevelViewScratch view;
@@ -96,6 +101,7 @@ struct StepScratch {
 [[nodiscard]] bool step(const Level& level, const StepInput& input, const SolverSettings& settings,
                         StepScratch& scratch, LatticeState& state);
 
+// Puts the lattice into its design, at rest in the world. It forgets the energy limit as well.
 void reset_to_rest(const Level& level, LatticeState& state);
 
 }  // namespace hairnet

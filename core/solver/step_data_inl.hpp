@@ -36,6 +36,8 @@ struct StepData {
   StepData(const LevelView& level_of_all, const LaneMemory& memory)
       : level(level_of_all), m(memory), h(term(offsetof(StepTerms, step_s))) {}
 
+  // The byte offset of a member of StepTerms names a Real: all members are floats, and each float is one Real in
+  // memory.
   HWY_INLINE Real term(std::size_t byte) const { return L::load_real(m.terms + byte / sizeof(float) * kReal); }
   HWY_INLINE Vector vector_term(std::size_t byte) const {
     return L::load_components(m.terms + byte / sizeof(float) * kReal);
@@ -50,6 +52,7 @@ struct StepData {
   static HWY_INLINE Vector turned(const Turn& turn, const Vector& a) {
     return L::add_scaled(L::z(a), turn.z, L::add_scaled(L::y(a), turn.y, L::scale(L::x(a), turn.x)));
   }
+  // The transpose of a rotation is its inverse, so the way back is three dot products.
   static HWY_INLINE Vector rotated_back(const Turn& turn, const Vector& a) {
     return L::compose(L::dot(turn.x, a), L::dot(turn.y, a), L::dot(turn.z, a));
   }

@@ -57,6 +57,7 @@ StepTerms step_terms(const Level& level, const StepInput& input, const LatticeSt
   const HeadMotion motion(input);
   terms.step_s = static_cast<float>(input.step_s);
   put(motion.turn, terms.turn);
+  // R' p^0 as an affine map of p^0 (HeadMotion::rigid_velocity), since the kernels read it for nodes and for springs.
   put(Mat3(motion.rotation_less_identity / -input.step_s), terms.rigid_velocity.turn);
   put(motion.velocity(), terms.rigid_velocity.shift);
   put(motion.gravity_load, terms.gravity_load);
@@ -68,6 +69,7 @@ StepTerms step_terms(const Level& level, const StepInput& input, const LatticeSt
   terms.ether_damping = material.ether_damping;
   terms.air_drag = material.air_drag;
   terms.gel_per_s2 = material.gel_per_s2;
+  // The same factor as contact_scale() of the reference.
   terms.contact = static_cast<float>(1 - input.contact_release) * std::max(material.density, 1.0f);
   terms.elastic_energy_max_j = state.elastic_energy_max_j;
 

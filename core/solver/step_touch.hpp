@@ -27,7 +27,8 @@ struct StepTouch {
   std::span<const StepHold> holds;
 };
 
-// The most of each.
+// The most bodies and held points in a step of one character. They bound the working memory of a step, and what a crowd
+// of hands can cost.
 inline constexpr std::size_t kStepBodiesMax = 24, kStepHoldsMax = 128;
 
 // Hair meets a body at this distance from its surface, as it has a thickness.

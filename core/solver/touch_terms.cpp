@@ -21,6 +21,7 @@ BodyTerms body_terms(const StepInput& input, const StepBody& body) {
   BodyTerms terms;
   put(body.from.inverse() * input.from.head(), terms.to_body_before);
   put(body.to.inverse() * input.to.head(), terms.to_body);
+  // The ball about the centre at the start also covers the centre's way to the end, both seen from the head.
   const Vec3 centre = input.from.head().inverse().point(body.from.position);
   const Vec3 moved = input.to.head().inverse().point(body.to.position) - centre;
   put(centre, terms.centre);
@@ -38,6 +39,7 @@ HoldTerms hold_terms(const StepInput& input, const StepHold& hold) {
   HAIRNET_ASSERT(hold.from.allFinite());
   HAIRNET_ASSERT(hold.to.allFinite());
   HoldTerms terms;
+  // Terms are floats only; a level has far fewer contact points than the 2^24 whole numbers that a float has.
   terms.point = static_cast<float>(hold.point);
   put(input.from.head().inverse().point(hold.from), terms.from);
   put(input.to.head().inverse().point(hold.to), terms.to);

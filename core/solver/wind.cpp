@@ -142,6 +142,7 @@ Vec3 WindField::velocity(const Vec3& point_world, double time_s) const {
     gust_sum_s += g.share * sine(turns) / (kTurn * g.frequency_hz);
   }
   Vec3 velocity = (1 + modes_->gust_ratio * gust) * modes_->mean;
+  // Gusts carry the eddies too, so X(t) is the integral of the mean with its gusts.
   const Vec3 carried = point_world - (time_s + modes_->gust_ratio * gust_sum_s) * modes_->mean;  // x - X(t)
   for (const Eddy& eddy : modes_->turbulence) {
     velocity += cosine(eddy.wave_vector.dot(carried) + eddy.frequency_hz * time_s + eddy.phase) * eddy.amplitude;
@@ -163,7 +164,9 @@ LatticeWind wind_on(const WindField& field, const Lattice& lattice, const RigidT
   if (!field.acts()) return wind;
   const Quat to_head = head.rotation.conjugate();
   const Vec3 carried = field.is_carried() ? head_velocity : Vec3::Zero();
-  const Vec3 place = field.is_carried() ? Vec3::Zero() : head.position;  // in the air's own frame
+  // Carried air is sampled in the vehicle's frame, at its origin, so a ride does not run through the turbulence.
+  const Vec3 place = field.is_carried() ? Vec3::Zero() : head.position;
+  // Steady wind and gusts are the same everywhere, so one sample serves all corners.
   if (!field.is_turbulent()) {
     wind.corners.fill((to_head * field.velocity(place, time_s) + carried).cast<float>());
     return wind;

@@ -90,7 +90,8 @@ struct LatticeWind {
   [[nodiscard]] Vec3f at(const Vec3f& fraction) const;
 };
 
-// `head_velocity`: in the head's axes, m/s; carried air has it too.
+// `head_velocity`: in the head's axes, m/s; carried air has it too. Carried air moves with the head, so hair at rest in
+// a vehicle feels no headwind.
 LatticeWind wind_on(const WindField& field, const Lattice& lattice, const RigidTransform& head, double time_s,
                     const Vec3& head_velocity = Vec3::Zero());
 

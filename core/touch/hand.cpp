@@ -5,19 +5,13 @@
 
 #include "core/assert.hpp"
 #include "core/geometry/rigid_transform.hpp"
+#include "core/geometry/rotation_between.hpp"
 
 namespace hairnet {
 namespace {
 
 // A shorter axis is a sphere's: it has no direction.
 constexpr double kAxisLeast_m = 1e-6;
-
-// The shortest turn of +y into a direction of unit length; into -y half a turn about z.
-Quat turn_of_y(const Vec3& to) {
-  constexpr double kOpposite = 1e-12;
-  const double w = 1 + to.y();
-  return w < kOpposite ? Quat(0, 0, 0, 1) : Quat(w, to.z(), 0, -to.x()).normalized();
-}
 
 TouchBody body_of(const Hand& hand, const HandShape& shape, const TouchKey& key) {
   const Vec3 axis = shape.to - shape.from;
@@ -27,7 +21,7 @@ TouchBody body_of(const Hand& hand, const HandShape& shape, const TouchKey& key)
   body.shape.is_inside_out = shape.is_inside_out;
   body.has_jumped = hand.has_jumped;
   body.place.position = hand.place.point((shape.from + shape.to) / 2);
-  if (!is_sphere) body.place.rotation = hand.place.rotation * turn_of_y(axis / length_m);
+  if (!is_sphere) body.place.rotation = hand.place.rotation * rotation_between<double>(Vec3::UnitY(), axis);
   return body;
 }
 
@@ -46,6 +40,7 @@ std::string validate(const std::vector<Hand>& hands) {
   std::size_t next = 0;
   for (const Hand& hand : hands) {
     if (hand.shapes.empty()) return "hand: it has no shape";
+    // Numbers that ascend without overlap name every shape of a person once.
     if (hand.first_number < next) return "hands: the numbers of their shapes do not ascend";
     next = hand.first_number + hand.shapes.size();
     if (next > kHandShapesMax) return "hands: more than " + std::to_string(kHandShapesMax) + " shapes";

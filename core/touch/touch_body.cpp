@@ -5,6 +5,7 @@
 namespace hairnet {
 namespace {
 
+// A hand in the farthest corner of its range (kHandPlaceMax_m on each axis) is within it, with all its shapes.
 constexpr double kPlaceMax_m = 20'000;
 
 }  // namespace

@@ -7,6 +7,7 @@ namespace hairnet {
 bool may_touch(const TouchRule& rule, ToucherId owner, ToucherId toucher) {
   if (toucher == kRoomToucher || rule.audience == TouchAudience::everyone) return true;
   if (rule.audience == TouchAudience::nobody) return false;
+  // `chosen` ascends, as World::set_touch_rule asserts.
   return toucher == owner ||
          (rule.audience == TouchAudience::chosen && std::ranges::binary_search(rule.chosen, toucher));
 }

@@ -7,7 +7,7 @@
 
 namespace hairnet {
 
-// Who may touch a character's hair.
+// Who may touch a character's hair. Each value allows all that the one before it allows.
 enum class TouchAudience : std::uint8_t { nobody, oneself, chosen, everyone };
 
 struct TouchRule {

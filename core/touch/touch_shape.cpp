@@ -19,17 +19,21 @@ Eigen::Index nearest_face(const Vec3& beyond) {
 PlacedShape half_space(const RigidTransform& place) {
   // Steps measure depth from its middle in float: it is thin, so that this loses less than a micrometre.
   const Vec3 half_size_m(kTouchSizeMax_m, 5, kTouchSizeMax_m);
-  return {box(half_size_m), {place.rotation, place.point({0, -half_size_m.y(), 0})}};
+  // A rotation may be a little off unit length (kTouchRotationTolerance), which 5 m would make millimetres of.
+  return {box(half_size_m),
+          {place.rotation, place.position - place.rotation.normalized() * Vec3(0, half_size_m.y(), 0)}};
 }
 
 double shape_distance(const TouchShape& shape, const Vec3& point, Vec3* normal) {
   const Vec3 beyond = point.cwiseAbs() - shape.half_size_m;
   const Vec3 outside = beyond.cwiseMax(0.0);
+  // A point may be so far away, or so near, that squares overflow or vanish.
   const double outside_m = outside.stableNorm();
   const double sign = shape.is_inside_out ? -1 : 1;
   const auto side = [&](Eigen::Index axis) { return point[axis] < 0 ? -sign : sign; };
   const Eigen::Index face = nearest_face(beyond);
   if (normal && outside_m > 0) *normal = Vec3(side(0), side(1), side(2)).cwiseProduct(outside) / outside_m;
+  // Inside the box the way out is through the nearest face.
   if (normal && !(outside_m > 0)) *normal = side(face) * Vec3::Unit(face);
   return sign * (outside_m + std::min(beyond[face], 0.0) - shape.radius_m);
 }

@@ -17,6 +17,7 @@ struct TouchShape {
   friend bool operator==(const TouchShape&, const TouchShape&) = default;
 };
 
+// The greatest half size and radius that validate() accepts.
 inline constexpr double kTouchSizeMax_m = 100;
 
 inline TouchShape sphere(double radius_m) {

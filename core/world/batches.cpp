@@ -9,6 +9,7 @@
 namespace hairnet {
 namespace {
 
+// Characters share a batch if they share what steps them: the network, or the lattice's level.
 const void* model_of(const Character& character) {
   if (character.network()) return character.network();
   return character.model();
@@ -28,12 +29,15 @@ void Batches::add(Character& character, Outcome& outcome) {
   const int ticks = character.step_ticks;
   const std::size_t index = items_.size();
   items_.push_back({&character, &outcome});
+  // Only the last batch may still grow, hence the order in which the header wants characters.
   const bool fits = !batches_.empty() && batches_.back().model == model && batches_.back().ticks == ticks &&
                     index - batches_.back().begin < (character.network() ? kLearntWidth : width_);
   if (!fits) batches_.push_back({model, character.level, ticks, index, index, 0});
   batches_.back().end = index + 1;
 }
 
+// A batch is the unit of work of a thread. Batches share nothing but the immutable level, so any thread may take any of
+// them.
 void Batches::step(const TickContext& terms, ClockNs now_ns, const ParallelFor& parallel_for) {
   const auto step_one = [&](std::size_t b) {
     const std::int64_t begin_ns = now_ns ? now_ns() : 0;
@@ -76,6 +80,7 @@ void Batches::step_lattices(const TickContext& terms, const Batch& batch, Scratc
   const std::size_t count = batch.end - batch.begin;
   const StepPlan& plan = terms.plans->of(batch.level, batch.ticks);
   const auto substep_count = static_cast<std::size_t>(plan.substep_count);
+  // It never shrinks, so batches of another size or number of substeps allocate nothing.
   scratch.inputs.resize(std::max(scratch.inputs.size(), width_ * substep_count));
   scratch.members.resize(count);
   const auto inputs_of = [&](std::size_t member) {
@@ -98,6 +103,8 @@ void Batches::step_lattices(const TickContext& terms, const Batch& batch, Scratc
 
 void Batches::step_members(const Level& level, int iterations, Scratch& scratch) const {
   const SolverSettings settings{.iterations = iterations};
+  // Both ways give the same bits, so only the time decides. The number of characters in a batch changes from tick to
+  // tick.
   if (scratch.members.size() >= crowd_count_min()) return step_crowd(level, scratch.members, settings, scratch.step);
   for (CrowdMember& member : scratch.members) {
     for (const StepInput& input : member.inputs) {
@@ -108,6 +115,7 @@ void Batches::step_members(const Level& level, int iterations, Scratch& scratch)
 
 std::unique_ptr<Batches::Scratch> Batches::take_scratch() {
   const MutexLock lock(mutex_);
+  // There are as many scratches as batches were stepped at the same time.
   if (scratches_.empty()) return std::make_unique<Scratch>();
   std::unique_ptr<Scratch> scratch = std::move(scratches_.back());
   scratches_.pop_back();

@@ -13,7 +13,8 @@
 namespace hairnet {
 
 // The characters to be stepped in one tick, packed into batches. All of a batch have the same level and step over the
-// same number of ticks. The buffers are reused in every tick.
+// same number of ticks. The buffers are reused in every tick. A World calls it on its own thread; `step` spreads the
+// batches over the threads of `parallel_for`.
 class Batches {
  public:
   void clear();
@@ -59,7 +60,8 @@ class Batches {
   std::vector<Item> items_;
   std::vector<Batch> batches_;
   Mutex mutex_;
-  std::vector<std::unique_ptr<Scratch>> scratches_;  // last used, first taken: its memory is still in the cache
+  // The scratch that was used last is taken first, as its memory is still in the cache.
+  std::vector<std::unique_ptr<Scratch>> scratches_;
 };
 
 }  // namespace hairnet

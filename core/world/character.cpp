@@ -14,7 +14,8 @@ namespace hairnet {
 namespace {
 
 constexpr float kStillSpeed_m_per_s = 1e-3f;
-constexpr double kSettleHalf_s = 1.0 / 15;  // in which hair that settles loses half its velocity
+// Hair that settles loses half of its velocity in this time.
+constexpr double kSettleHalf_s = 1.0 / 15;
 // In which hair that settles on a body goes half as far: friction, which is a viscosity here, would let it creep for
 // ever.
 constexpr double kStickHalf_s = 1;
@@ -26,6 +27,7 @@ constexpr float kStateSpeedMax_m_per_s = 1000;
 // Faster hair was on a ride, and this head may move otherwise by now.
 constexpr float kStateRideSpeed_m_per_s = 25;
 
+// Whether no bone has moved or turned by more than a headset's noise.
 bool is_still(const Pose& a, const Pose& b) {
   return std::ranges::equal(a.bones, b.bones,
                             [](const auto& bone, const auto& other) { return is_still(bone, other); });
@@ -106,11 +108,13 @@ void settle(const TickContext& terms, Character& c) {
 }
 
 bool is_due(const TickContext& terms, const Character& c) {
+  // The phase is the slot's number, so the characters of one stride have their turns in different ticks.
   return c.steps_next_tick || (terms.tick + c.phase) % c.stride == 0;
 }
 
 // Ends the turn of a character without a lattice to step.
 void end_turn(const TickContext& terms, Character& c) {
+  // A lattice that comes next reads the head's velocity from last_from and from, as after a last substep.
   const double steps = terms.plan(c).substep_count;
   c.last_from = c.discontinuous ? c.to : interpolate(c.from, c.to, (steps - 1) / steps);
   c.from = c.to;
@@ -161,7 +165,8 @@ void check_invariants(const Character& c) {
 
 Outcome begin_tick(const TickContext& terms, Character& c) {
   HAIRNET_ASSERT(!c.suspended);
-  HAIRNET_ASSERT(c.state_tick <= terms.tick);  // once a tick
+  // A character has at most one turn in a tick.
+  HAIRNET_ASSERT(c.state_tick <= terms.tick);
   if (!is_due(terms, c)) return Outcome::waiting;
   HAIRNET_ASSERT(terms.tick + 1 - c.state_tick <= kStrideMax);
   c.steps_next_tick = false;
@@ -175,6 +180,7 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
   c.discontinuous = is_marked || is_teleport(c.from, c.to, plan.interval_s, velocity_before);
   const bool bones_move = c.discontinuous || !is_still(c.still_pose, c.to);
   c.bones_still_s = bones_move ? 0 : c.bones_still_s + (c.is_asleep() ? 0 : plan.interval_s);
+  // The still pose stays where the bones last moved, so a slow drift adds up until it counts as a move.
   if (bones_move || !terms.environment(c).wind.is_still()) {
     c.wake();
     c.still_pose = c.to;
@@ -188,17 +194,21 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
     outcome = Outcome::eased;
   } else if (c.discontinuous) {
     outcome = Outcome::teleport;
+    // A hand does not jump with the head: its hold would pull the hair across the room. Pins go along.
     end_hands(c);
     make_velocity_relative(c);
   } else if (c.model()) {
+    // After a jump hair starts as if the head had always moved as it does in this turn, so it gets no kick.
     if (std::exchange(c.velocity_is_relative, false)) add_next_rigid_velocity(plan, c);
     ease_in(terms, c);
+    // Settling needs the state before the turn, to go back half of the way.
     if (still_s(terms, c) >= kSettleAfter_s) c.unsettled = c.state;
     check_invariants(c);
     return Outcome::stepped;
   } else if (c.network()) {
     return Outcome::stepped;
   }
+  // The pose before a jump says nothing about the motion after it.
   if (c.network()) c.learnt.state.poses.forget();
   end_turn(terms, c);
   if (outcome == Outcome::idle) c.still_s += plan.interval_s;
@@ -222,6 +232,7 @@ void put_inputs(const TickContext& terms, const Character& c, std::span<StepInpu
     input.contact_release = c.contact_release;
     input.material = c.material;
     input.material.stiffness *= static_cast<float>(c.stiffness);
+    // Time counts from tick 0 and not from the turn, so the wind does not depend on strides.
     input.time_s = (static_cast<double>(first_tick) + share * c.step_ticks) * terms.tick_s;
   }
 }
@@ -232,12 +243,15 @@ Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bo
   c.last_from = inputs.back().from;
   c.from = c.to;
   if (!is_finite) {
+    // No history of the lattice is left, and frames must not be interpolated across the reset.
     reset_to_rest(*c.model(), c.state);
     end_holds(c);
     c.discontinuous = true;
     check_invariants(c);
     return Outcome::reset;
   }
+  // settle replaces the speed that count_stillness reads. slip_holds comes between: anchors slide after hair that has
+  // settled.
   settle(terms, c);
   if (c.touch) slip_holds(c);
   count_stillness(terms.plan(c).interval_s, c);
@@ -248,6 +262,7 @@ Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bo
 void step_learnt_turns(const TickContext& terms, std::span<Character* const> characters) {
   HAIRNET_ASSERT(!characters.empty() && characters.size() <= kLearntWidth);
   std::array<LearntMotion, kLearntWidth> motions;
+  // One place for each tick of the longest stride, and one for the pose from which the turn starts.
   std::array<std::array<Vec3, kStrideMax + 1>, kLearntWidth> air_world;
   const LearntHair& hair = *characters[0]->network();
   const double interval_s = terms.plan(*characters[0]).interval_s;
@@ -263,6 +278,7 @@ void step_learnt_turns(const TickContext& terms, std::span<Character* const> cha
     motions[i].air_is_carried = wind.is_carried();
     if (wind.is_still()) continue;
     const std::span<Vec3> air = std::span(air_world[i]).first(static_cast<std::size_t>(ticks) + 1);
+    // The air at the start matters only to a network that begins: others have seen it as the end of their last turn.
     for (int tick = begins ? 0 : 1; tick <= ticks; ++tick) {
       const double share = static_cast<double>(tick) / ticks;
       const Vec3 place = wind.is_carried() ? Vec3::Zero() : interpolate(c.from, c.to, share).head().position;
@@ -275,6 +291,8 @@ void step_learnt_turns(const TickContext& terms, std::span<Character* const> cha
   for (std::size_t i = 0; i < characters.size(); ++i) characters[i]->learnt.is_covered = motions[i].is_covered;
   for (Character* c : characters) {
     end_turn(terms, *c);
+    // A network has no nodes whose speed could be measured, so its hair counts as still with its bones. It forgets
+    // within two seconds, and sleep begins after kSleepAfter_s.
     if (c->bones_still_s > 0) c->still_s += interval_s;
     check_invariants(*c);
   }
@@ -291,6 +309,7 @@ void unsuspend(std::uint64_t tick, Character& c) {
   HAIRNET_ASSERT(c.suspended);
   HAIRNET_ASSERT(c.state_tick <= tick);
   c.suspended = false;
+  // The turn covers one tick, whatever time has passed: the motion in between is unknown, so it is a teleport.
   c.steps_next_tick = c.teleport = true;
   c.state_tick = tick;
   c.wake();
@@ -310,6 +329,7 @@ bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> v
   reset_to_rest(*level, c.state);
   HAIRNET_ASSERT(c.state.displacement.size() == displacement.size());
   std::ranges::copy(displacement, c.state.displacement.begin());
+  // Velocities of a ride would blow the hair off a head that stands.
   const bool is_usable = !velocity.empty() && std::ranges::all_of(velocity, within(kStateRideSpeed_m_per_s));
   if (is_usable) std::ranges::copy(velocity, c.state.velocity.begin());
   c.last_from = is_usable ? c.last_from : c.from;

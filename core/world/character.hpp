@@ -15,8 +15,12 @@
 
 namespace hairnet {
 
+// Displacements fade out in this time on the way to the rigid level: at once, hair would jump.
 inline constexpr double kRigidEase_s = 0.3;
+// Springs and contact fade in over this time after a level switch, since the mapped state strains the new springs and
+// may put nodes inside the body.
 inline constexpr double kSwitchEase_s = 0.5;
+// Bones and hair have been still for so long before a character falls asleep.
 inline constexpr double kSleepAfter_s = 4.5;
 // Hair settles after bones and air have rested for so long.
 inline constexpr double kSettleAfter_s = 8;
@@ -33,7 +37,8 @@ struct LearntTurn {
   bool is_covered = true;
 };
 
-// One character of a world.
+// One character of a world: its hair's state, its poses, and the clocks that decide about stepping, easing, settling
+// and sleep. A Character belongs to one World; within a tick one thread at a time uses it.
 struct Character {
   std::shared_ptr<const LevelSet> levels;
   LevelIndex level = LevelIndex::rigid;
@@ -120,6 +125,9 @@ struct TickContext {
   }
 };
 
+// What a tick did to a character. `waiting`: its turn comes later. `idle`: it is rigid. `stepped`: its lattice or
+// network moved. `eased`: its displacement fades on the way to the rigid level. `teleport`: the hair moved rigidly with
+// the head. `reset`: the lattice was not finite and is in its design again. `asleep`: nothing changed.
 enum class Outcome : std::uint8_t { waiting, idle, stepped, eased, teleport, reset, asleep };
 
 // Everything of a tick before the stepping. `waiting`: it is not the character's turn. `stepped`: the lattice or the

@@ -55,6 +55,8 @@ double distance_m(const RoomBody& b, const Ball& ball, const Character& c, doubl
   const bool is_far = (to - place.position).squaredNorm() > farthest_m * farthest_m;
   if (is_far && !b.body.shape.is_inside_out) return std::numeric_limits<double>::infinity();
   const Vec3 own_from = b.from.inverse().point(from), own_to = place.inverse().point(to);
+  // A distance changes by at most the way. So on a way of length w no point is nearer than (d_0 + d_1 - w) / 2, where
+  // d_0 and d_1 are the distances at its ends.
   const double distances_m = shape_distance(b.body.shape, own_from) + shape_distance(b.body.shape, own_to);
   return (distances_m - (own_to - own_from).norm()) / 2 - ball.radius_m;
 }
@@ -98,6 +100,7 @@ std::vector<const RoomBody*> near_bodies(const RoomBodies& room, double tick_s, 
   const Ball ball = ball_of(level.geometry.lattice);
   const double coarse_m = std::max<double>(level.displacement_max_m, kUnknownSway_m) + kTouchReach_m;
   std::vector<Near> near;
+  // Bodies that the rule excludes are never looked at, so they are counted by subtraction.
   counts.bodies_refused = static_cast<std::uint32_t>(room.size());
   visit_allowed(room, c, [&](const RoomBody& body) {
     --counts.bodies_refused;
@@ -105,6 +108,7 @@ std::vector<const RoomBody*> near_bodies(const RoomBodies& room, double tick_s, 
     if (away_m <= coarse_m) near.push_back({away_m, &body});
   });
   if (near.empty()) return bodies;
+  // The sway takes a pass over all nodes. The coarse bound came first, since most characters have no body near.
   const double reach_m = sway_m(c, tick_s) + kTouchReach_m;
   std::erase_if(near, [&](const Near& n) { return n.distance_m > reach_m; });
   if (near.size() > kStepBodiesMax) {
@@ -113,6 +117,7 @@ std::vector<const RoomBody*> near_bodies(const RoomBodies& room, double tick_s, 
     near.resize(kStepBodiesMax);
   }
   for (const Near& n : near) bodies.push_back(n.body);
+  // Keys and not distances give the order: a body that comes nearer must not look like another body.
   std::ranges::sort(bodies, {}, [](const RoomBody* body) { return body->body.key; });
   return bodies;
 }
@@ -145,12 +150,15 @@ void push_out_of_skin(const Level& level, const Pose& pose, StepBody& hand) {
     if (here.depth_m > deepest.depth_m) deepest = here;
   }
   const Vec3 shift = deepest.depth_m * deepest.way_out;
+  // Both ends move alike, so the hand keeps its velocity.
   hand.from.position += shift;
   hand.to.position += shift;
 }
 
 MetBody met(const RoomBody& b, const Character& c) {
   MetBody body{b.body.key, {b.body.shape, b.from, b.body.place, kTouchFriction}};
+  // A prop stays where the room has put it, also within a body, and a shape that is inside out has its surface around
+  // the hair.
   const bool is_hand = b.body.key.toucher != kRoomToucher && !b.body.shape.is_inside_out;
   if (is_hand) push_out_of_skin(*c.model(), c.to, body.body);
   return body;
@@ -178,6 +186,7 @@ std::uint32_t hand_count(const CharacterTouch& touch) {
   return count;
 }
 
+// The hand of a hold that is not pinned; follow_hands has collected it in this tick.
 const Hand& hand_of(const Hold& hold, const CharacterTouch& touch) {
   const auto hand = std::ranges::find(touch.hands, hold.hand, &Hand::key);
   HAIRNET_ASSERT(hand != touch.hands.end());
@@ -213,6 +222,7 @@ Vec3 point_head(const Character& c, std::uint32_t point) {
 // where the hands are while the hair is as its state says.
 void slip(RigidTransform Hand::*place, Character& c) {
   CharacterTouch& touch = *c.touch;
+  // The stretch at which the hold's spring pulls with kHoldSlip_n.
   constexpr double kSlip_m = kHoldSlip_n / kHoldStiffness_n_per_m;
   const RigidTransform& head = c.from.head();
   const auto frame = [&](const Hold& hold) -> const RigidTransform& {
@@ -235,7 +245,8 @@ void slip(RigidTransform Hand::*place, Character& c) {
 
 void rouse(Character& c) {
   c.wake();
-  c.bones_still_s = 0;  // so that the hair is not settled or untangled either
+  // Touched hair is neither settled nor untangled, since both begin after a rest.
+  c.bones_still_s = 0;
 }
 
 CharacterTouch& touch_of(Character& c) {
@@ -248,6 +259,7 @@ void feel(std::span<const RoomBody* const> near, Character& c) {
   CharacterTouch& touch = *c.touch;
   const bool is_moved = !touch.hands.empty() || std::ranges::any_of(near, &RoomBody::moves);
   if (is_moved || are_others(near, touch.bodies)) rouse(c);
+  // Near a body a stride would be too coarse: the character has a turn in every tick.
   if (!near.empty() || !touch.hands.empty()) c.steps_next_tick = true;
   touch.bodies.clear();
   for (const RoomBody* body : near) touch.bodies.push_back(met(*body, c));
@@ -264,6 +276,7 @@ void erase_holds(Character& c, const Ends& ends) {
 TouchCounts meet_bodies(const RoomBodies& room, double tick_s, Character& c) {
   TouchCounts counts;
   const std::vector<const RoomBody*> near = near_bodies(room, tick_s, c, counts);
+  // Most characters end here, in every tick, without an allocation.
   if (near.empty() && !c.touch) return counts;
   CharacterTouch& touch = touch_of(c);
   touch.holds_stretched = 0;
@@ -282,6 +295,8 @@ TouchCounts meet_bodies(const RoomBodies& room, double tick_s, Character& c) {
 void put_touch(Character& c, std::span<StepInput> inputs) {
   HAIRNET_ASSERT(c.touch);
   CharacterTouch& touch = *c.touch;
+  // All substeps' bodies lie in one list, and holds in another. The spans are made after both lists are complete, since
+  // a list that grows moves.
   touch.step_bodies.clear();
   touch.step_holds.clear();
   const auto step_count = static_cast<double>(inputs.size());
@@ -343,6 +358,7 @@ std::uint32_t take_hold(const RoomBodies& room, const Grab& grab, Character& c) 
   });
   std::vector<Hold>& holds = touch_of(c).holds;
   std::ranges::sort(points);
+  // Pins keep their places, so they count towards the limit.
   points.resize(std::min(points.size(), kStepHoldsMax - holds.size()));
   for (const InReach& p : points) holds.push_back({grab.hand, p.point, head_to_hand.point(point_head(c, p.point))});
   return static_cast<std::uint32_t>(points.size());

@@ -26,7 +26,8 @@ struct Hold {
   bool is_pinned = false;
 };
 
-// What touches one character.
+// What touches one character. It exists only while a body is near or the hair is held, so untouched characters cost one
+// null pointer.
 struct CharacterTouch {
   struct MetBody {
     TouchKey key;

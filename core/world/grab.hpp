@@ -11,6 +11,7 @@ struct Grab {
   double radius_m = 0.03;
 };
 
+// The greatest radius that World::grab accepts.
 inline constexpr double kGrabRadiusMax_m = 0.3;
 
 // How a hand lets go of the hair that it holds. `pin` leaves it where it is on the head until `unpin`, which ends all

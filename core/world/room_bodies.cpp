@@ -21,9 +21,12 @@ double speed_m_per_s(const RoomBody& b, double tick_s) {
 }
 
 void continue_from(const RoomBody& before, double tick_s, RoomBody& body) {
+  // A body that is set twice in a tick still moves from where it was at the tick's start, and stays marked as moving:
+  // rest_bodies alone ends its way.
   body.from = before.from;
   body.still_place = before.still_place;
   body.moves = before.moves || body.body.shape != before.body.shape || !is_still(body.still_place, body.body.place);
+  // A jump over a crowd must not sweep all hair on the way along.
   if (body.body.has_jumped || speed_m_per_s(body, tick_s) > kTouchSpeedMax_m_per_s) body.from = body.body.place;
   if (body.moves) body.still_place = body.body.place;
 }

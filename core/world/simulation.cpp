@@ -35,6 +35,8 @@ std::shared_ptr<const LevelSet> Simulation::levels(const GroomHash& groom) const
 }
 
 StepReport Simulation::step(const SimulationInputs& inputs) {
+  // The order is part of the recording's meaning. Removals come first, so a key may return in the same tick. Levels
+  // come before states, which fit one level. Rules and bodies come before grabs, which need both.
   for (const CharacterKey key : inputs.removed) {
     const auto placed = characters_.find(key);
     if (placed == characters_.end()) continue;
@@ -81,6 +83,7 @@ void Simulation::set_touch(const SimulationInputs& inputs) {
   for (const SimulationInputs::Rule& change : inputs.touch_rules)
     world_.set_touch_rule(id_of(change.character), change.rule);
   for (const SimulationInputs::RoomBodies& change : inputs.bodies) world_.set_bodies(change.room, change.bodies);
+  // Releases come before grabs, so a hand can let go and take hold again in one tick.
   for (const SimulationInputs::LetGo& release : inputs.releases)
     world_.let_go(id_of(release.character), release.hand, release.release);
   held_counts_.clear();
@@ -90,9 +93,12 @@ void Simulation::set_touch(const SimulationInputs& inputs) {
 
 void Simulation::add(const SimulationInputs::Add& added) {
   HAIRNET_ASSERT(added.room < kEnvironmentCountMax);
+  // A key that is taken keeps its character.
   if (characters_.contains(added.character)) return;
   CharacterDef def;
+  // Whether levels were ready is an input too: in a replay they may be ready earlier than they were live.
   if (added.levels_ready) def.levels = levels(added.groom);
+  // Without levels nothing but the rigid level exists.
   def.level = def.levels ? added.level : LevelIndex::rigid;
   def.pose = added.pose;
   def.environment = added.room;
@@ -108,6 +114,8 @@ void Simulation::set_levels(std::span<const SimulationInputs::Level> changes) {
     const auto placed = characters_.find(change.character);
     if (placed == characters_.end()) continue;
     Placed& character = placed->second;
+    // A character may be older than its groom's levels, and than its learnt hair. It gets them when a level change
+    // first asks for them.
     if (!character.has_levels || (change.level == LevelIndex::learnt && !character.has_learnt)) {
       auto set = levels(character.groom);
       if (!set) continue;

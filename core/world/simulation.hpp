@@ -13,7 +13,8 @@
 namespace hairnet {
 
 // The World with recorded inputs only: the live server and a replay call the same function with the same inputs, and so
-// get the same bits. One thread.
+// get the same bits. One thread. It names characters by keys and grooms by hashes, which recordings can hold, while the
+// World's ids and pointers mean nothing in another process.
 class Simulation {
  public:
   // `wind` replaces def's wind for rooms without their own; it must pass validate().
@@ -52,6 +53,7 @@ class Simulation {
   [[nodiscard]] std::size_t character_count() const { return characters_.size(); }
 
  private:
+  // A character of the World, and which of its groom's data it has got so far.
   struct Placed {
     CharacterId id;
     GroomHash groom{};

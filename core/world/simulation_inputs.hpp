@@ -17,12 +17,15 @@ namespace hairnet {
 // Names a character of a Simulation.
 using CharacterKey = std::uint64_t;
 
-// The inputs of one tick of a Simulation. Those of one kind are applied in order.
+// The inputs of one tick of a Simulation. Those of one kind are applied in order. They are all that a tick depends on,
+// besides the levels, so a recording of them repeats a run bit by bit.
 struct SimulationInputs {
   struct Add {
     CharacterKey character = 0;
     GroomHash groom{};
-    std::uint32_t room = 0;  // whose wind it stands in
+    // The room in whose wind the character stands; an index of World's environments.
+    std::uint32_t room = 0;
+    // The groom's levels were available when the character was added. Otherwise it starts rigid.
     bool levels_ready = false;
     LevelIndex level = LevelIndex::rigid;
     Pose pose;

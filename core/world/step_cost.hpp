@@ -14,8 +14,9 @@ using ClockNs = std::int64_t (*)();  // monotonic, called on any thread
 
 // The cost of stepping characters.
 struct StepCost {
-  std::int64_t step_ns = 0;           // the sum over all workers
-  std::uint32_t character_steps = 0;  // one per character and tick in which it was stepped, whatever its stride
+  std::int64_t step_ns = 0;  // the sum over all workers
+  // One for each character and tick in which it was stepped, whatever its stride.
+  std::uint32_t character_steps = 0;
 };
 
 // By level, and by the number of ticks that the steps cover.

@@ -19,6 +19,7 @@ StepPlan plan_over(double tick_s, int ticks, int substep_count, int iterations, 
   HAIRNET_ASSERT(ticks >= 1);
   HAIRNET_ASSERT(ticks <= kStrideMax);
   const auto n = static_cast<std::size_t>(ticks - 1);
+  // An ether level is solved exactly by one iteration, and rigid and learnt levels have no steps to share out.
   if (!is_iterated) return {ticks * tick_s, substep_count, iterations};
   constexpr double kRounding = 1e-9;
   // The number of steps is rounded down; the remaining steps get the iterations of the lost fraction.

@@ -8,6 +8,7 @@
 
 namespace hairnet {
 
+// The longest stride, in ticks.
 inline constexpr int kStrideMax = 4;
 
 // How a lattice is stepped over one or several ticks at once: the number of equal substeps, and the iterations of

@@ -12,6 +12,7 @@
 namespace hairnet {
 namespace {
 
+// Hair whose nodes are all nearer to their design than this, on each axis, goes to the rigid level without easing.
 constexpr float kRestShift_m = 3e-4f;
 
 bool is_at_rest(const LatticeState& state) {
@@ -28,6 +29,8 @@ void transfer_state(const LevelMap& map, const Level& old_level, LatticeState ol
                     const MaterialScale& material, const Level& level, LatticeState& state) {
   HAIRNET_ASSERT(old_state.displacement.size() == old_level.rest.size());
   HAIRNET_ASSERT(state.displacement.size() == level.rest.size());
+  // The map fits positions and knows no energy: both the distance and the kinetic energy are bounded afterwards, so a
+  // switch never adds speed.
   const double kinetic_max_j = energy(old_level, material, motion, old_state).kinetic_j;
   add_rigid_velocity(old_level, motion, -1, old_state);
   map.apply(old_state.displacement, state.displacement);
@@ -84,6 +87,7 @@ void switch_level(LevelIndex to, Character& c) {
   if (to == LevelIndex::learnt) return switch_to_learnt(c);
   const Level* old_level = c.model();
   const HeadMotion motion = last_head_motion(c);
+  // The character was on its way to the rigid level and is called back.
   if (std::exchange(c.rigid_ease_s, -1) >= 0) {
     HAIRNET_ASSERT(old_level);  // only a lattice eases
     // Easing has no velocity of its own.
@@ -113,12 +117,15 @@ void replace_levels(std::shared_ptr<const LevelSet> levels, Character& c) {
   c.wake();
   end_holds(c);
   if (has_same_nodes(old_level, c.model())) {
+    // The same nodes may have other stiffnesses now, and the limit belongs to the old ones.
     c.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
     return;
   }
   c.rigid_ease_s = -1;
   c.state = {};
   c.learnt = {};
+  // Going through the rigid level starts the lattice at rest with the head, as the old nodes mean nothing to the new
+  // level.
   const LevelIndex level = std::exchange(c.level, LevelIndex::rigid);
   if (has_level(level, c)) switch_level(level, c);
 }

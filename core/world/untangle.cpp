@@ -12,10 +12,14 @@ namespace {
 
 // Hair is untangled after so long a rest.
 constexpr double kAfter_s = 1;
+// Contact and springs fade out in this time, and fade in again as fast.
 constexpr double kUntangle_s = 1;
 constexpr double kLookEvery_s = 0.2;
+// The factor is never zero: the limit of elastic energy is scaled by quotients of this factor.
 constexpr double kStiffnessMin = 0.01;
+// Hair is home when every node is nearer to its design than this.
 constexpr float kHome_m = 0.002f;
+// A look takes six FFD evaluations a point, in a tick that other characters wait for, so it goes over a sample.
 constexpr std::size_t kPointsMax = 400;
 // Is the step of the gradient's differences, in cells.
 constexpr float kDifference = 0.05f;
@@ -58,6 +62,7 @@ bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
     Mat3f gradient;
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3f step = kDifference * lattice.spacing[axis] * Vec3f::Unit(axis);
+      // The columns are not divided by the step, since a positive factor does not change the sign of the determinant.
       gradient.col(axis) =
           moved(lattice, grid, level.contacts.rest[p] + step) - moved(lattice, grid, level.contacts.rest[p] - step);
     }
@@ -76,6 +81,7 @@ void Untangle::update(const Pose& pose, double still_s, double elapsed_s, const 
     is_tangled_ = false;
   } else if (since_look_s_ >= kLookEvery_s) {
     since_look_s_ = 0;
+    // Once begun, it goes on until the hair is home, also after the lattice has unfolded on the way.
     is_tangled_ = is_tangled_ ? !is_home(displacement) : is_folded(level, displacement);
   }
   share_ = std::clamp(share_ + (is_tangled_ ? elapsed_s : -elapsed_s) / kUntangle_s, 0.0, 1.0);

@@ -19,12 +19,15 @@
 namespace hairnet {
 namespace {
 
+// The place of one character. The generation rises with every removal, so an old id names nothing when the slot is used
+// again.
 struct Slot {
   std::uint32_t generation = 1;
   bool live = false;
   Character character;
 };
 
+// FNV-1a over words of 64 bits instead of bytes. It compares states; it does not protect against forgery.
 class Fnv {
  public:
   void add(std::uint64_t word) { hash_ = (hash_ ^ word) * 1099511628211ull; }
@@ -86,6 +89,7 @@ struct World::Impl {
   }
   [[nodiscard]] TickContext terms() const { return {def.tick_s, environments, &plans, tick}; }
 
+  // What the order of the batches depends on, copied, so that sorting does not touch the characters.
   struct Placed {
     LevelIndex level;
     std::uint8_t stride;
@@ -103,7 +107,8 @@ struct World::Impl {
   }
 
   // Sorts characters by level, stride and tick of their next step, so that batches are full; costly levels come first,
-  // so that no worker starts a long batch last.
+  // so that no worker starts a long batch last. Models are ordered by address, which differs between runs. No result
+  // depends on it, as a character ends in the same bits in any batch.
   void arrange() {
     order.clear();
     for (std::uint32_t s = 0; s < slots.size(); ++s) {
@@ -153,6 +158,7 @@ struct World::Impl {
   // Costs nothing in a world without bodies.
   void meet_all_bodies() {
     touch_counts.clear();
+    // After the last body has gone, holds by it still have to end.
     if (bodies.empty() && !is_any_touched) return;
     touch_counts.resize(order.size());
     run_chunks(def.parallel_for, order.size(), [&](std::size_t begin, std::size_t end) {
@@ -173,6 +179,7 @@ struct World::Impl {
     batches.clear();
     for (std::size_t i = 0; i < order.size(); ++i) {
       if (outcomes[i] == Outcome::stepped) batches.add(at(i), outcomes[i]);
+      // An eased character may have become rigid.
       if (outcomes[i] == Outcome::eased) is_arranged = false;
     }
     batches.step(terms(), def.now_ns, def.parallel_for);
@@ -270,6 +277,7 @@ CharacterId World::add(const CharacterDef& def) {
   ++w.live_count;
   w.is_arranged = false;
   const CharacterId id{index, slot.generation};
+  // A level that the character lacks leaves it rigid.
   set_level(id, def.level);
   w.check_invariants();
   return id;
@@ -281,6 +289,7 @@ void World::remove(CharacterId id) {
   Slot& slot = w.slots[id.slot];
   slot.live = false;
   slot.character = {};
+  // Generation zero is the null id.
   if (++slot.generation == 0) slot.generation = 1;
   w.free_slots.push_back(id.slot);
   w.is_arranged = false;
@@ -294,6 +303,7 @@ void World::set_pose(CharacterId id, const Pose& pose, bool teleport) {
   HAIRNET_ASSERT(is_valid(pose));
   if (Character* c = w.find(id)) {
     c->to = pose;
+    // A later pose of the same tick must not hide the jump before it.
     c->teleport = c->teleport || teleport;
   }
 }
@@ -345,6 +355,7 @@ void World::set_environment(std::uint32_t index, const Environment& environment)
   w.need_environment(index);
   w.environments[index] = environment;
   for (Slot& slot : w.slots) {
+    // Sleeping hair would not feel a new wind.
     if (slot.character.environment == index) slot.character.wake();
   }
 }
@@ -413,12 +424,15 @@ void World::let_go(CharacterId id, const TouchKey& hand, Release release) {
 
 StepReport World::step() {
   Impl& w = between_steps();
+  // The flag catches calls of the World from within its own step.
   w.is_stepping = true;
   if (!w.is_arranged) w.arrange();
   HAIRNET_VALIDATE(w.is_order_right());
+  // Touch may wake a character and give it a turn, so it comes before begin_ticks.
   w.meet_all_bodies();
   w.begin_ticks();
   w.step_batches();
+  // A body that nobody sets again has arrived: in the next tick it stays.
   for (auto& [room, bodies] : w.bodies) rest_bodies(bodies);
   ++w.tick;
   w.is_stepping = false;
@@ -483,6 +497,7 @@ std::uint64_t World::hash() const {
     fnv.add(std::uint64_t{c.environment} << 8 | std::uint64_t{c.stride} << 4 |
             std::uint64_t{c.velocity_is_relative} << 3 | std::uint64_t{c.suspended} << 2 |
             std::uint64_t{c.steps_next_tick} << 1 | std::uint64_t{c.teleport});
+    // The age of the state and not its tick, so that worlds which began at different ticks can agree.
     fnv.add(c.suspended ? 0 : w.tick - c.state_tick);
     fnv.add(c.head_velocity);
     for (const Pose* pose : {&c.from, &c.to}) {

@@ -16,6 +16,8 @@
 
 namespace hairnet {
 
+// Names a character of one World. Ids are values: copies stay valid until the character is removed, and name nothing
+// afterwards.
 struct CharacterId {
   std::uint32_t slot = 0;
   std::uint32_t generation = 0;  // zero is null
@@ -50,11 +52,13 @@ struct CharacterDef {
 
 inline constexpr std::uint32_t kEnvironmentCountMax = 65536;
 
+// An entry of World::set_levels().
 struct LevelChange {
   CharacterId id;
   LevelIndex level = LevelIndex::rigid;
 };
 
+// What one tick did, as counts of characters unless stated otherwise.
 struct StepReport {
   std::uint32_t stepped = 0;  // characters whose lattice was stepped in this tick
   std::uint32_t teleports = 0;
@@ -93,10 +97,13 @@ struct LatticeView {
 };
 
 // The simulated characters. One thread at a time may call it; asserts that no call comes while step() runs.
-// Deterministic: the same calls give the same bits for any parallel_for.
+// Deterministic: the same calls give the same bits for any parallel_for. It owns the states of all characters and
+// shares their levels. It samples no poses, reads no clock and chooses no level: callers decide these, so that a
+// recording of the calls repeats the run.
 class World {
  public:
-  explicit World(const WorldDef& def);  // asserts that the tick has a length, and finite gravity
+  // Asserts that the tick has a length, and finite gravity.
+  explicit World(const WorldDef& def);
   ~World();
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
@@ -117,7 +124,8 @@ class World {
   bool set_level(CharacterId id, LevelIndex level);
   // As set_level() of each change in turn, on the threads of `parallel_for`.
   void set_levels(std::span<const LevelChange> changes);
-  void set_material(CharacterId id, const MaterialScale& material);  // asserts that it is valid; from the next step on
+  // The character's own material from the next step on. Asserts that it is valid.
+  void set_material(CharacterId id, const MaterialScale& material);
   // Sets the environment of the characters with that index; from the next step on. Asserts that the index is below
   // kEnvironmentCountMax and gravity is finite.
   void set_environment(std::uint32_t index, const Environment& environment);
@@ -154,11 +162,14 @@ class World {
 
   [[nodiscard]] bool contains(CharacterId id) const;
   [[nodiscard]] std::size_t character_count() const;
-  [[nodiscard]] LatticeView lattice(CharacterId id) const;        // asserts contains(id)
-  [[nodiscard]] const LatticeState& state(CharacterId id) const;  // asserts contains(id)
+  // Both assert contains(id).
+  [[nodiscard]] LatticeView lattice(CharacterId id) const;
+  [[nodiscard]] const LatticeState& state(CharacterId id) const;
   // How many points of it that hand holds, without pins; 0 for unknown ids.
   [[nodiscard]] std::uint32_t held_count(CharacterId id, const TouchKey& hand) const;
-  [[nodiscard]] std::uint64_t hash() const;  // all live state, in order of slots
+  // One number for the state of all live characters and bodies, in order of slots, to compare two runs tick by tick. It
+  // leaves out touch rules, the timers of untangling and the poses that learnt hair remembers.
+  [[nodiscard]] std::uint64_t hash() const;
 
  private:
   struct Impl;

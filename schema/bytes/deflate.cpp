@@ -22,6 +22,7 @@ std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes, PackEffo
     throw std::bad_alloc();
   std::vector<std::uint8_t> out(deflateBound(&z, bytes.size()));
   z.next_in = const_cast<std::uint8_t*>(bytes.data());
+  // The bytes are a FlatBuffer, which is smaller than 2 GiB, so the size fits zlib's 32 bits.
   z.avail_in = static_cast<uInt>(bytes.size());
   z.next_out = out.data();
   z.avail_out = static_cast<uInt>(out.size());
@@ -42,6 +43,7 @@ InflateError inflate_into(std::span<const std::uint8_t> stream, std::span<std::u
   const int result = inflate(&z, Z_FINISH);
   inflateEnd(&z);
   if (result == Z_MEM_ERROR) throw std::bad_alloc();
+  // The stream must end exactly where both spans do. Bytes behind it would let one groom have many hashes.
   if (result == Z_STREAM_END && z.avail_out == 0 && z.avail_in == 0) return InflateError::none;
   if (result == Z_DATA_ERROR || result == Z_NEED_DICT) return InflateError::damaged;
   return InflateError::wrong_length;

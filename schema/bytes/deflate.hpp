@@ -20,7 +20,8 @@ enum class InflateError : std::uint8_t {
   damaged,
   wrong_length,  // the stream, or what it holds, is shorter or longer than it must be
 };
-// Fills `out`, whose size is that of the unpacked bytes. After an error its bytes are unspecified.
+// Fills `out`, whose size is that of the unpacked bytes. After an error its bytes are unspecified. It writes nothing
+// beyond `out`, whatever the stream says.
 InflateError inflate_into(std::span<const std::uint8_t> stream, std::span<std::uint8_t> out);
 
 }  // namespace hairnet::bytes

@@ -15,6 +15,7 @@ class BulkScheduler {
 
   void sent_urgent(std::size_t bytes, bool bulk_waits) { credit_bytes_ = bulk_waits ? credit_bytes_ + bytes : 0; }
   void sent_bulk() { credit_bytes_ = 0; }
+  // Three times the piece makes bulk data a quarter of all bytes while something urgent always waits.
   [[nodiscard]] bool is_due() const { return credit_bytes_ >= 3 * piece_bytes_; }
 
  private:

@@ -9,6 +9,7 @@
 namespace hairnet::channel {
 namespace {
 
+// The claims of a token need two levels. The limit bounds the nesting of a text that an attacker has made.
 constexpr int kDepthMax = 8;
 
 // Each handler returns whether to continue; the first false ends the parse.
@@ -26,24 +27,28 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
   bool number_integer(std::int64_t value) override { return put(value); }
   bool number_unsigned(std::uint64_t value) override {
     constexpr std::uint64_t kMax = std::numeric_limits<std::int64_t>::max();
+    // A number beyond int64 becomes a double, as a number with a fraction does.
     return value > kMax ? put(static_cast<double>(value)) : put(static_cast<std::int64_t>(value));
   }
   bool number_float(double value, const std::string&) override { return put(value); }
   bool string(std::string& value) override {
+    // Only a text directly in a list of the outer object is kept; text deeper inside is passed over by put().
     if (depth_ != 2 || !list_) return put(std::move(value));
     list_->push_back(std::move(value));
     return true;
   }
+  // JSON text has no binary values.
   bool binary(nlohmann::json::binary_t&) override { return false; }  // not part of JSON
   bool start_object(std::size_t) override {
     if (depth_ == 1) put(std::monostate());
-    spoil_list();
+    corrupt_list();
     return ++depth_ <= kDepthMax;
   }
   bool end_object() override { return leave(); }
   bool start_array(std::size_t) override {
+    // The text must be an object, and not a list.
     if (depth_ == 0) return false;
-    spoil_list();
+    corrupt_list();
     if (depth_ == 1) {
       put(std::vector<std::string>());
       list_ = std::get_if<std::vector<std::string>>(&members_.at(name_));
@@ -56,6 +61,7 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
     HAIRNET_ASSERT(depth_ >= 1);
     if (depth_ != 1) return true;
     name_ = std::move(name);
+    // A name that stands twice is refused: another reader of the same token might take the other value.
     return !members_.contains(name_);
   }
   bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override { return false; }
@@ -63,13 +69,13 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
  private:
   template <class T>
   bool put(T value) {
-    if (depth_ == 0) return false;  // a bare value is not an object
+    if (depth_ == 0) return false;
     if (depth_ == 1) members_[name_] = std::move(value);
-    spoil_list();
+    corrupt_list();
     return true;
   }
   // A list with an element that is not text gets no value.
-  void spoil_list() {
+  void corrupt_list() {
     if (depth_ < 2 || !list_) return;
     list_ = nullptr;
     members_[name_] = std::monostate();

@@ -15,7 +15,8 @@ using FlatJsonValue = std::variant<std::monostate, bool, std::int64_t, double, s
 using FlatJson = std::map<std::string, FlatJsonValue>;
 
 // Parses untrusted text. Returns nothing when it is not one JSON object in valid UTF-8, when a name appears twice, or
-// when it is nested more than 8 deep.
+// when it is nested more than 8 deep. It builds no tree: objects within the object, and lists of anything but texts,
+// are read past.
 std::optional<FlatJson> parse_flat_json(std::string_view text);
 
 }  // namespace hairnet::channel

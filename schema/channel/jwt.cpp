@@ -25,6 +25,7 @@ Mac mac_of(std::string_view text, const TokenKey& key) {
   crypto_auth_hmacsha256_init(&state, key.bytes().data(), key.bytes().size());
   crypto_auth_hmacsha256_update(&state, reinterpret_cast<const unsigned char*>(text.data()), text.size());
   crypto_auth_hmacsha256_final(&state, mac.data());
+  // The state holds values derived from the key, and would stay on the stack.
   sodium_memzero(&state, sizeof state);
   return mac;
 }
@@ -53,7 +54,10 @@ std::string to_string(const std::vector<std::uint8_t>& bytes) {
   return {bytes.begin(), bytes.end()};
 }
 
+// The algorithm is ours, not the token's choice: a header with `none` or a public-key algorithm would let anyone sign.
+// A `crit` field names extensions that a reader must know or refuse (RFC 7515, 4.1.11), and this one knows none.
 bool is_our_header(const std::string& json) {
+  // The header is not yet authenticated here: it is parsed as untrusted text.
   const std::optional<FlatJson> header = parse_flat_json(json);
   if (!header || header->contains("crit")) return false;
   const auto text = [&header](const char* name) {
@@ -68,6 +72,7 @@ bool is_our_header(const std::string& json) {
 
 TokenKey::TokenKey(std::vector<std::uint8_t> bytes) : bytes_(std::move(bytes)) {
   if (bytes_.size() >= kTokenKeyBytesMin && bytes_.size() <= kTokenKeyBytesMax) return;
+  // A key of a wrong size is wiped too: it may be a real key that somebody has copied badly.
   sodium_memzero(bytes_.data(), bytes_.size());
   bytes_.clear();
 }
@@ -106,7 +111,10 @@ tl::expected<std::string, JwtRefusal> open_jwt(std::string_view token, const Tok
   if (!header || !payload || !signature || signature->size() != Mac().size() || !is_our_header(to_string(*header)))
     return malformed;
   if (key.empty()) return tl::unexpected(JwtRefusal::bad_signature);
+  // The signature covers the text as it came, not what was decoded: there is no second encoding of a signed token.
   const Mac mac = mac_of(token.substr(0, second), key);
+  // A comparison that stops at the first difference would tell by its time how many bytes of a forged signature are
+  // right.
   if (sodium_memcmp(mac.data(), signature->data(), mac.size()) != 0) return tl::unexpected(JwtRefusal::bad_signature);
   return to_string(*payload);
 }

@@ -24,9 +24,11 @@ class TokenKey {
   TokenKey& operator=(TokenKey&&) = delete;
   ~TokenKey();
 
+  // Draws a new key of kTokenKeyBytesMin bytes. It is empty where the system has no randomness to give.
   static TokenKey make_random();
   // Parses a key file's text: base64url without padding, and white space after it. Any other text gives an empty key.
   static TokenKey parse(std::string_view text);
+  // Returns what parse() reads, without a line break. It is secret.
   [[nodiscard]] std::string to_text() const;
 
   [[nodiscard]] bool empty() const { return bytes_.empty(); }
@@ -36,6 +38,7 @@ class TokenKey {
   std::vector<std::uint8_t> bytes_;
 };
 
+// `malformed`: the text is no token of this form. `bad_signature`: it is one, but is not signed with this key.
 enum class JwtRefusal : std::uint8_t { malformed, bad_signature };
 
 // Verifies a JSON Web Token (RFC 7519) signed with HMAC-SHA256 (HS256 of RFC 7518) in compact form and returns the

@@ -42,6 +42,8 @@ bool PacketSplitter::feed(std::span<const std::uint8_t> bytes,
       if (filled_ < kPrefixBytes) break;
     }
     const std::size_t whole = packet_bytes(data());
+    // The size is judged as soon as its four bytes are here, before any memory is taken for the rest. A wrong size
+    // cannot be passed over, since nothing marks where the next packet begins.
     if (whole < wire::kPacketBytesMin || whole > packet_bytes_max_) {
       kill();
       break;
@@ -80,7 +82,8 @@ const std::uint8_t* PacketSplitter::data() const {
 }
 
 void PacketSplitter::check_invariants() const {
-  HAIRNET_ASSERT(filled_ < packet_bytes_max_);  // a whole packet is passed on at once
+  // A whole packet is passed on at once, so the buffer never holds one between calls.
+  HAIRNET_ASSERT(filled_ < packet_bytes_max_);
   HAIRNET_ASSERT(capacity_bytes() <= packet_bytes_max_ + sizeof(std::uint64_t));
   if (dead_) HAIRNET_ASSERT(buffer_.empty() && filled_ == 0);
 }

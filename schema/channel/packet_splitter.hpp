@@ -10,7 +10,9 @@
 
 namespace hairnet::channel {
 
-// Cuts a byte stream into size-prefixed packets (u32 little endian, not counting itself). No I/O.
+// Cuts a byte stream into size-prefixed packets (u32 little endian, not counting itself). It does not look into them:
+// the decoder verifies what they hold. It cannot find the next packet after a wrong size, so the stream ends there. No
+// I/O; one thread.
 class PacketSplitter {
  public:
   // After a packet of more bytes its memory is freed.

@@ -23,6 +23,8 @@ class Silence {
   }
   // The length of the silence so far. Look at least every kLookEvery_ns.
   std::int64_t look(std::int64_t now_ns) {
+    // A longer gap between two looks means that this program did not run. The peer's bytes then wait in the socket, and
+    // the silence is not the peer's.
     silent_ns_ += std::min(now_ns - looked_ns_, 2 * kLookEvery_ns);
     looked_ns_ = now_ns;
     return silent_ns_;

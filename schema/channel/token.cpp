@@ -17,10 +17,13 @@
 namespace hairnet::channel {
 namespace {
 
+// A token that names other audiences was made for another service, though it is signed with the same key.
 constexpr std::string_view kAudience = "hairnet";
+// The claim has 32 bits in TokenClaims; a larger number in a token is refused, not cut off.
 constexpr std::int64_t kCharactersMax = std::numeric_limits<std::uint32_t>::max();
 constexpr std::int64_t kStrandsMax = 1'000'000'000'000;
 
+// Names stand in logs and terminals, where a control character could forge a line.
 bool is_name(std::string_view text) {
   if (text.size() > kTokenNameBytesMax) return false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -36,21 +39,22 @@ bool is_name(std::string_view text) {
 class ClaimReader {
  public:
   explicit ClaimReader(const FlatJson& claims) : claims_(&claims) {}
-  [[nodiscard]] bool sound() const { return sound_; }
-  void fail() { sound_ = false; }
+  [[nodiscard]] bool valid() const { return valid_; }
+  // The reader goes on after a wrong claim: one check of valid() at the end serves all claims.
+  void fail() { valid_ = false; }
 
   std::optional<std::string> text(const char* name) {
     const FlatJsonValue* value = find(name);
     if (!value) return std::nullopt;
     if (const auto* text = std::get_if<std::string>(value)) return *text;
-    sound_ = false;
+    valid_ = false;
     return std::nullopt;
   }
   std::optional<bool> boolean(const char* name) {
     const FlatJsonValue* value = find(name);
     if (!value) return std::nullopt;
     if (const auto* boolean = std::get_if<bool>(value)) return *boolean;
-    sound_ = false;
+    valid_ = false;
     return std::nullopt;
   }
   std::optional<std::int64_t> whole(const char* name, std::int64_t most) {
@@ -58,17 +62,18 @@ class ClaimReader {
     if (!value) return std::nullopt;
     const auto* whole = std::get_if<std::int64_t>(value);
     if (whole && *whole >= 0 && *whole <= most) return *whole;
-    sound_ = false;
+    valid_ = false;
     return std::nullopt;
   }
-  // RFC 7519's NumericDate, which may have a fraction.
+  // RFC 7519's NumericDate may have a fraction. `up` rounds it up (for `nbf`), else down (for `exp`): a fraction never
+  // makes a token valid for longer.
   std::optional<std::int64_t> time_s(const char* name, bool up) {
     const FlatJsonValue* value = find(name);
     const double* number = value ? std::get_if<double>(value) : nullptr;
     if (!number) return whole(name, kTokenTimeMax_s);
     if (*number >= 0 && *number <= static_cast<double>(kTokenTimeMax_s))
       return static_cast<std::int64_t>(up ? std::ceil(*number) : std::floor(*number));
-    sound_ = false;
+    valid_ = false;
     return std::nullopt;
   }
   [[nodiscard]] bool for_us() const {
@@ -86,7 +91,7 @@ class ClaimReader {
   }
 
   const FlatJson* claims_;
-  bool sound_ = true;
+  bool valid_ = true;
 };
 
 std::optional<wire::Role> role_of(const std::optional<std::string>& text) {
@@ -95,6 +100,7 @@ std::optional<wire::Role> role_of(const std::optional<std::string>& text) {
   return std::nullopt;
 }
 
+// Times are shown in UTC, since the person and the operator may live in different zones.
 std::string utc_text(std::int64_t time_s) {
   const std::time_t time = time_s;
   std::tm parts{};
@@ -129,10 +135,12 @@ std::string_view to_string(TokenRefusal refusal) {
 
 std::string explain(TokenRefusal refusal, std::string_view token, const TokenKey& key, std::string_view room) {
   constexpr const char* kAskForNew = "; ask the operator of the server for a new one";
+  // An empty token has no claims to explain; the person most likely does not know that one is needed.
   if (token.empty())
     return "this room needs a token; ask the operator of the server for one, and give it with --token, or as ?token= "
            "in "
            "the page's address";
+  // The claims are read only if the signature is valid: an unsigned token gets no explanation in its own words.
   const auto claims = read_claims(token, key);
   switch (refusal) {
     case TokenRefusal::malformed:
@@ -161,6 +169,7 @@ std::string validate(const TokenClaims& claims) {
   const auto is_time = [](std::int64_t t) { return t >= 0 && t <= kTokenTimeMax_s; };
   if (claims.room && !wire::is_room_name(*claims.room)) return wire::kRoomNameRule;
   if (!is_time(claims.expires_s) || !is_time(claims.not_before_s.value_or(0))) return "a time is not in 1970 to 9999";
+  // Such a token could never be used.
   if (claims.not_before_s && *claims.not_before_s >= claims.expires_s) return "it expires before it is good";
   if (claims.strands_max.value_or(0) > static_cast<std::uint64_t>(kStrandsMax)) return "strands_max is too large";
   if (!is_name(claims.name) || !is_name(claims.subject) || !is_name(claims.id))
@@ -185,10 +194,14 @@ std::string sign(const TokenClaims& claims, const TokenKey& key) {
   if (claims.wind) json["wind"] = *claims.wind;
   if (claims.touch) json["touch"] = *claims.touch;
   if (claims.props) json["props"] = *claims.props;
+  // Claims with their default are left out, so that tokens stay short.
   if (claims.moderate) json["moderate"] = true;
+  // ASCII output keeps the text the same for every reader of JSON. The handler drops bytes that are not UTF-8, where
+  // the default would throw.
   std::string token = sign_jwt(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::ignore), key);
   HAIRNET_ASSERT(!token.empty());
-  HAIRNET_ASSERT(token.size() <= wire::kTokenBytesMax);  // so that a Hello can carry it
+  // A Hello carries at most so many bytes. The bounds of names in validate() keep every token below it.
+  HAIRNET_ASSERT(token.size() <= wire::kTokenBytesMax);
   return token;
 }
 
@@ -200,6 +213,8 @@ tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, cons
   const std::optional<FlatJson> json = parse_flat_json(*payload);
   if (!json) return tl::unexpected(TokenRefusal::malformed);
   ClaimReader reader(*json);
+  // The audience is judged before other claims, which may be missing in a token of another service: "malformed" would
+  // mislead its owner.
   if (!reader.for_us()) return tl::unexpected(TokenRefusal::wrong_audience);
   TokenClaims claims;
   claims.room = reader.text("room");
@@ -218,8 +233,9 @@ tl::expected<TokenClaims, TokenRefusal> read_claims(std::string_view token, cons
   claims.touch = reader.boolean("touch");
   claims.props = reader.boolean("props");
   claims.moderate = reader.boolean("moderate").value_or(false);
+  // These two are required: a token without an end would be valid forever.
   if (!role || !expires_s) return tl::unexpected(TokenRefusal::malformed);
-  if (!reader.sound() || (claims.room && !wire::is_room_name(*claims.room)) || !is_name(claims.name) ||
+  if (!reader.valid() || (claims.room && !wire::is_room_name(*claims.room)) || !is_name(claims.name) ||
       !is_name(claims.subject) || !is_name(claims.id))
     return tl::unexpected(TokenRefusal::malformed);
   claims.role = *role;
@@ -231,6 +247,7 @@ tl::expected<TokenClaims, TokenRefusal> verify(std::string_view token, const Tok
                                                std::string_view room) {
   tl::expected<TokenClaims, TokenRefusal> claims = read_claims(token, key);
   if (!claims) return claims;
+  // The times and the room are judged only after the signature, so that a stranger learns nothing from the answer.
   if (now_s >= claims->expires_s) return tl::unexpected(TokenRefusal::expired);
   if (claims->not_before_s && now_s < *claims->not_before_s) return tl::unexpected(TokenRefusal::not_yet);
   if (claims->room && wire::room_of(*claims->room) != wire::room_of(room))

@@ -46,6 +46,7 @@ struct TokenClaims {
   friend bool operator==(const TokenClaims&, const TokenClaims&) = default;
 };
 
+// Limits `name`, `sub` and `jti`, so that every token fits kTokenBytesMax.
 inline constexpr std::size_t kTokenNameBytesMax = 256;
 inline constexpr std::int64_t kTokenTimeMax_s = 253'402'300'799;  // the end of the year 9999
 

@@ -10,12 +10,14 @@
 // comes first. The last byte is filled up with zeros.
 namespace hairnet::codec {
 
-// Writes bits to memory, buffered in a 64-bit word. The caller provides enough space (kWriterSlackBytes).
+// Writes bits to memory, buffered in a 64-bit word. The caller provides enough space (kWriterSlackBytes): the writer
+// knows no end and checks none, since encoders know a bound of what they write.
 class BitWriter {
  public:
   explicit BitWriter(std::uint8_t* out) : begin_(out), out_(out) { HAIRNET_ASSERT(out); }
 
-  // Writes the low `count` bits of `bits`, 0 to 56; higher bits must be 0.
+  // Writes the low `count` bits of `bits`, 0 to 56; higher bits must be 0. Up to 7 bits of the calls before may wait in
+  // the word, so 56 more is the most that 64 bits hold with a whole number of bytes.
   void put(std::uint64_t bits, unsigned count) {
     HAIRNET_VALIDATE(count <= 56);
     HAIRNET_VALIDATE((bits >> count) == 0);
@@ -51,12 +53,14 @@ class BitWriter {
 // Bytes that a BitWriter may touch beyond those it counts.
 inline constexpr std::size_t kWriterSlackBytes = 8;
 
-// Reads bits from bytes. Past the end it returns zeros, and beyond_end() is true.
+// Reads bits from bytes. Past the end it returns zeros, and beyond_end() is true: a decoder checks once for many reads,
+// and is safe for any bytes.
 class BitReader {
  public:
   explicit BitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
 
-  // Returns the next 56 bits or more, lowest first, without advancing.
+  // Returns the next 56 bits or more, lowest first, without advancing. A word of 64 bits is read from a byte boundary,
+  // so up to 7 of its bits are behind the reader already.
   [[nodiscard]] std::uint64_t peek() const {
     const std::size_t at = bit_ >> 3;
     std::uint64_t word = 0;
@@ -67,6 +71,7 @@ class BitReader {
     }
     return word >> (bit_ & 7);
   }
+  // A skip may lead beyond the end: the caller asks beyond_end() once for many reads.
   void skip(unsigned count) { bit_ += count; }
 
   // Takes 0 to 56 bits.

@@ -35,6 +35,7 @@ inline void put_exponential(BitWriter& writer, std::uint32_t z, unsigned k) {
 
 inline std::uint32_t take_exponential(BitReader& reader, unsigned k) {
   HAIRNET_VALIDATE(k < 32);
+  // The set bit 55 and the minimum bound the zeros, so that any bits are a valid number.
   const auto zeros = std::min(static_cast<unsigned>(std::countr_zero(reader.peek() | std::uint64_t{1} << 55)), 32 - k);
   reader.skip(zeros + 1);
   const unsigned low_bits = zeros + k;

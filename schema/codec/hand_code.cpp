@@ -45,6 +45,7 @@ struct CodedShape {
 CodedShape coded(const HandShape& shape) {
   CodedShape out{to_integers(shape.from, kHandStep_m), to_integers(shape.to, kHandStep_m)};
   for (std::size_t c = 0; c < 3; ++c) out.axis[c] -= out.from[c];
+  // A radius of 0 is not valid, so the smallest ones grow to one step.
   out.radius = std::max(to_integers({shape.radius_m, 0, 0}, kHandStep_m)[0], 1);
   out.is_capsule = width_of(out.axis) > 0;
   out.is_inside_out = shape.is_inside_out;
@@ -133,15 +134,20 @@ std::string decode_hands(std::span<const std::uint8_t> bytes, std::vector<Hand>&
   hands.clear();
   BitReader reader(bytes);
   while (reader.take(1) != 0) {
+    // Each hand has at least one shape, so more hands than shapes are refused before they take memory.
     if (hands.size() == kHandShapesMax) return "hands: more than " + std::to_string(kHandShapesMax);
     hands.push_back(take_hand(reader));
+    // A hand that is cut off has been read as zeros. It has at most 32 shapes, so the work before this check is
+    // bounded.
     if (reader.beyond_end()) return "hands: cut off";
   }
+  // validate() sees the rounded hands, as everyone will use them: numbers that ascend, sizes and places in range.
   return reader.ends_here() ? validate(hands) : "hands: more bytes than hands";
 }
 
 std::vector<Hand> rounded_to_wire(std::span<const Hand> hands) {
   std::vector<Hand> out;
+  // The way through the bytes is the only definition of rounding, so this cannot differ from what a receiver decodes.
   const std::string fault = decode_hands(encode_hands(hands), out);
   HAIRNET_ASSERT(fault.empty());
   return out;

@@ -21,6 +21,7 @@ inline constexpr unsigned kRotationBits = 14;
 
 // The nearest multiples of `step`, or the nearest that kWidthMax bits hold.
 inline Integers to_integers(const Vec3& x, double step) {
+  // The zigzag of these bounds has kWidthMax bits.
   constexpr double kMost = (1 << (kWidthMax - 1)) - 1;
   Integers out;
   for (int c = 0; c < 3; ++c) {
@@ -58,6 +59,7 @@ inline void put_point(const Integers& integers, BitWriter& writer) {
 }
 
 inline Integers take_point(BitReader& reader) {
+  // Five bits can say 31; the format defines that as 30, so that no width is invalid.
   const auto width = std::min(static_cast<unsigned>(reader.take(kPointWidthBits)), kWidthMax);
   return take_integers(reader, width);
 }
@@ -67,6 +69,8 @@ inline Quat completed(std::size_t largest, const Vec3& others) {
   std::array<double, 4> xyzw{};
   int next = 0;
   for (std::size_t c = 0; c < 4; ++c) xyzw[c] = c == largest ? 0 : others[next++];
+  // Rounded or forged components may be longer than 1 together; the largest is 0 then, and normalized() restores the
+  // length.
   xyzw[largest] = std::sqrt(std::max(1 - others.squaredNorm(), 0.0));
   return Quat(xyzw[3], xyzw[0], xyzw[1], xyzw[2]).normalized();
 }
@@ -82,7 +86,8 @@ inline Vec3 others_of(const Quat& q, std::size_t largest) {
   return out;
 }
 
-// Components of at most sqrt(1/2) in kRotationBits bits.
+// The step of a component of any rotation. The three smaller components of a unit quaternion are at most sqrt(1/2),
+// which becomes the largest integer of kRotationBits bits.
 inline const double kAnyRotationStep = std::sqrt(0.5) / ((1 << (kRotationBits - 1)) - 1);
 
 // Writes any rotation of unit length, and returns it as take_rotation gives it.

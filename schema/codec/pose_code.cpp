@@ -45,6 +45,7 @@ class Encoder {
   Quat rotation(Bone bone, const Quat& expected) {
     // Below this w the angle is so large that w would be imprecise.
     constexpr double kNear = 0.5;
+    // A good guess makes the turn small, and small integers take few bits.
     const Quat turn = expected.conjugate() * pose_[bone].rotation;
     if (std::abs(turn.w()) < kNear) {
       writer_.put(kAnyRotation, kRotationWidthBits);
@@ -88,11 +89,14 @@ class Decoder {
   BitReader& reader_;
 };
 
-// Each bone is coded from those before it, as the decoder has them.
+// Each bone is coded from those before it, as the decoder has them: rounding errors do not add up along the body.
+// Encoder and decoder run this one function, so they cannot predict differently.
 template <class Coder>
 Pose code_pose(Coder coder) {
   Pose pose;
   const auto set = [&pose](Bone bone, const Quat& rotation, const Vec3& point, const Vec3& joint) {
+    // The position follows from the rounded rotation, so that the joint stays where it was coded although the rotation
+    // errs.
     const Quat q = rounded(rotation);
     const Vec3 position = point - q * joint;
     pose[bone] = {q, {rounded_to_float(position.x()), rounded_to_float(position.y()), rounded_to_float(position.z())}};
@@ -101,6 +105,7 @@ Pose code_pose(Coder coder) {
   set(Bone::head, coder.any_rotation(Bone::head), head, kHeadJoint);
   const Quat axes = pose.head().rotation;
 
+  // The trunk's rotation comes before the neck's, which is predicted halfway between head and trunk.
   const Quat trunk = coder.rotation(Bone::upper_trunk, axes);
   const Quat neck = coder.rotation(Bone::neck, halfway(axes, trunk));
   set(Bone::neck, neck, coder.point(Bone::neck, kHeadJoint, axes, head, kBonePositionStep_m), kHeadJoint);
@@ -116,6 +121,8 @@ Pose code_pose(Coder coder) {
   return pose;
 }
 
+// Rounding may move a valid position beyond kPositionMax_m. Twice the bound admits each valid pose, and still refuses
+// forged positions that are far off.
 bool is_within_bounds(const Pose& pose) {
   return std::ranges::all_of(pose.bones, [](const RigidTransform& bone) {
     return bone.position.cwiseAbs().maxCoeff() <= 2 * wire::kPositionMax_m;

@@ -43,6 +43,8 @@ struct Place {
 Place place_of(std::string path) {
   std::error_code fault;
   for (int links = 0; links < kLinksMax; ++links) {
+    // A descriptor's path is not followed further: its link names a file that a rename would replace, or a pipe, which
+    // has no path.
     if (const std::optional<int> descriptor = descriptor_of(path)) return {std::move(path), descriptor};
     if (!fs::is_symlink(fs::symlink_status(path, fault))) break;
     const fs::path to = fs::read_symlink(path, fault);
@@ -61,6 +63,8 @@ bool is_special(const Place& place) {
 bool give_permissions(int file, const std::string& target) {
   struct stat old {};
   if (::stat(target.c_str(), &old) != 0) {
+    // The system tells the mask only to those who set it. A file that another thread makes between the two calls gets
+    // no mask.
     const mode_t mask = ::umask(0);
     ::umask(mask);
     return ::fchmod(file, 0666 & ~mask) == 0;
@@ -107,6 +111,7 @@ Result<OutputFile> OutputFile::create(const std::string& path) {
     temporary = (fs::temp_directory_path(none) / "hairnet.XXXXXX").string();
   } else {
     made.target_ = place.path;
+    // The temporary file lies in the target's folder, because a rename works only within one file system.
     temporary = made.target_ + ".XXXXXX";
   }
   const int file = ::mkostemp(temporary.data(), O_CLOEXEC);
@@ -139,9 +144,12 @@ Result<void> OutputFile::finish() {
   }
   if (in_place_) return copy_to_place();
   const int file = ::fileno(file_.get());
+  // The order matters: the bytes reach the disk before the name does, so a crash leaves the old file or the whole new
+  // one. A failure at any step leaves the name alone, and ~Temporary removes the file.
   if (!give_permissions(file, target_) || ::fsync(file) != 0 || std::fclose(file_.release()) != 0 ||
       ::rename(temporary_.path.c_str(), target_.c_str()) != 0)
     return system_refusal("cannot be written");
+  // The file has its name now; the destructor has nothing to remove.
   temporary_.path.clear();
   return {};
 }

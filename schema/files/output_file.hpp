@@ -17,6 +17,8 @@ namespace hairnet {
 // finish(), or when it fails, a regular file stays as it was. Errors do not name the file. One thread.
 class OutputFile {
  public:
+  // Opens the place and makes the temporary file. It fails when fault_of_output() has an answer, or when the system
+  // refuses.
   static Result<OutputFile> create(const std::string& path);
   OutputFile(OutputFile&& other) noexcept = default;
   OutputFile& operator=(OutputFile&& other) noexcept = default;
@@ -24,9 +26,12 @@ class OutputFile {
 
   // A failure shows in finish().
   void write(std::span<const std::byte> bytes);
+  // Later writes replace bytes from the first on, such as a header with counts that are known at the end.
   void go_to_begin();
-  // Where another program may write the bytes instead; its end need not be the same file.
+  // Where another program may write the bytes instead, as ffmpeg does with a video. Its end need not be the same file:
+  // what bears the name at finish() counts.
   [[nodiscard]] const std::string& temporary() const { return temporary_.path; }
+  // Puts the file under its name. Call it once, last. It reports the first failure of all writes.
   Result<void> finish();
 
  private:

@@ -21,6 +21,7 @@ void put_frame(Bytes& out, std::uint64_t type, const Bytes& payload) {
 }
 
 Bytes close_session_capsule(std::uint32_t code, std::string_view reason) {
+  // A peer treats a longer reason as an error, and the reason would be lost with it.
   reason = reason.substr(0, kCloseReasonBytesMax);
   Bytes value;
   for (int shift = 24; shift >= 0; shift -= 8) value.push_back(static_cast<std::uint8_t>(code >> shift));

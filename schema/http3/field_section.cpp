@@ -21,6 +21,7 @@ struct Delete {
 std::string take(nghttp3_rcbuf* text) {
   const nghttp3_vec bytes = nghttp3_rcbuf_get_buf(text);
   std::string taken(reinterpret_cast<const char*>(bytes.base), bytes.len);
+  // The text is counted by its references, and this was ours.
   nghttp3_rcbuf_decref(text);
   return taken;
 }
@@ -46,6 +47,7 @@ DecodedFields decode_fields(std::span<const std::uint8_t> section) {
   nghttp3_qpack_decoder* made_decoder = nullptr;
   nghttp3_qpack_stream_context* made_context = nullptr;
   const nghttp3_mem* memory = nghttp3_mem_default();
+  // The zeros are the capacity of the dynamic table and the number of blocked streams.
   if (nghttp3_qpack_decoder_new(&made_decoder, 0, 0, memory) != 0) throw std::bad_alloc();
   const std::unique_ptr<nghttp3_qpack_decoder, Delete> decoder(made_decoder);
   if (nghttp3_qpack_stream_context_new(&made_context, 0, memory) != 0) throw std::bad_alloc();
@@ -59,19 +61,22 @@ DecodedFields decode_fields(std::span<const std::uint8_t> section) {
                                                                    section.data(), section.size(), 1);
     if (count < 0) return decoded;
     section = section.subspan(static_cast<std::size_t>(count));
+    // The section refers to the dynamic table, whose entries would come later. There is no such table here.
     if ((flags & NGHTTP3_QPACK_DECODE_FLAG_BLOCKED) != 0) return decoded;
     if ((flags & NGHTTP3_QPACK_DECODE_FLAG_EMIT) != 0) {
       Field& last = decoded.fields.emplace_back();
       last.name = take(field.name);
       last.value = take(field.value);
       bytes += last.name.size() + last.value.size();
+      // A few bytes can name long entries of the static table, so the decoded size has a limit of its own.
       if (decoded.fields.size() > kFieldsMax || bytes > kFieldBytesMax) {
         decoded.outcome = DecodedFields::Outcome::too_many;
         return decoded;
       }
     }
     if ((flags & NGHTTP3_QPACK_DECODE_FLAG_FINAL) != 0) break;
-    if (count == 0 && (flags & NGHTTP3_QPACK_DECODE_FLAG_EMIT) == 0) return decoded;  // no end, and no progress
+    // A damaged section may leave the decoder without progress and without an end; the loop would not end either.
+    if (count == 0 && (flags & NGHTTP3_QPACK_DECODE_FLAG_EMIT) == 0) return decoded;
   }
   decoded.outcome = DecodedFields::Outcome::decoded;
   return decoded;

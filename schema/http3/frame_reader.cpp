@@ -29,7 +29,9 @@ void FrameReader::feed(std::span<const std::uint8_t> bytes, const std::function<
       if (!in_payload_) continue;
     }
     const std::size_t count = static_cast<std::size_t>(std::min<std::uint64_t>(left_, bytes.size()));
-    if (is_first && count == 0 && left_ > 0) {  // the payload begins in the next piece of the stream
+    // The payload begins in the next piece of the stream. The header is passed on all the same, so that the caller can
+    // refuse a type or a length before its bytes come.
+    if (is_first && count == 0 && left_ > 0) {
       if (!on_piece({type_, length_, {}, true, false})) return;
       continue;
     }

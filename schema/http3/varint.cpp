@@ -6,7 +6,8 @@ namespace hairnet::http3 {
 
 Varint read_varint(std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return {};
-  const std::size_t count = std::size_t{1} << (bytes[0] >> 6);  // the first two bits: 1, 2, 4 or 8 bytes
+  // The first two bits say how many bytes there are: 1, 2, 4 or 8.
+  const std::size_t count = std::size_t{1} << (bytes[0] >> 6);
   if (bytes.size() < count) return {};
   std::uint64_t value = bytes[0] & 0x3f;
   for (std::size_t i = 1; i < count; ++i) value = value << 8 | bytes[i];

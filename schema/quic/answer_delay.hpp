@@ -19,7 +19,7 @@ class AnswerDelay {
     return std::clamp(kTogether_ns - round_trip_ns, kDelay_ns_min, kDelay_ns);
   }
   // What peers are told (max_ack_delay): as much, and what a timer may come late.
-  static constexpr std::int64_t kToldDelay_ns = 40'000'000;
+  static constexpr std::int64_t kAnnouncedDelay_ns = 40'000'000;
   // So many datagrams are acknowledged at once: the peer's congestion window lives on it.
   static constexpr int kDatagramsMax = 8;
 
@@ -28,7 +28,7 @@ class AnswerDelay {
     if (datagrams_++ == 0 && due_ns_ <= now_ns) due_ns_ = now_ns + delay_ns_;
   }
   // Something has come, or is to be said, that should not wait.
-  void hasten() { is_urgent_ = true; }
+  void send_soon() { is_urgent_ = true; }
   // The connection was asked for all packets that it wants to send.
   void on_written(bool has_sent, std::int64_t now_ns) {
     if (!has_sent && (is_urgent_ || datagrams_ > 0)) return;  // what is to be said has not been said

@@ -7,6 +7,7 @@
 namespace hairnet::quic {
 
 void SendBuffer::push(std::vector<std::uint8_t> bytes) {
+  // No chunk is empty, so that peek() never makes an empty piece.
   if (is_ended_ || bytes.empty()) return;
   end_ += bytes.size();
   chunks_.push_back(std::move(bytes));
@@ -38,6 +39,7 @@ void SendBuffer::mark_sent(std::size_t bytes, bool with_end) {
 
 void SendBuffer::acknowledge(std::uint64_t offset) {
   HAIRNET_ASSERT(offset <= next_);
+  // Only whole chunks are freed: ngtcp2 may still point into the one that is acknowledged in part.
   while (!chunks_.empty() && begin_ + chunks_.front().size() <= offset) {
     begin_ += chunks_.front().size();
     chunks_.pop_front();
@@ -47,6 +49,7 @@ void SendBuffer::acknowledge(std::uint64_t offset) {
 }
 
 void SendBuffer::reset() {
+  // Unsent chunks go. Sent ones stay, since ngtcp2 keeps pointers to them until it has closed the stream.
   chunks_.resize(next_chunk_ + (next_in_chunk_ > 0 ? 1 : 0));
   if (next_in_chunk_ > 0) {
     chunks_.back().resize(next_in_chunk_);  // its bytes stay in their place

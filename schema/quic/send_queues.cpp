@@ -9,6 +9,7 @@
 namespace hairnet::quic {
 namespace {
 
+// One call offers at most so many pieces of a stream to ngtcp2. What does not fit one packet is offered again.
 constexpr std::size_t kPiecesMax = 16;
 
 }  // namespace
@@ -75,6 +76,7 @@ std::int64_t SendQueues::next_stream(std::span<const std::int64_t> blocked) cons
   const auto first =
       std::ranges::find_if(streams_, [&](const auto& entry) { return !is_bulk(entry.first) && is_ready(entry.first); });
   const bool has_first = first != streams_.end();
+  // Messages go before bulk, but only so many in a row, so that a download still gets through beside frames.
   if (has_first && in_a_row_ < kInARowMax) return first->first;
   const auto bulk = std::ranges::find_if(bulk_, is_ready);
   if (bulk != bulk_.end()) return *bulk;
@@ -85,18 +87,21 @@ void SendQueues::on_stream_sent(std::int64_t id) {
   datagrams_.on_stream_sent();
   const auto bulk = std::ranges::find(bulk_, id);
   in_a_row_ = bulk == bulk_.end() ? in_a_row_ + 1 : 0;
+  // The bulk stream that has sent goes to the end: downloads share the line in turn.
   if (bulk != bulk_.end()) std::rotate(bulk, bulk + 1, bulk_.end());
 }
 
 ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_info& info,
                                std::span<std::uint8_t> room, std::int64_t now_ns, SendObserver& observer) {
   const auto time = static_cast<ngtcp2_tstamp>(now_ns);
+  // Names the streams without credit of their own: they must not keep the others back.
   std::vector<std::int64_t> blocked;
   while (true) {
     // Without credit of the connection no stream can send, and ngtcp2 would wait: datagrams need none.
     const std::int64_t id = ngtcp2_conn_get_max_data_left(quic) > 0 ? next_stream(blocked) : -1;
     SendBuffer* const next = find(id);
     const bool has_stream = next != nullptr;
+    // The peer's parameters, which say whether it takes datagrams, are certain only after the handshake.
     if (datagrams_.is_next(has_stream) && ngtcp2_conn_get_handshake_completed(quic)) {
       std::vector<std::uint8_t>& first = datagrams_.front();
       // No piece may be empty.
@@ -108,6 +113,8 @@ ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_
       const ngtcp2_ssize bytes =
           ngtcp2_conn_writev_datagram(quic, &path, &info, room.data(), room.size(), &is_taken,
                                       NGTCP2_WRITE_DATAGRAM_FLAG_MORE, 0, pieces.data(), count, time);
+      // The peer takes no datagrams, or none of this size. Such a datagram would block all others forever, so it is
+      // dropped.
       const bool is_unusable = bytes == NGTCP2_ERR_INVALID_ARGUMENT || bytes == NGTCP2_ERR_INVALID_STATE;
       if (is_taken || is_unusable) {
         observer.on_datagram_sent(datagrams_.pop().size(), is_taken != 0);
@@ -118,6 +125,8 @@ ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_
     std::array<ngtcp2_vec, kPiecesMax> pieces{};
     const std::size_t count = has_stream ? next->peek(pieces) : 0;
     const bool with_end = has_stream && next->reaches_end(std::span(pieces).first(count));
+    // MORE leaves the packet open while it has room, so that several pieces and datagrams share one. Without a stream
+    // the call writes what QUIC itself has to say, such as acknowledgements.
     std::uint32_t flags = has_stream ? NGTCP2_WRITE_STREAM_FLAG_MORE : NGTCP2_WRITE_STREAM_FLAG_NONE;
     if (with_end) flags |= NGTCP2_WRITE_STREAM_FLAG_FIN;
     ngtcp2_ssize taken = -1;

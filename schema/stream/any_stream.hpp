@@ -24,6 +24,7 @@ class AnyStream {
     return boost::asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
         [this](auto handler, const Buffers& buffers) {
           boost::asio::mutable_buffer first;
+          // An empty buffer in front would make the read return 0 bytes although there is room behind it.
           for (auto at = boost::asio::buffer_sequence_begin(buffers);
                first.size() == 0 && at != boost::asio::buffer_sequence_end(buffers); ++at)
             first = *at;
@@ -48,6 +49,8 @@ class AnyStream {
  protected:
   static constexpr std::size_t kWriteBuffersMax = 16;
   using WriteBuffers = boost::container::static_vector<boost::asio::const_buffer, kWriteBuffersMax>;
+  // One type for every handler is what lets HTTP and WebSockets be compiled once; it costs an allocation for some
+  // operations.
   using Handler = boost::asio::any_completion_handler<void(boost::system::error_code, std::size_t)>;
 
   ~AnyStream() = default;

@@ -24,6 +24,8 @@ std::vector<std::uint8_t> planes_of(const Basis& basis) {
   std::size_t at = 0;
   std::int16_t before = 0;
   in_order_of_planes(basis, [&](std::size_t i) {
+    // Neighbouring nodes move alike, so differences are small, and their upper bytes are mostly 0, which deflate packs
+    // well. Differences wrap modulo 2^16 in both directions.
     const std::uint16_t z = codec::zigzag(static_cast<std::int16_t>(basis.modes[i] - before));
     before = basis.modes[i];
     planes[at] = static_cast<std::uint8_t>(z);
@@ -52,6 +54,7 @@ void in_order_of_grid(const std::array<int, 3>& dims, const std::vector<std::uin
     for (int j = 0; j < dims[1]; ++j) {
       for (int i = 0; i < dims[0]; ++i, ++node) {
         const auto back = [&](int x, int y, int z) {
+          // Beyond the border the byte counts as 0, on both ends alike.
           if (i < x || j < y || k < z) return 0;
           return static_cast<int>(bytes[static_cast<std::size_t>(node - x - y * stride[1] - z * stride[2])]);
         };
@@ -78,12 +81,14 @@ flatbuffers::Offset<fb::BoneSkin> write_bone_skin(FlatBufferBuilder& to, const S
 std::string read_skin(const flatbuffers::Vector<flatbuffers::Offset<fb::BoneSkin>>& in, Skin& skin) {
   for (const fb::BoneSkin* part : in) {
     SkinDistanceField& field = skin.emplace_back();
+    // The number of the bone may be any; validate() below refuses one that does not exist.
     field.bone = static_cast<Bone>(part->bone());
     field.origin = from_flatbuffer(*part->origin());
     field.cell_m = part->cell_m();
     std::uint64_t count = 1;
     const std::array<std::uint32_t, 3> dims{part->node_count_x(), part->node_count_y(), part->node_count_z()};
     for (std::size_t axis = 0; axis < 3; ++axis) {
+      // Each axis and each product is compared before the next multiplication, so the product cannot wrap.
       if (dims[axis] > part->bytes()->size()) return "skin: counts disagree";
       field.dims[axis] = static_cast<int>(dims[axis]);
       count *= dims[axis];
@@ -123,13 +128,14 @@ Result<HairBasis> decode_basis(std::span<const std::uint8_t> bytes) {
   if (!table) return Refusal(table.error());
   const AlignedBytes aligned(*table);
   const auto* root = verified_root<fb::HairBasis>(aligned.bytes(), fb::HairBasisIdentifier());
-  if (!root) return Refusal("not whole: no sound table of a basis");
+  if (!root) return Refusal("not whole: no valid table of a basis");
   HairBasis out;
   if (std::string fault = read_geometry(*root, out.geometry); !fault.empty()) return Refusal(std::move(fault));
   Basis& basis = out.basis;
   basis.node_count = out.geometry.active_nodes.size();
   from_flatbuffer(*root->deviation_m(), basis.deviation_m);
   from_flatbuffer(*root->unit(), basis.unit);
+  // The planes have two bytes for each axis of each node of each mode.
   if (root->mode_planes()->size() != 2 * 3 * basis.node_count * basis.mode_count())
     return Refusal("a basis whose modes have another number of nodes");
   read_planes(span_of(root->mode_planes()), basis);

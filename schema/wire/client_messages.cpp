@@ -4,6 +4,8 @@
 namespace hairnet::wire {
 namespace {
 
+// FlatBuffers writes from the back: strings and vectors exist before the table that refers to them. Structs lie in the
+// table, so their plain copies must live until the Create call.
 fb::Short3 to_struct(const std::array<std::int16_t, 3>& shorts) {
   return {shorts[0], shorts[1], shorts[2]};
 }
@@ -13,6 +15,7 @@ std::array<std::int16_t, 3> from_struct(const fb::Short3& shorts) {
 }
 
 fb::EarlierPose to_struct(const EarlierPose& earlier) {
+  // The struct names its bones, where the plain one has them by number.
   const auto bone = [&](Bone b) {
     const EarlierPose::Bone& from = earlier.bones[static_cast<std::size_t>(b)];
     return fb::BoneBefore(to_struct(from.turn), to_struct(from.move));
@@ -38,10 +41,12 @@ Fault read_earlier(const flatbuffers::Vector<const fb::EarlierPose*>& in, PoseBa
   if (!is_aligned(in)) return "pose batch: earlier poses not aligned";
   out.earlier.reserve(in.size());
   for (const fb::EarlierPose* p : in) {
+    // An earlier pose is relative to the first pose of its character in the batch; without one it means nothing.
     const PoseSample* later = first_of(out.poses, p->character());
     if (!later)
       return "pose batch: an earlier pose of character " + std::to_string(p->character()) + ", which has no pose";
     if (p->sequence_before() == 0) return "pose batch: an earlier pose with the sequence of the pose";
+    // The subtraction cannot overflow: the later time was checked, and the difference has 32 bits.
     std::int64_t captured_ns = later->capture_time_ns - p->captured_before_ns();
     if (Fault fault = read_time(captured_ns, "earlier pose's capture time", captured_ns); !fault.empty()) return fault;
     out.earlier.push_back(from_struct(*p));
@@ -52,9 +57,11 @@ Fault read_earlier(const flatbuffers::Vector<const fb::EarlierPose*>& in, PoseBa
 }  // namespace
 
 Offset<fb::Hello> write(FlatBufferBuilder& to, const Hello& m) {
+  // A new session has no secret; the table then leaves it out.
   const fb::Secret secret = to_flatbuffer(m.secret);
   const auto name = to.CreateString(fit_text(m.client_name));
   const auto room = to.CreateString(fit_text(m.room));
+  // The token is not made to fit: a changed token has no valid signature.
   const auto token = to.CreateString(m.token);
   return fb::CreateHello(to, m.protocol_version, name, room, token, static_cast<fb::Role>(m.role), m.session,
                          m.session == 0 ? nullptr : &secret, m.message_max, m.redirects, m.datagram_layout, m.trace,
@@ -64,6 +71,7 @@ Offset<fb::Hello> write(FlatBufferBuilder& to, const Hello& m) {
 Fault read(const fb::Hello& in, Hello& out) {
   out.protocol_version = in.protocol_version();
   const std::string_view token = view(in.token());
+  // The length is checked before the copy: anyone may send a Hello.
   if (token.size() > kTokenBytesMax) return "token: longer than " + std::to_string(kTokenBytesMax) + " bytes";
   out.token = token;
   out.session = in.session();
@@ -73,7 +81,8 @@ Fault read(const fb::Hello& in, Hello& out) {
   out.datagram_layout = in.datagram_layout();
   out.trace = in.trace();
   out.signs_of_life = in.signs_of_life();
-  constexpr auto kLeast = static_cast<std::uint8_t>(fb::Body::GroomBasis);  // every client of this version knows these
+  // Every client of this version knows the messages up to this one.
+  constexpr auto kLeast = static_cast<std::uint8_t>(fb::Body::GroomBasis);
   if (out.message_max < kLeast) return "hello: message_max is below " + std::to_string(kLeast);
   Fault fault = read_text(in.client_name(), "client name", out.client_name);
   if (fault.empty()) fault = read_text(in.room(), "room", out.room);
@@ -87,6 +96,7 @@ Offset<fb::GroomOffer> write(FlatBufferBuilder& to, const GroomOffer& m) {
 
 Fault read(const fb::GroomOffer& in, GroomOffer& out) {
   out = {from_flatbuffer(*in.hash()), in.byte_count()};
+  // The upper limit is the server's own and travels in its Welcome, so it is not the decoder's business.
   return out.byte_count == 0 ? "groom offer: no bytes" : Fault();
 }
 
@@ -96,6 +106,7 @@ Offset<fb::GroomChunk> write(FlatBufferBuilder& to, const GroomChunk& m) {
 }
 
 Fault read(const fb::GroomChunk& in, GroomChunk& out) {
+  // An empty chunk would make no progress, and a sender could repeat it for nothing.
   const std::size_t byte_count = in.bytes()->size();
   if (byte_count == 0 || byte_count > kGroomChunkBytesMax)
     return "groom chunk: " + std::to_string(byte_count) + " bytes, not in [1, " + std::to_string(kGroomChunkBytesMax) +
@@ -111,6 +122,7 @@ Offset<fb::AddCharacter> write(FlatBufferBuilder& to, const AddCharacter& m) {
   Offset<fb::HairState> state;
   if (m.state) state = fb::CreateHairStateDirect(to, &m.state->displacements, &m.state->velocities, m.state->step_m);
   const Offset<flatbuffers::Vector<std::uint8_t>> tag = write_tag(to, m.tag);
+  // The struct is written only where the pointer below is not null; absent means that the receiver chooses.
   const fb::Appearance appearance = to_flatbuffer(m.appearance.value_or(Appearance{}));
   return fb::CreateAddCharacter(to, &groom, m.character, static_cast<fb::LevelIndex>(m.level), state, tag,
                                 m.appearance ? &appearance : nullptr);
@@ -119,9 +131,12 @@ Offset<fb::AddCharacter> write(FlatBufferBuilder& to, const AddCharacter& m) {
 namespace {
 
 Fault read_state(const fb::HairState& in, HairState& out) {
+  // The counts are checked before the vectors are copied. The state itself is validated by the session, so that a bad
+  // one costs the client its hair's shape and not the message.
   const std::size_t count = in.displacements()->size();
   if (count > kHairStateIntegersMax)
     return "hair state: more than " + std::to_string(kHairStateIntegersMax) + " integers";
+  // Without velocities the hair starts at rest in this shape.
   if (in.velocities()->size() != 0 && in.velocities()->size() != count) return "hair state: counts differ";
   out.step_m = in.step_m();
   from_flatbuffer(*in.displacements(), out.displacements);
@@ -143,7 +158,9 @@ Fault read(const fb::AddCharacter& in, AddCharacter& out) {
 }
 
 std::string validate(const HairState& state) {
+  // The number of nodes is not known here: the session compares it with the groom's lattice.
   if (state.displacements.empty() || state.displacements.size() % 3 != 0) return "not 3 integers a node";
+  // Integers of 16 bits reach 32 m with the largest step: no hair needs a larger one.
   if (!(state.step_m > 0 && state.step_m <= kHairStateStepMax_m)) return "step_m is not in (0, 0.001]";
   return {};
 }
@@ -189,6 +206,7 @@ Offset<fb::PoseBatch> write(FlatBufferBuilder& to, const PoseBatch& m) {
   for (const PoseSample& p : m.poses)
     poses.emplace_back(p.capture_time_ns, p.character, p.sequence, to_flatbuffer(p.pose), p.teleport);
   const auto poses_at = to.CreateVectorOfStructs(poses);
+  // An empty list is left out: most batches of a stream have no earlier poses.
   std::vector<fb::EarlierPose> earlier;
   for (const EarlierPose& p : m.earlier) earlier.push_back(to_struct(p));
   Offset<flatbuffers::Vector<const fb::EarlierPose*>> earlier_at;
@@ -208,6 +226,7 @@ Fault read(const fb::PoseBatch& in, PoseBatch& out) {
     sample.character = p->character();
     sample.sequence = p->sequence();
     sample.teleport = p->teleport();
+    // The numbers of a pose are not checked here: the server refuses a bad pose alone, and keeps the rest of the batch.
     sample.pose = from_flatbuffer(p->bones());
     if (Fault fault = read_time(p->capture_time_ns(), "pose's capture time", sample.capture_time_ns); !fault.empty())
       return fault;
@@ -224,6 +243,7 @@ Offset<fb::SetMaterial> write(FlatBufferBuilder& to, const SetMaterial& m) {
 }
 
 Fault read(const fb::SetMaterial& in, SetMaterial& out) {
+  // Factors are validated by the session, which then answers `material_invalid` and names the range.
   out = {in.character(), from_flatbuffer(*in.scale())};
   return {};
 }
@@ -234,6 +254,7 @@ Offset<fb::SetWind> write(FlatBufferBuilder& to, const SetWind& m) {
 }
 
 Fault read(const fb::SetWind& in, SetWind& out) {
+  // The session validates the wind, and answers `wind_invalid`.
   out.wind = from_flatbuffer(*in.wind(), in.carried());
   return {};
 }
@@ -248,6 +269,7 @@ Fault read(const fb::Observe& in, Observe& out) {
   if (in.members()->size() > kMembersPerMessageMax)
     return "observe: more than " + std::to_string(kMembersPerMessageMax) + " members";
   out.count = in.count();
+  // These numbers are validated by the session, which then answers `observe_invalid`.
   out.radius_m = in.radius_m();
   if (in.from()) out.from = from_flatbuffer(*in.from());
   from_flatbuffer(*in.members(), out.members);
@@ -259,6 +281,7 @@ Fault read(const fb::Observe& in, Observe& out) {
 
 std::string validate(const Observe& observe) {
   if (!is_stride(observe.stride)) return "stride is not 1, 2 or 4";
+  // Only the mode that uses a value checks it, so that a client may leave the others as they are.
   if (observe.mode == ObserveMode::radius && !(observe.radius_m >= 0 && observe.radius_m <= kObserveRadiusMax_m))
     return "radius_m is not in [0, " + std::to_string(static_cast<int>(kObserveRadiusMax_m)) + "]";
   if (observe.from && !(observe.from->allFinite() && observe.from->cwiseAbs().maxCoeff() <= kPositionMax_m))
@@ -282,6 +305,7 @@ Fault read(const fb::ReportImportance& in, ReportImportance& out) {
   if (!is_aligned(members)) return "importance: members not aligned";
   out.members.reserve(members.size());
   for (const fb::MemberImportance* m : members) {
+    // The negation also refuses what is not a number.
     if (!(m->screen_height() >= 0 && m->screen_height() <= kScreenHeightMax))
       return "importance: screen height not in [0, 100]";
     out.members.push_back({m->member(), m->screen_height(), m->in_view()});
@@ -328,6 +352,7 @@ Offset<fb::Goodbye> write(FlatBufferBuilder& to, const Goodbye& m) {
 }
 
 Fault read(const fb::Goodbye& in, Goodbye& out) {
+  // Reason 0 never travels.
   if (Fault fault = read_enum(in.reason(), "goodbye reason", out.reason, GoodbyeReason::client_leaves); !fault.empty())
     return fault;
   return read_text(in.detail(), "goodbye detail", out.detail);

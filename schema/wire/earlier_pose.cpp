@@ -13,7 +13,8 @@ namespace {
 constexpr double kMoveStep_m = 5e-5;
 // Is the step of a component of a quaternion.
 constexpr double kTurnStep = 1.0 / 32767;
-// A larger turn would make it imprecise.
+// The component w follows from the three others. A turn of more than 120 degrees has a small w, which would be
+// imprecise.
 constexpr double kLeastW = 0.5;
 
 using Shorts = std::array<std::int16_t, 3>;
@@ -21,7 +22,8 @@ using Shorts = std::array<std::int16_t, 3>;
 std::optional<Shorts> to_shorts(const Vec3& x, double step) {
   constexpr double kMost = std::numeric_limits<std::int16_t>::max();
   const Vec3 rounded = (x / step).array().round();
-  if (!(rounded.array().abs() <= kMost).all()) return std::nullopt;  // also what is not finite
+  // The comparison is false for what is not finite, too.
+  if (!(rounded.array().abs() <= kMost).all()) return std::nullopt;
   const auto at = [&](Eigen::Index c) { return static_cast<std::int16_t>(rounded[c]); };
   return Shorts{at(0), at(1), at(2)};
 }
@@ -32,6 +34,7 @@ Vec3 from_shorts(const Shorts& shorts, double step) {
 
 std::optional<EarlierPose::Bone> to_bone(const RigidTransform& earlier, const RigidTransform& later) {
   Quat turn = earlier.rotation * later.rotation.conjugate();
+  // q and -q are the same rotation; the receiver takes w as not negative.
   if (turn.w() < 0) turn.coeffs() = -turn.coeffs();
   const auto turned = to_shorts(turn.vec(), kTurnStep);
   const auto moved = to_shorts(earlier.position - later.position, kMoveStep_m);
@@ -41,6 +44,7 @@ std::optional<EarlierPose::Bone> to_bone(const RigidTransform& earlier, const Ri
 
 RigidTransform from_bone(const EarlierPose::Bone& bone, const RigidTransform& later) {
   const Vec3 turn = from_shorts(bone.turn, kTurnStep);
+  // Any three integers are a valid turn: forged ones may be longer than 1, and give w = 0.
   const double w = std::sqrt(std::max(1 - turn.squaredNorm(), 0.0));
   RigidTransform earlier;
   earlier.rotation = Quat(w, turn.x(), turn.y(), turn.z()).normalized() * later.rotation;
@@ -53,6 +57,7 @@ RigidTransform from_bone(const EarlierPose::Bone& bone, const RigidTransform& la
 std::optional<EarlierPose> to_earlier(const PoseSample& earlier, const PoseSample& later) {
   HAIRNET_ASSERT(earlier.character == later.character);
   const std::int64_t before_ns = later.capture_time_ns - earlier.capture_time_ns;
+  // Sequences wrap, so the difference is modulo 2^32.
   const std::uint32_t sequence_before = later.sequence - earlier.sequence;
   if (before_ns < 0 || before_ns > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;
   if (sequence_before == 0 || sequence_before > std::numeric_limits<std::uint16_t>::max()) return std::nullopt;
@@ -74,6 +79,7 @@ PoseSample from_earlier(const EarlierPose& earlier, const PoseSample& later) {
   sample.sequence = later.sequence - earlier.sequence_before;
   sample.capture_time_ns = later.capture_time_ns - earlier.captured_before_ns;
   for (std::size_t b = 0; b < kBoneCount; ++b) sample.pose.bones[b] = from_bone(earlier.bones[b], later.pose.bones[b]);
+  // A recording stores floats, so the World must never see a pose that is more precise (recording.hpp).
   sample.pose = rounded_to_wire(sample.pose);
   return sample;
 }

@@ -8,6 +8,8 @@ static_assert(kReleaseNames[2] == "unpin" && Release::unpin == Release{2});
 static_assert(kLevelNames == kLevelIndexNames, "core/levels/level.hpp and enums.fbs list the same levels");
 
 fb::Transform to_flatbuffer(const RigidTransform& bone) {
+  // Coordinates are doubles in core and floats on the wire. The conversion is the rounding that rounded_to_wire()
+  // repeats.
   const Eigen::Vector4f q = bone.rotation.coeffs().cast<float>();
   const Vec3f p = bone.position.cast<float>();
   return {fb::Quaternion(q.x(), q.y(), q.z(), q.w()), to_flatbuffer(p)};
@@ -21,6 +23,7 @@ RigidTransform from_flatbuffer(const fb::Transform& bone) {
 fb::Hash to_flatbuffer(const GroomHash& hash) {
   fb::Hash flat;
   static_assert(sizeof flat == sizeof hash);
+  // The struct of 32 bytes has no padding, and no byte order.
   std::memcpy(&flat, hash.data(), sizeof flat);
   return flat;
 }
@@ -60,6 +63,7 @@ Pose from_flatbuffer(const fb::Bones& bones) {
 }
 
 AlignedBytes::AlignedBytes(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
+  // Most packets come aligned from the PacketSplitter, and cost no copy.
   if (reinterpret_cast<std::uintptr_t>(bytes.data()) % alignof(std::uint64_t) == 0) return;
   copy_.resize((bytes.size() + sizeof(std::uint64_t) - 1) / sizeof(std::uint64_t));
   std::memcpy(copy_.data(), bytes.data(), bytes.size());

@@ -85,6 +85,8 @@ const Root* verified_root(std::span<const std::uint8_t> bytes, const char* ident
   // The verifier compares the identifier before it has checked that these bytes exist.
   if (bytes.size() < kPacketBytesMin || bytes.size() >= FLATBUFFERS_MAX_BUFFER_SIZE) return nullptr;
   flatbuffers::Verifier::Options limits;
+  // These bound the work and the stack that a hostile buffer can cost the verifier. No message or file of ours has
+  // more.
   limits.max_depth = 8;
   limits.max_tables = 64;
   flatbuffers::Verifier verifier(bytes.data(), bytes.size(), limits);

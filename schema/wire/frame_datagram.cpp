@@ -24,7 +24,8 @@ std::int64_t read_integer(std::span<const std::uint8_t> from) {
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < from.size(); ++i) bits |= std::uint64_t{from[i]} << (8 * i);
   const std::size_t above = 64 - 8 * from.size();
-  return static_cast<std::int64_t>(bits << above) >> above;  // with its sign
+  // The shift to the right of a signed number extends the sign.
+  return static_cast<std::int64_t>(bits << above) >> above;
 }
 
 DecodedPacket refused_datagram(DecodeError error, Fault fault) {
@@ -56,6 +57,7 @@ std::vector<std::uint8_t> encode_frame_datagram(std::int64_t clock_ns, const Fra
     byte_count += 1 + packed_bytes(frame, member);
     member = frame.member;
   }
+  // The size is exact, so nothing is written for a batch that does not fit.
   if (byte_count > kDatagramBytesMax) return {};
   std::vector<std::uint8_t> bytes(byte_count);
   std::ranges::copy(kMark, bytes.begin());
@@ -73,6 +75,8 @@ std::vector<std::uint8_t> encode_frame_datagram(std::int64_t clock_ns, const Fra
 }
 
 bool is_frame_datagram(std::span<const std::uint8_t> bytes) {
+  // A packet begins with its size. A packet whose size began with the mark would be larger than any datagram, so the
+  // first two bytes decide.
   static_assert(kDatagramBytesMax < sizeof(std::uint32_t) + (kMark[0] | kMark[1] << 8));
   return bytes.size() >= kMark.size() && bytes.size() <= kDatagramBytesMax &&
          std::ranges::equal(kMark, bytes.first(kMark.size()));
@@ -81,6 +85,8 @@ bool is_frame_datagram(std::span<const std::uint8_t> bytes) {
 void set_frame_datagram_clock(std::span<std::uint8_t> bytes, std::int64_t clock_ns) {
   HAIRNET_ASSERT(bytes.size() > kTickAt);
   const std::int64_t since_sample_ns = clock_ns - read_integer(bytes.subspan(kSampleTimeAt, kSampleTimeBytes));
+  // The clock is relative to the sample time, as five bytes hold nine minutes. A datagram that waited longer has the
+  // nearest time, which the receiver's minimum over many passes over.
   write_integer(std::clamp(since_sample_ns, -kClockMax_ns - 1, kClockMax_ns), bytes.subspan(kClockAt, kClockBytes));
 }
 
@@ -92,10 +98,12 @@ DecodedPacket decode_frame_datagram(std::span<const std::uint8_t> bytes) {
   const std::int64_t sample_time_ns = read_integer(bytes.subspan(kSampleTimeAt, kSampleTimeBytes));
   Fault fault = read_time(sample_time_ns, "frames' sample time", batch.sample_time_ns);
   if (fault.empty()) {
+    // The sum cannot overflow: the sample time is within 2^61 by now, and the difference within 2^39.
     const std::int64_t clock_ns = sample_time_ns + read_integer(bytes.subspan(kClockAt, kClockBytes));
     fault = read_time(clock_ns, "frame datagram's clock", decoded.envelope.clock_ns);
   }
   if (!fault.empty()) return refused_datagram(DecodeError::invalid, std::move(fault));
+  // One copy holds the contents of all frames. The batch owns it, and the frames' spans point into it.
   auto storage = std::make_shared<const std::vector<std::uint8_t>>(bytes.begin() + kTickAt, bytes.end());
   Unpacker packed(*storage);
   if (!packed.take_varint(batch.tick))

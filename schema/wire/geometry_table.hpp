@@ -17,6 +17,7 @@ std::string read_geometry(const Table& in, LevelGeometry& out) {
   lattice.spacing = from_flatbuffer(*in.spacing());
   const std::array<std::uint32_t, 3> dims{in.node_count_x(), in.node_count_y(), in.node_count_z()};
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    // The limit also keeps the number of all nodes within an int.
     if (dims[axis] > kLatticeNodesPerAxisMax)
       return std::to_string(dims[axis]) + " nodes on an axis, more than " + std::to_string(kLatticeNodesPerAxisMax);
     lattice.dims[axis] = static_cast<int>(dims[axis]);

@@ -10,6 +10,7 @@ namespace {
 
 using flatbuffers::FlatBufferBuilder;
 
+// An empty vector is left out, so a groom of strands alone pays no bytes for features that it lacks.
 template <class T>
 auto write(FlatBufferBuilder& to, const std::vector<T>& scalars) {
   return scalars.empty() ? flatbuffers::Offset<flatbuffers::Vector<T>>() : to.CreateVector(scalars);
@@ -48,6 +49,7 @@ static fb::Thread to_flatbuffer(const Thread& t) {
           t.linear_density_kg_per_m,
           t.air_drag_ns_per_m2};
 }
+// `points` says where the points lie: the file has only their count (PointCounter).
 static Thread from_flatbuffer(const fb::Thread& t, const PointRange& points) {
   return {points,
           t.group(),
@@ -77,6 +79,7 @@ static fb::Cloth to_flatbuffer(const Cloth& c) {
           c.area_density_kg_per_m2,
           c.air_drag_ns_per_m3};
 }
+// The triangles and distances of a cloth lie in common vectors of the table; read_cloths() takes them.
 static Cloth from_flatbuffer(const fb::Cloth& c, const PointRange& points) {
   return {points,
           c.group(),
@@ -105,6 +108,7 @@ class Pieces {
   bool take(std::size_t count, std::vector<To>& out) {
     static_assert(sizeof(To) % sizeof(T) == 0);
     constexpr std::size_t kEach = sizeof(To) / sizeof(T);
+    // The division cannot wrap, as a product of a forged count could.
     if (count > all_.size() / kEach) return false;
     out.resize(count);
     if (count > 0) std::memcpy(static_cast<void*>(out.data()), all_.data(), count * sizeof(To));
@@ -136,6 +140,7 @@ std::string read_root_blends(const fb::Groom& in, Groom& out) {
       if (!points.take(count, out.root_blends.emplace_back().points)) return "fewer root blend points than counted";
     }
   }
+  // Surplus numbers mean that the file was made by something else, or is damaged.
   return points.all_taken() ? "" : "more root blend points than counted";
 }
 
@@ -170,7 +175,9 @@ std::string read_cloths(const fb::Groom& in, PointCounter& points, Groom& out) {
   Pieces distances(span_of(in.cloth_root_distances()));
   for (const fb::Cloth& c : structs(in.cloths())) {
     Cloth& cloth = out.cloths.emplace_back(from_flatbuffer(c, points.take(c.point_count())));
+    // Each cloth takes its part off the front of the common list, so the order of cloths is part of the format.
     if (!triangles.take(c.triangle_count(), cloth.triangles)) return "fewer cloth triangles than counted";
+    // Only cloth that is pinned has distances to its roots, one for each point.
     if (c.pinned() && !distances.take(c.point_count(), cloth.root_distance_m))
       return "fewer distances on cloth than counted";
   }
@@ -208,6 +215,8 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
     blend_counts.push_back(static_cast<std::uint16_t>(blend.points.size()));
     for (const auto& point : blend.points) blend_points.insert(blend_points.end(), point.begin(), point.end());
   }
+  // Fixed numbers of a feature become structs. Lists of a length of their own go into common vectors, with a count in
+  // each struct.
   for (const Clump& c : groom.clumps) clumps.emplace_back(c.strand, c.copy_count, c.radius_m, c.tip_radius_m);
   for (const Thread& t : groom.threads) threads.push_back(to_flatbuffer(t));
   for (const HairCard& s : groom.cards) cards.emplace_back(count_of(s.points), to_flatbuffer(s.properties));
@@ -220,7 +229,8 @@ FlatFeatures write_features(FlatBufferBuilder& to, const Groom& groom) {
     knots.emplace_back(static_cast<std::uint32_t>(k.points.size()), k.stiffness_n_per_m, k.damping_time_s, k.mass_kg);
     tied.insert(tied.end(), k.points.begin(), k.points.end());
   }
-  FlatFeatures flat;  // one after the other: the order decides the bytes
+  // They are written one after the other: the order decides the bytes, and so the hash of the file.
+  FlatFeatures flat;
   flat.root_blend_counts = write(to, blend_counts);
   flat.root_blend_points = write(to, blend_points);
   flat.clumps = write_structs(to, clumps);
@@ -248,6 +258,7 @@ void add_features(const FlatFeatures& features, fb::GroomBuilder& table) {
 }
 
 std::string read_features(const fb::Groom& in, Groom& out) {
+  // FlatBuffers reads structs in place, and its verifier does not check their alignment.
   if (!is_aligned_or_absent(in.clumps()) || !is_aligned_or_absent(in.threads()) || !is_aligned_or_absent(in.cards()) ||
       !is_aligned_or_absent(in.cloths()) || !is_aligned_or_absent(in.knots()))
     return "clumps, threads, cards, cloths or knots are not aligned";
@@ -255,6 +266,7 @@ std::string read_features(const fb::Groom& in, Groom& out) {
   if (!fault.empty()) return fault;
   for (const fb::Clump& c : structs(in.clumps()))
     out.clumps.push_back({c.strand(), c.copy_count(), c.radius_m(), c.tip_radius_m()});
+  // Threads, cards and cloths own points in this order, as point_runs() walks over them.
   PointCounter points(out);
   for (const fb::Thread& t : structs(in.threads()))
     out.threads.push_back(from_flatbuffer(t, points.take(t.point_count())));

@@ -13,7 +13,8 @@
 namespace hairnet::wire {
 namespace {
 
-constexpr std::uint16_t kGroomVersion = 3;  // version 1 has strands and a body alone, version 2 has floats
+// Version 1 has strands and a body alone, version 2 has floats. Readers take all three.
+constexpr std::uint16_t kGroomVersion = 3;
 
 using flatbuffers::FlatBufferBuilder;
 
@@ -25,6 +26,8 @@ auto write_strands(FlatBufferBuilder& to, const Groom& groom) {
   return to.CreateVectorOfStructs(strands);
 }
 
+// The order of fields is that of the struct in groom.fbs. All of them are numbers, so the compiler would not notice two
+// that are exchanged; round trips in tests do.
 fb::Material flatten_material(const Material& m) {
   return {m.axial_stiffness_n,      m.attachment_stiffness_n_per_m,
           m.damping_ratio,          m.linear_density_kg_per_m,
@@ -60,12 +63,15 @@ std::vector<PointRun> whole_body(std::size_t vertex_count) {
   return {{0, vertex_count, 1, {}}};
 }
 
+// Corners are written one after the other: neighbouring triangles share vertices, so the steps between indices are
+// small.
 std::vector<std::uint8_t> encode_triangles(const std::vector<std::array<std::uint32_t, 3>>& triangles) {
   std::vector<std::uint32_t> indices;
   for (const auto& triangle : triangles) indices.insert(indices.end(), triangle.begin(), triangle.end());
   return encode_indices(indices);
 }
 
+// Counts are written where `strand_begin` has sums: equal counts pack to almost nothing.
 auto write_point_counts(FlatBufferBuilder& to, const Groom& groom) {
   std::vector<std::uint32_t> counts;
   counts.reserve(groom.strand_count());
@@ -81,11 +87,13 @@ std::vector<std::uint8_t> write_table(const Groom& groom, const LearntHair* lear
   const fb::Joints joints = flatten_joints(body);
   const EncodedPoints points = encode_points(groom.points, point_runs(groom));
   std::vector<std::string> names;
+  // Names are made valid here, since an importer takes them from any file.
   for (const std::string& name : groom.group_names) names.push_back(fit_text(name));
   // One after the other: the order of evaluation of arguments would decide the bytes.
   const auto name = to.CreateString(fit_text(groom.name));
   const auto group_names = to.CreateVectorOfStrings(names);
   const auto strands = write_strands(to, groom);
+  // Fields of version 1 are required in the table, so they exist and are empty.
   const auto no_integers = to.CreateVector(std::vector<std::uint32_t>());
   const auto no_numbers = to.CreateVector(std::vector<float>());
   const fb::Material material = flatten_material(groom.materials.base);
@@ -105,6 +113,7 @@ std::vector<std::uint8_t> write_table(const Groom& groom, const LearntHair* lear
     learnt_hair = write_learnt(to, *learnt);
     learnt_wind = write_wind(to, learnt->wind);
   }
+  // The order in which fields are added decides the bytes as well.
   fb::GroomBuilder table(to);
   table.add_version(kGroomVersion);
   table.add_fitted_from_roots(body.fitted_from_roots);
@@ -137,6 +146,7 @@ std::vector<std::uint8_t> write_table(const Groom& groom, const LearntHair* lear
 std::string read_names(const fb::Groom& in, const GroomLimits& limits, Groom& out) {
   if (!is_text(view(in.name()))) return "groom's name is not text";
   out.name = view(in.name());
+  // Counts are compared with the limits before memory is taken for what they count.
   if (in.group_names()->size() > limits.group_count_max)
     return std::to_string(in.group_names()->size()) + " groups, more than the limit of " +
            std::to_string(limits.group_count_max);
@@ -153,12 +163,14 @@ std::string read_strands(const fb::Groom& in, Groom& out) {
   out.strands.reserve(in.strands()->size());
   for (const fb::StrandProperties* s : *in.strands())
     out.strands.push_back({s->radius_m(), s->hair_count(), s->root_length_m(), s->group(), s->rooted()});
+  // Older files have these as they are used; they are copied as a block, and validated at the end like all others.
   if (in.version() < 3) {
     from_flatbuffer(*in.strand_begin(), out.strand_begin);
     from_flatbuffer(*in.points(), out.points);
     return {};
   }
   for (const std::uint32_t count : span_of(in.strand_point_counts())) {
+    // The sum has 32 bits; a forged count must not make it wrap to a small one.
     if (count > ~out.strand_begin.back()) return "more points than can be counted";
     out.strand_begin.push_back(out.strand_begin.back() + count);
   }
@@ -200,6 +212,7 @@ std::string read_body(const fb::Groom& in, Body& out) {
     from_flatbuffer(*in.triangles(), out.mesh.triangles);
     from_flatbuffer(*in.bone_weights(), out.bone_weights);
   } else {
+    // A vertex has three coordinates of three bytes. A rest that is no whole vertex is refused by decode_points().
     const std::span<const std::uint8_t> vertices = span_of(in.vertex_planes());
     std::string fault = decode_points({}, {}, vertices, whole_body(vertices.size() / 9), out.mesh.vertices);
     if (fault.empty()) fault = decode_triangles(span_of(in.triangle_planes()), out.mesh.triangles);
@@ -216,6 +229,7 @@ std::string read_body(const fb::Groom& in, Body& out) {
 Result<const fb::Groom*> root_of(std::span<const std::uint8_t> table) {
   const auto* root = verified_root<fb::Groom>(table, fb::GroomIdentifier());
   if (!root) return Refusal("not whole: cut off or damaged");
+  // A newer version may mean something else by the same fields, so it is refused and not guessed.
   if (root->version() < 1 || root->version() > kGroomVersion)
     return Refusal("groom file of version " + std::to_string(root->version()) + ", not 1 to " +
                    std::to_string(kGroomVersion));
@@ -231,6 +245,7 @@ Result<T> with_table(std::span<const std::uint8_t> bytes, const Read& read) {
     const Result<const fb::Groom*> root = root_of(table);
     return root ? read(**root) : Refusal(root.error());
   };
+  // Versions 1 and 2 are the table itself.
   if (is_packed(bytes, kPackedGroom)) {
     const Result<std::vector<std::uint8_t>> table = unpack(bytes, kPackedGroom);
     return table ? read_checked(*table) : Refusal(table.error());
@@ -246,6 +261,8 @@ Result<Groom> read_groom(const fb::Groom& root, const GroomLimits& limits) {
   if (fault.empty()) fault = read_strands(root, groom);
   if (fault.empty()) fault = read_materials(root, limits, groom.materials);
   if (fault.empty()) fault = read_features(root, groom);
+  // Points come after the features, since threads, cards and cloths say how many there are. validate() comes last: it
+  // may then assume that all counts agree.
   if (fault.empty()) fault = read_points(root, groom);
   if (fault.empty()) fault = read_body(root, groom.body);
   if (fault.empty()) fault = validate(groom, limits);
@@ -257,6 +274,7 @@ Result<Groom> read_groom(const fb::Groom& root, const GroomLimits& limits) {
 
 std::vector<std::uint8_t> encode_groom(const Groom& groom, const LearntHair* learnt) {
   HAIRNET_ASSERT(!learnt || validate(*learnt).empty());
+  // A groom is encoded once and sent many times, so the effort is worth its time.
   return pack(write_table(groom, learnt), kPackedGroom, PackEffort::most);
 }
 

@@ -65,6 +65,7 @@ template <class Body>
 void for_each_row(std::span<const PointRun> all, Body body) {
   std::vector<PointRun> runs(all.begin(), all.end());
   for (std::size_t number = 0;; ++number) {
+    // Runs that have ended drop out. The others keep their order, which both ends rely on.
     std::erase_if(runs, [number](const PointRun& run) { return run.begin + number * run.stride >= run.end; });
     if (runs.empty()) return;
     body(number, std::span<const PointRun>(runs));
@@ -91,6 +92,7 @@ using Steps = std::array<std::int64_t, kGroomTaps>;
 // Returns the steps that lead to each point before coordinate i, the nearest first; 0 where there are no more.
 Steps steps_before(std::span<const std::int32_t> q, std::size_t number, std::size_t i, std::size_t step) {
   Steps steps{};
+  // The step t leads to point number - 1 - t, so it needs two points before this one.
   for (std::size_t t = 0; t < kGroomTaps && t + 2 <= number; ++t)
     steps[t] = std::int64_t{q[i - (t + 1) * step]} - q[i - (t + 2) * step];
   return steps;
@@ -105,6 +107,7 @@ std::int64_t scaled(std::int64_t sum) {
 // Predicts coordinate i by the points before it in the same run.
 std::int64_t predict(std::span<const std::int32_t> q, std::size_t number, std::size_t i, std::size_t step,
                      const Weights& weights) {
+  // The first point of a run has none before it. Its integer is stored as it is.
   if (number == 0) return 0;
   const Steps steps = steps_before(q, number, i, step);
   std::int64_t sum = 0;
@@ -134,7 +137,9 @@ void fit_steps(std::span<const std::int32_t> q, std::size_t number, std::span<co
   using Vector = Eigen::Vector<double, kGroomTaps>;
   if (number < 2) return;
   const double of_reference = weights[kGroomTaps] / kWeightUnit;
-  Matrix a = Matrix::Identity();  // so that a step that is always 0 has weight 0
+  // The identity keeps the matrix regular, and gives a step that is always 0 the weight 0. It is small beside sums of
+  // squared integers.
+  Matrix a = Matrix::Identity();
   Vector b = Vector::Zero();
   for_each_coordinate(number, row, [&](std::size_t i, std::size_t step, std::size_t reference) {
     Vector x = to_vector(steps_before(q, number, i, step));
@@ -153,6 +158,7 @@ void fit_steps(std::span<const std::int32_t> q, std::size_t number, std::span<co
 // Sets the weight of the reference, likewise.
 void fit_reference(std::span<const std::int32_t> errors, std::size_t number, std::span<const PointRun> row,
                    Weights& weights) {
+  // The 1 keeps the quotient finite where all errors of the references are 0.
   double a = 1, b = 0;
   for_each_coordinate(number, row, [&](std::size_t i, std::size_t, std::size_t reference) {
     if (reference == kNone) return;
@@ -185,6 +191,7 @@ std::int64_t distance(std::span<const std::int32_t> a, std::span<const std::int3
   const std::size_t both = std::min(a.size(), b.size());
   std::int64_t sum = 0;
   std::size_t i = 0;
+  // The sum is compared with the limit once a block: most candidates are given up after a few.
   for (; i + kBlock <= both && sum < limit; i += kBlock) sum += distance_of_blocks(&a[i], &b[i]);
   if (sum >= limit) return sum;
   for (; i < both; ++i) sum += std::abs(a[i] - b[i]);
@@ -199,6 +206,8 @@ std::vector<std::int32_t> find_references(std::span<const std::int32_t> errors, 
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const std::span<const std::int32_t> own = errors_of(errors, runs[r]);
     std::int64_t least = sizes[r];
+    // The bound makes the search linear in the number of strands. Strands of a hairstyle lie in order, so similar ones
+    // are near.
     for (std::size_t before = 1; before <= std::min(r, kReferencesTriedMax) && least > 0; ++before) {
       const PointRun& other = runs[r - before];
       if (other.stride != runs[r].stride) continue;
@@ -222,6 +231,7 @@ std::string read_references(std::span<const std::uint8_t> planes, std::vector<Po
   PlaneReader reader(planes);
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const std::int32_t back = reader.take();
+    // A reference ahead would read errors that are not decoded yet.
     if (back < 0 || static_cast<std::size_t>(back) > r) return "a reference to points that do not come before";
     const PointRun& other = runs[r - static_cast<std::size_t>(back)];
     if (other.stride != runs[r].stride) return "a reference to points of another kind";
@@ -258,6 +268,8 @@ EncodedPoints encode_points(std::span<const Vec3f> points, std::vector<PointRun>
   std::vector<std::int32_t> errors(q.size()), remainders;
   const auto fit = [&] {
     for_each_row(runs, [&](std::size_t number, std::span<const PointRun> row) {
+      // Rows get weights from the first on, without gaps: runs only end from row to row, so a row never has more of
+      // them than the row before.
       if (number == weights.size() && row.size() >= kRunsPerRowMin) weights.emplace_back();
       Weights of_row{};
       if (number < weights.size()) {
@@ -274,7 +286,9 @@ EncodedPoints encode_points(std::span<const Vec3f> points, std::vector<PointRun>
   fit();
   if (!weights.empty()) {
     out.references = encode_planes(find_references(errors, runs));
-    for (int round = 0; round < 2; ++round) fit();  // each kind of weight depends on the other
+    // Weights of steps and of references depend on each other, so they are fitted in turn. The references stay as they
+    // were found.
+    for (int round = 0; round < 2; ++round) fit();
   }
   remainders.reserve(q.size());
   for_each_row(runs, [&](std::size_t number, std::span<const PointRun> row) {
@@ -295,6 +309,7 @@ std::string decode_points(std::span<const std::int16_t> weights, std::span<const
   PlaneReader reader(planes);
   std::size_t count = 0;
   for (const PointRun& run : runs) {
+    // point_runs() gives contiguous runs for any file whose counts have been read.
     HAIRNET_ASSERT(run.begin == count && run.begin <= run.end);
     count = run.end;
   }
@@ -308,6 +323,8 @@ std::string decode_points(std::span<const std::int16_t> weights, std::span<const
     if (first + kGroomWeightsPerRow <= weights.size())
       std::copy_n(weights.begin() + static_cast<std::ptrdiff_t>(first), kGroomWeightsPerRow, fitted.begin());
     for_each_coordinate(number, row, [&](std::size_t i, std::size_t step, std::size_t reference) {
+      // The reference comes earlier in the same row, so its error is here already. wrapped() makes any bytes valid:
+      // forged ones give points that validate() refuses by their range.
       errors[i] = wrapped(reader.take() + predict_error(errors, reference, fitted));
       q[i] = wrapped(errors[i] + predict(q, number, i, step, fitted));
     });
@@ -353,6 +370,7 @@ std::vector<std::uint8_t> encode_indices(std::span<const std::uint32_t> indices)
   steps.reserve(indices.size());
   std::int32_t before = 0;
   for (const std::uint32_t index : indices) {
+    // kIntegerMax is above every count of points that a groom may have, so a clamped index still fails validate().
     const auto clamped = static_cast<std::int32_t>(std::min<std::uint32_t>(index, kIntegerMax));
     steps.push_back(clamped - before);
     before = clamped;

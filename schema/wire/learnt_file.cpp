@@ -22,8 +22,9 @@ Result<LearntHair> decode_learnt(std::span<const std::uint8_t> bytes) {
   if (!table) return Refusal(table.error());
   const AlignedBytes aligned(*table);
   const auto* root = verified_root<fb::LearntHair>(aligned.bytes(), fb::LearntHairIdentifier());
-  if (!root) return Refusal("not whole: no sound table of learnt hair");
+  if (!root) return Refusal("not whole: no valid table of learnt hair");
   LearntHair out;
+  // The file has no wind: a client evaluates learnt hair in still air only.
   if (std::string fault = read_learnt(*root, nullptr, out); !fault.empty()) return Refusal(std::move(fault));
   return out;
 }

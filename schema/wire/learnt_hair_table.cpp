@@ -26,6 +26,7 @@ std::string read_learnt(const fb::LearntHair& in, const fb::LearntWind* wind, Le
   from_flatbuffer(*in.hidden_weights(), out.hidden_weights);
   from_flatbuffer(*in.bias(), out.bias);
   from_flatbuffer(*in.output_weights(), out.output_weights);
+  // The array has a fixed size, and copying more would write beyond it. Other counts are compared by validate().
   if (in.most()->size() != out.most.size()) return "learnt hair with a wrong number of inputs";
   std::ranges::copy(*in.most(), out.most.begin());
   out.error = in.error();

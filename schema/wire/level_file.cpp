@@ -15,6 +15,7 @@
 namespace hairnet::wire {
 namespace {
 
+// Raise it when the payload's layout or meaning changes: caches then build their levels again.
 constexpr std::uint32_t kLayoutVersion = 5;
 constexpr std::array<char, 8> kMagic{'H', 'N', 'L', 'E', 'V', 'E', 'L', 'S'};
 
@@ -23,6 +24,7 @@ struct Header {
   std::array<char, 8> magic = kMagic;
   std::uint32_t layout_version = kLayoutVersion;
   std::uint32_t build_version = kBuildVersion;
+  // Levels that were built to other specs are other levels, though every byte of theirs is valid.
   std::array<std::array<std::uint32_t, 6>, kLevelSpecs.size()> specs = flat_specs();
   GroomHash groom{};
   std::uint64_t payload_bytes = 0;
@@ -39,6 +41,7 @@ struct Header {
     return flat;
   }
 };
+// Padding would have undefined bytes, and the checksum covers every byte.
 static_assert(std::is_trivially_copyable_v<Header> && std::has_unique_object_representations_v<Header>);
 
 using Checksum = bytes::ContentHash;
@@ -49,6 +52,7 @@ static_assert(kLevelFileHeaderBytes % 8 == 0, "the payload keeps the buffer's al
 Checksum checksum_of(std::span<const std::uint8_t> file) {
   HAIRNET_ASSERT(file.size() >= kLevelFileHeaderBytes);
   bytes::ContentHasher hasher;
+  // The checksum covers the header too: a changed hash of the groom would give one groom the levels of another.
   hasher.add(file.first(kChecksumAt));
   hasher.add(file.subspan(kLevelFileHeaderBytes));
   return hasher.hash();
@@ -57,6 +61,7 @@ Checksum checksum_of(std::span<const std::uint8_t> file) {
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
 
+// Copies vectors of vectors as one block of floats.
 template <class T>
 Offset<flatbuffers::Vector<float>> write_floats(FlatBufferBuilder& to, const std::vector<T>& from) {
   static_assert(sizeof(T) % sizeof(float) == 0);
@@ -110,7 +115,7 @@ Offset<fb::BuiltModes> write(FlatBufferBuilder& to, const Modes& modes) {
         fb::CreateModeMap(to, to.CreateVector(map.matrix().data(), static_cast<std::size_t>(map.matrix().size()))));
   }
   const auto mode_maps = to.CreateVector(maps);
-  return fb::CreateBuiltModes(to, deviation, unit, shapes, mode_maps, to.CreateVector(modes.held_out_error));
+  return fb::CreateBuiltModes(to, deviation, unit, shapes, mode_maps, to.CreateVector(modes.validation_error));
 }
 
 // Like from_flatbuffer, but false where the last element is not whole.
@@ -144,10 +149,12 @@ SkinDistanceField read(const fb::SkinDistanceField& in) {
   return field;
 }
 
+// Returns false where counts disagree with each other or with the spec. Numbers are judged later, by validate().
 bool read(const fb::BuiltLevel& in, const LevelSpec& spec, Level& out) {
   LevelGeometry& g = out.geometry;
   const std::array<std::uint32_t, 3> dims{in.node_count_x(), in.node_count_y(), in.node_count_z()};
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    // The header has the same specs, but is not proof of what the payload has.
     if (dims[axis] != static_cast<std::uint32_t>(spec.dims[axis])) return false;
   }
   g.lattice = {from_flatbuffer(*in.origin()), from_flatbuffer(*in.spacing()), spec.dims};
@@ -165,24 +172,27 @@ bool read(const fb::BuiltLevel& in, const LevelSpec& spec, Level& out) {
 // Returns an empty string, or the fault.
 std::string read(const fb::BuiltModes& in, const LevelSet& set, Modes& out) {
   Basis& basis = out.basis;
+  // Modes move the active nodes of the finest level, which has been read and validated before.
   basis.node_count = set.levels[0].rest.size();
   from_flatbuffer(*in.deviation_m(), basis.deviation_m);
   from_flatbuffer(*in.unit(), basis.unit);
   from_flatbuffer(*in.modes(), basis.modes);
   if (std::string fault = validate(basis); !fault.empty()) return fault;
-  from_flatbuffer(*in.held_out_error(), out.held_out_error);
+  from_flatbuffer(*in.validation_error(), out.validation_error);
   const auto is_error = [](float error) { return std::isfinite(error) && error >= 0; };
-  if (out.held_out_error.size() != basis.mode_count() || !std::ranges::all_of(out.held_out_error, is_error))
+  if (out.validation_error.size() != basis.mode_count() || !std::ranges::all_of(out.validation_error, is_error))
     return "modes without an error for each";
   if (in.maps()->size() != out.maps.size()) return "modes without a map for each level";
   for (std::size_t i = 0; i < out.maps.size(); ++i) {
+    // Each level has a map of its own, from its displacements to the coefficients that all levels share.
     const flatbuffers::Vector<float>& from = *in.maps()->Get(static_cast<flatbuffers::uoffset_t>(i))->matrix();
     if (from.size() != 3 * basis.mode_count() * set.levels[i].rest.size())
       return "a map of another size than its level";
     ModeMap::Matrix matrix(static_cast<Eigen::Index>(basis.mode_count()),
                            static_cast<Eigen::Index>(3 * set.levels[i].rest.size()));
     std::ranges::copy(from, matrix.data());
-    constexpr float kMost = 1e6f;  // finite coefficients from any displacements
+    // The limit keeps coefficients finite for any displacements.
+    constexpr float kMost = 1e6f;
     if (!matrix.allFinite() || matrix.cwiseAbs().maxCoeff() > kMost) return "a map that is not finite";
     out.maps[i] = ModeMap(std::move(matrix));
   }
@@ -191,13 +201,15 @@ std::string read(const fb::BuiltModes& in, const LevelSet& set, Modes& out) {
 
 // Returns an empty string, or the fault.
 std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
+  // The header is a multiple of 8 bytes, so a file that lies aligned in memory is not copied.
   const AlignedBytes aligned(payload);
   const auto* root = verified_root<fb::BuiltLevels>(aligned.bytes(), fb::BuiltLevelsIdentifier());
-  if (!root || root->levels()->size() != set.levels.size()) return "not a whole and sound buffer of levels";
+  if (!root || root->levels()->size() != set.levels.size()) return "not a whole and valid buffer of levels";
   auto skin = std::make_shared<Skin>();
   for (const fb::SkinDistanceField* field : *root->skin()) skin->push_back(read(*field));
   for (std::size_t i = 0; i < set.levels.size(); ++i) {
     const std::string name(kLevelNames[i]);
+    // The skin is one for all levels: it is that of the body, and depends on no lattice.
     set.levels[i].skin = skin;
     if (!read(*root->levels()->Get(static_cast<flatbuffers::uoffset_t>(i)), kLevelSpecs[i], set.levels[i]))
       return "level " + name + ": counts disagree";
@@ -242,6 +254,7 @@ std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& 
              fb::BuiltLevelsIdentifier());
   std::vector<std::uint8_t> bytes(kLevelFileHeaderBytes + payload.size());
   Header header;
+  // The payload's length and the checksum are set at the end, when the bytes are there.
   header.groom = groom;
   std::memcpy(bytes.data(), &header, sizeof(header));
   std::ranges::copy(payload, bytes.begin() + kLevelFileHeaderBytes);
@@ -253,6 +266,7 @@ DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash
   if (bytes.size() < kLevelFileHeaderBytes) return {LevelFileFault::damaged, "no whole header", nullptr};
   Header header;
   std::memcpy(&header, bytes.data(), sizeof(header));
+  // The header is judged before the checksum: a file of another version is reported as that, and not as damaged.
   switch (const LevelFileFault fault = fault_of(header, groom); fault) {
     case LevelFileFault::not_a_level_file:
       return {fault, "not a file of levels", nullptr};
@@ -262,7 +276,7 @@ DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash
       return {fault, "levels of another groom", nullptr};
     case LevelFileFault::none:
     case LevelFileFault::damaged:
-    case LevelFileFault::unsound:
+    case LevelFileFault::invalid:
       break;
   }
   const auto payload = bytes.subspan(kLevelFileHeaderBytes);
@@ -272,9 +286,10 @@ DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash
   const Checksum checksum = checksum_of(bytes);
   if (!std::ranges::equal(checksum, bytes.subspan(kChecksumAt, checksum.size())))
     return {LevelFileFault::damaged, "the checksum is another one", nullptr};
+  // Only now the payload is known to be what was written. It may still be invalid, where the build itself was wrong.
   auto set = std::make_shared<LevelSet>();
   if (std::string fault = read(payload, *set); !fault.empty())
-    return {LevelFileFault::unsound, std::move(fault), nullptr};
+    return {LevelFileFault::invalid, std::move(fault), nullptr};
   return {LevelFileFault::none, {}, std::move(set)};
 }
 

@@ -35,7 +35,7 @@ enum class LevelFileFault : std::uint8_t {
   // Bytes are missing, surplus or changed.
   damaged,
   // The bytes are those that were written, and yet no levels that may be run.
-  unsound,
+  invalid,
 };
 
 struct DecodedLevels {

@@ -16,6 +16,7 @@ using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
 using Fault = std::string;
 
+// Copies a text that may go to logs and terminals; `name` says in the fault which one it is.
 inline Fault read_text(const flatbuffers::String* from, const char* name, std::string& to) {
   const std::string_view text = view(from);
   if (!is_text(text))
@@ -39,6 +40,7 @@ inline Fault read_tag(const flatbuffers::Vector<std::uint8_t>* from, std::string
   return {};
 }
 
+// Times within kTimeMax_ns can be added and subtracted everywhere without an overflow.
 inline Fault read_time(std::int64_t from_ns, const char* name, std::int64_t& to_ns) {
   if (from_ns < -kTimeMax_ns || from_ns > kTimeMax_ns) return std::string(name) + ": out of range";
   to_ns = from_ns;

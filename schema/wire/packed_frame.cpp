@@ -39,12 +39,14 @@ std::string read_frame(Unpacker& in, std::uint32_t member_before, Frame& out) {
   std::uint8_t head = 0;
   if (!in.take_varint(step) || !in.take(head) || !in.take_varint(byte_count) || !in.take(byte_count, out.content))
     return "frame batch: ends within a frame";
+  // Members ascend, so one batch cannot have two frames of one member, and the sum cannot wrap.
   if (step == 0 || step > 0xffffffffu - member_before) return "frame batch: members do not ascend";
   out.member = member_before + step;
   HAIRNET_ASSERT(out.member > member_before);
   if (Fault fault = read_enum(static_cast<fb::LevelIndex>(head & 7), "level", out.level); !fault.empty()) return fault;
   out.discontinuous = (head & 8) != 0;
   out.asleep = (head & 16) != 0;
+  // Two bits can say four strides, and the fourth does not exist.
   const unsigned log2_stride = head >> 5 & 3;
   if (log2_stride > 2) return "frame: no such stride";
   out.evaluated = (head & 128) != 0;

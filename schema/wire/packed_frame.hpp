@@ -12,14 +12,14 @@
 // server_messages.cpp and frame_datagram.cpp alone.
 namespace hairnet::wire {
 
-// `at`: room for what is written. They return where it ends.
+// `at`: room for what is written, which varint_bytes() and packed_bytes() count beforehand. They return where it ends.
 std::uint8_t* write_varint(std::uint64_t value, std::uint8_t* at);
 std::uint8_t* write_frame(const Frame& frame, std::uint32_t member_before, std::uint8_t* at);
 
 std::size_t varint_bytes(std::uint64_t value);
 std::size_t packed_bytes(const Frame& frame, std::uint32_t member_before);
 
-// Takes what is packed off the front of a span; false at its end or when it is not sound.
+// Takes what is packed off the front of a span; false at its end or when it is not valid.
 class Unpacker {
  public:
   explicit Unpacker(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
@@ -30,6 +30,8 @@ class Unpacker {
     bytes_ = bytes_.subspan(1);
     return true;
   }
+  // The shift bounds the loop to 5 bytes for 32 bits and 10 for 64. A number that is written with more bytes than it
+  // needs is accepted.
   template <class Unsigned>
   bool take_varint(Unsigned& value) {
     Unsigned sum = 0;
@@ -37,6 +39,7 @@ class Unpacker {
       std::uint8_t byte = 0;
       if (!take(byte)) return false;
       const Unsigned bits = byte & 0x7fu;
+      // A last group whose bits do not fit the type is refused, not cut off.
       if (bits << shift >> shift != bits) return false;
       sum |= bits << shift;
       if (byte & 0x80) continue;

@@ -11,7 +11,9 @@ std::pair<fb::Body, Offset<void>> written(Offset<Table> table) {
   return {type, table.Union()};
 }
 
-// Bytes of the bulk that a message brings, so that the buffer is allocated once and never beyond the limit.
+// The functions bulk_bytes() estimate the bytes of the bulk that a message brings, so that the buffer is allocated once
+// and never beyond the limit. Too small an estimate costs a copy while the buffer grows. A message without a function
+// here has no bulk.
 std::size_t bulk_bytes(const GroomChunk& chunk) {
   return chunk.bytes.size();
 }
@@ -59,10 +61,13 @@ std::size_t bulk_bytes(const M&) {
 // `write_body` returns the body's type, and where it is.
 template <class WriteBody>
 std::vector<std::uint8_t> encoded(std::int64_t clock_ns, std::size_t bulk, const WriteBody& write_body) {
+  // A message that cannot fit takes no memory. Its real size is known only after it is written, so that is checked
+  // below as well.
   if (bulk > kPacketBytesMax) return {};
   FlatBufferBuilder builder(bulk + kPacketOverheadBytesMax);
   const auto [type, body] = write_body(builder);
-  builder.ForceDefaults(clock_ns == 0);  // the clock is there to be set later
+  // FlatBuffers leaves out a field with its default value, and set_clock() can only overwrite a field that exists.
+  builder.ForceDefaults(clock_ns == 0);
   const auto root = fb::CreateEnvelope(builder, clock_ns, type, body);
   std::vector<std::uint8_t> packet = finish(builder, root, fb::EnvelopeIdentifier());
   if (packet.size() > kPacketBytesMax) packet.clear();
@@ -93,6 +98,8 @@ bool read_as(const fb::Envelope& in, Message& out, Fault& fault) {
 template <class... Ms>
 Fault read_body(const fb::Envelope& in, Message& out, const std::variant<Ms...>* /* kinds */) {
   Fault fault;
+  // The pack tries one kind after the other and stops at the first that is the body's. The list of kinds is the variant
+  // itself, so a decoder for clients has no code for what only clients say.
   const bool is_known = (read_as<Ms>(in, out, fault) || ...);
   return is_known ? fault : "no message of a kind that this version takes";
 }
@@ -106,9 +113,10 @@ DecodedPacket decoded_as(std::span<const std::uint8_t> packet) {
   if (packet.size() > kPacketBytesMax)
     return refused(DecodeError::too_large,
                    std::to_string(packet.size()) + " bytes, more than " + std::to_string(kPacketBytesMax));
+  // Bytes of a datagram or a WebSocket may begin anywhere, and FlatBuffers reads numbers in place.
   const AlignedBytes aligned(packet);
   const auto* root = verified_root<fb::Envelope>(aligned.bytes(), fb::EnvelopeIdentifier());
-  if (!root) return refused(DecodeError::malformed, "not a whole and sound packet of this protocol");
+  if (!root) return refused(DecodeError::malformed, "not a whole and valid packet of this protocol");
   DecodedPacket decoded;
   Fault fault = read_time(root->clock_ns(), "envelope's clock", decoded.envelope.clock_ns);
   if (fault.empty()) fault = read_body(*root, decoded.envelope.message, static_cast<const Kinds*>(nullptr));
@@ -134,6 +142,7 @@ const char* to_string(DecodeError error) {
 void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns) {
   if (is_frame_datagram(packet)) return set_frame_datagram_clock(packet, clock_ns);
   HAIRNET_ASSERT(packet.size() >= kPacketBytesMin);
+  // The packet is one of ours, so it is not verified again. GetMutableRoot expects the buffer behind the size prefix.
   auto* root = flatbuffers::GetMutableRoot<flatbuffers::Table>(packet.data() + sizeof(flatbuffers::uoffset_t));
   const bool is_set = root->SetField<std::int64_t>(fb::Envelope::VT_CLOCK_NS, clock_ns, clock_ns);
   HAIRNET_ASSERT(is_set);

@@ -9,7 +9,8 @@ namespace {
 
 using flatbuffers::FlatBufferBuilder;
 
-constexpr std::size_t kDeflateRatioMax = 1032;  // a match of 258 bytes takes two bits at least
+// Deflate takes at least two bits for a match of at most 258 bytes, which makes 1032 bytes out of one.
+constexpr std::size_t kDeflateRatioMax = 1032;
 
 }  // namespace
 
@@ -32,6 +33,7 @@ Result<std::vector<std::uint8_t>> unpack(std::span<const std::uint8_t> file, con
   if (byte_count > kGroomBytesMax)
     return Refusal(std::to_string(byte_count) + " bytes when unpacked, more than the limit of " +
                    std::to_string(kGroomBytesMax));
+  // The announced size is checked before memory is taken for it, else a file of some bytes could take 256 MiB.
   if (byte_count < kPacketBytesMin || byte_count / kDeflateRatioMax > root->stream()->size())
     return Refusal("not whole: its stream cannot be as long as it says");
   std::vector<std::uint8_t> table(byte_count);

@@ -10,6 +10,7 @@ namespace {
 constexpr double kUnitTolerance = 1e-3;
 
 PoseRefusal validate_bone(const RigidTransform& bone) {
+  // Numbers that are not finite come first: the comparisons below say nothing about them.
   if (!bone.rotation.coeffs().allFinite() || !bone.position.allFinite()) return PoseRefusal::not_finite;
   if (!(std::abs(bone.rotation.norm() - 1) <= kUnitTolerance)) return PoseRefusal::not_unit;
   if (!(bone.position.cwiseAbs().maxCoeff() <= kPositionMax_m)) return PoseRefusal::too_far;

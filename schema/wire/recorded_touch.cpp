@@ -17,6 +17,7 @@ using Fault = std::string;
 template <class Struct>
 using Structs = flatbuffers::Vector<const Struct*>;
 
+// Bodies are recorded in double: they are interpolated on the server, and rounding them would give a replay other bits.
 fb::Vec3d exact(const Vec3& v) {
   return {v.x(), v.y(), v.z()};
 }
@@ -72,6 +73,7 @@ bool take_next(std::size_t count, std::span<const T>& all, std::vector<T>& out) 
   return true;
 }
 
+// Owners have a list of their own beside `added`, since the struct of an added character cannot grow.
 Fault read_owners(const fb::RecordedTick& in, std::vector<SimulationInputs::Add>& added) {
   if (!in.owners()) return {};
   const std::span<const std::uint32_t> owners = span_of(in.owners());
@@ -80,11 +82,13 @@ Fault read_owners(const fb::RecordedTick& in, std::vector<SimulationInputs::Add>
   return {};
 }
 
+// The chosen of all rules lie in one list; each rule takes as many as it counts.
 Fault read_rules(const fb::RecordedTick& in, std::vector<SimulationInputs::Rule>& out) {
   std::span<const std::uint32_t> chosen = span_of(in.chosen());
   Fault fault = read_each(in.touch_rules(), [&](const fb::RecordedRule& entry) -> Fault {
     TouchRule& rule = out.emplace_back(SimulationInputs::Rule{entry.character(), {}}).rule;
     if (!take_next(entry.chosen_count(), chosen, rule.chosen)) return "touch rules: fewer chosen than counted";
+    // The World searches them by halves, so their order is part of what makes a rule valid.
     if (!std::ranges::is_sorted(rule.chosen)) return "touch rule: the chosen do not ascend";
     rule.audience = static_cast<TouchAudience>(entry.audience());
     return rule.audience <= TouchAudience::everyone ? "" : "touch rule: no such audience";
@@ -102,9 +106,11 @@ Fault read_bodies(const fb::RecordedTick& in, std::vector<SimulationInputs::Room
     fault = read_each(in.room_bodies(), [&](const fb::RecordedRoomBodies& entry) -> Fault {
       SimulationInputs::RoomBodies& room = out.emplace_back(SimulationInputs::RoomBodies{entry.room(), {}});
       if (!take_next(entry.body_count(), left, room.bodies)) return "bodies: fewer than counted";
+      // The World takes bodies in the order of their keys, each once.
       const auto unordered = std::ranges::adjacent_find(room.bodies, std::ranges::greater_equal{}, &TouchBody::key);
       return unordered == room.bodies.end() ? check_room(room.room) : "bodies: their keys do not ascend";
     });
+  // Bodies that no room takes would be lost silently, and the replay would differ.
   if (fault.empty() && !left.empty()) fault = "bodies: more than counted";
   return fault;
 }
@@ -128,6 +134,7 @@ Fault read_grab(const fb::RecordedGrab& entry, std::vector<SimulationInputs::Tak
 RecordedTouch write_touch(FlatBufferBuilder& to, const SimulationInputs& inputs) {
   std::vector<std::uint32_t> owners, chosen;
   for (const SimulationInputs::Add& added : inputs.added) owners.push_back(added.owner);
+  // The list is left out where nobody owns a character, as in recordings made without touch.
   if (std::ranges::count(owners, kRoomToucher) == std::ssize(owners)) owners.clear();
   std::vector<fb::RecordedRule> rules;
   for (const auto& [character, rule] : inputs.touch_rules) {

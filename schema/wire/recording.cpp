@@ -13,10 +13,13 @@
 namespace hairnet::wire {
 namespace {
 
+// A reader takes this version alone: a replay is useful only where it gives the same bits.
 constexpr std::uint16_t kRecordingVersion = 7;
+// These limits keep a damaged header from making a World that computes for hours, or asserts.
 constexpr std::int32_t kSubstepCountMax = 64;
 constexpr std::int32_t kIterationsMax = 10'000;
 constexpr double kAccelerationMax = 1000;  // m/s^2
+// The largest entry is a groom. A prefix that says more is damaged.
 constexpr std::size_t kEntryBytesMax = kGroomBytesMax + 4096;
 
 using flatbuffers::FlatBufferBuilder;
@@ -35,6 +38,7 @@ Body body(Offset<Table> table) {
 
 Body write(FlatBufferBuilder& to, const RecordingHeader& e) {
   const Wind& w = e.wind;
+  // Gravity and the mean wind are doubles in the World: floats would change the bits of a replay.
   const fb::Vec3d gravity(e.gravity[0], e.gravity[1], e.gravity[2]);
   const fb::Vec3d mean(w.mean_m_per_s.x(), w.mean_m_per_s.y(), w.mean_m_per_s.z());
   return body(fb::CreateRecordedHeader(to, kRecordingVersion, e.tick_rate_hz, e.substep_count, e.iterations, &gravity,
@@ -54,6 +58,7 @@ Body write(FlatBufferBuilder& to, const RecordedLearnt& e) {
   return body(fb::CreateRecordedLearnt(to, &groom, hair, wind));
 }
 
+// Vec3f is three floats without gaps, so the vectors are copied as one block.
 Offset<flatbuffers::Vector<float>> write_vectors(FlatBufferBuilder& to, const std::vector<Vec3f>& vectors) {
   static_assert(sizeof(Vec3f) == 3 * sizeof(float));
   return to.CreateVector(vectors.empty() ? nullptr : vectors.front().data(), 3 * vectors.size());
@@ -69,6 +74,7 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   std::vector<fb::RecordedMaterial> materials;
   for (const RecordedMaterial& m : e.materials) materials.emplace_back(m.character, to_flatbuffer(m.scale));
   std::vector<fb::RecordedWind> winds;
+  // The flag has a list of its own, since the fields of a FlatBuffers struct can never change.
   std::vector<std::uint8_t> winds_carried;
   for (const RecordedWind& w : e.winds) {
     winds.emplace_back(to_flatbuffer(w.wind), w.room);
@@ -78,6 +84,8 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   for (const RecordedStride& s : e.strides) strides.emplace_back(s.character, s.stride);
   std::vector<fb::RecordedSuspension> suspensions;
   for (const RecordedSuspension& h : e.suspensions) suspensions.emplace_back(h.character, h.suspended);
+  // Structs cannot hold vectors, so the nodes of all states lie in two common vectors, and each state says how many are
+  // its own.
   std::vector<fb::RecordedState> states;
   std::vector<Vec3f> displacements, velocities;
   for (const RecordedState& s : e.states) {
@@ -100,6 +108,7 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
   const auto states_at = to.CreateVectorOfStructs(states);
   const auto displacements_at = write_vectors(to, displacements);
   const auto velocities_at = write_vectors(to, velocities);
+  // Most ticks have no new wind, and no list.
   const auto carried_at = winds_carried.empty() ? 0 : to.CreateVector(winds_carried);
   const RecordedTouch touch = write_touch(to, e);
   return body(fb::CreateRecordedTick(to, e.tick, e.sample_time_ns, e.state_hash, removed_at, added_at, levels_at,
@@ -109,6 +118,7 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
 }
 
 bool copy_vector(const fb::Vec3d& from, std::array<double, 3>& to) {
+  // The negated comparison also refuses what is not a number.
   to = {from.x(), from.y(), from.z()};
   for (const double x : to) {
     if (!(std::abs(x) <= kAccelerationMax)) return false;
@@ -117,6 +127,7 @@ bool copy_vector(const fb::Vec3d& from, std::array<double, 3>& to) {
 }
 
 Fault read(const fb::RecordedHeader& in, RecordingHeader& out) {
+  // The version is judged first, as the other fields may mean something else in another one.
   if (in.version() != kRecordingVersion)
     return "recording of version " + std::to_string(in.version()) + ", not " + std::to_string(kRecordingVersion);
   out.tick_rate_hz = in.tick_rate_hz();
@@ -138,6 +149,7 @@ Fault read(const fb::RecordedHeader& in, RecordingHeader& out) {
 }
 
 Fault read(const fb::RecordedGroom& in, RecordedGroom& out) {
+  // The file is decoded by the replay, which knows the limits for grooms.
   from_flatbuffer(*in.bytes(), out.bytes);
   return {};
 }
@@ -152,6 +164,7 @@ Fault read(const fb::RecordedLearnt& in, RecordedLearnt& out) {
 
 Fault read_pose(const fb::Bones& from, Pose& to) {
   to = from_flatbuffer(from);
+  // The World asserts what is validated here: a damaged recording must end the replay by an error.
   const PoseRefusal refusal = validate_pose(to);
   return refusal == PoseRefusal::none ? Fault() : std::string("pose: ") + to_string(refusal);
 }
@@ -208,6 +221,7 @@ Fault read_states(const fb::RecordedTick& in, std::vector<RecordedState>& out) {
   if (!fault.empty()) return fault;
   std::uint64_t node_count = 0;
   for (const fb::RecordedState* state : states) node_count += state->node_count();
+  // The counts are summed in 64 bits, so a forged sum cannot wrap to the right number.
   if (node_count != displacements.size() || node_count != velocities.size()) return "states: counts differ";
   std::ptrdiff_t first = 0;
   for (const fb::RecordedState* state : states) {
@@ -230,6 +244,7 @@ Fault read(const fb::RecordedPose& in, RecordedPose& out) {
 template <class Struct, class Plain>
 Fault read_all(const flatbuffers::Vector<const Struct*>& in, std::vector<Plain>& out) {
   if (!is_aligned(in)) return "entries not aligned";
+  // The verifier has checked that so many entries lie in the buffer, so a forged count takes no memory.
   out.reserve(in.size());
   for (const Struct* entry : in) {
     if (Fault fault = read(*entry, out.emplace_back()); !fault.empty()) return fault;
@@ -241,6 +256,7 @@ Fault read(const fb::RecordedTick& in, RecordedTick& out) {
   out.tick = in.tick();
   out.sample_time_ns = in.sample_time_ns();
   out.state_hash = in.state_hash();
+  // Whether characters exist is not checked here, where only one tick is known.
   from_flatbuffer(*in.removed(), out.removed);
   Fault fault = read_all(*in.added(), out.added);
   if (fault.empty()) fault = read_all(*in.levels(), out.levels);
@@ -256,6 +272,7 @@ Fault read(const fb::RecordedTick& in, RecordedTick& out) {
   if (fault.empty()) fault = read_states(in, out.states);
   if (fault.empty()) fault = read_all(*in.poses(), out.poses);
   if (fault.empty()) fault = read_touch(in, out);
+  // The tick in front tells a person where in the recording to look.
   return fault.empty() ? fault : "tick " + std::to_string(out.tick) + ": " + fault;
 }
 
@@ -279,6 +296,7 @@ Fault read_body(const fb::RecordEntry& in, RecordEntry& out) {
 
 std::vector<std::uint8_t> encode_record_entry(const RecordEntry& entry) {
   const auto* groom = std::get_if<RecordedGroom>(&entry);
+  // A groom is the only large entry; the builder would double its memory several times to reach it.
   FlatBufferBuilder builder(4096 + (groom ? groom->bytes.size() : 0));
   const Body written = std::visit([&](const auto& e) { return write(builder, e); }, entry);
   return finish(builder, fb::CreateRecordEntry(builder, written.type, written.offset), fb::RecordEntryIdentifier());
@@ -289,13 +307,16 @@ Result<RecordEntry> take_record_entry(std::span<const std::uint8_t>& bytes) {
   std::uint32_t counted = 0;
   if (bytes.size() >= prefix_bytes) std::memcpy(&counted, bytes.data(), prefix_bytes);
   const std::size_t entry_bytes = prefix_bytes + counted;
+  // The size is judged before the rest is waited for: a file that is no recording shows by its first bytes.
   if (entry_bytes > kEntryBytesMax)
     return Refusal("not a recording, or a damaged one: an entry of " + std::to_string(entry_bytes) + " bytes");
+  // A server that dies leaves a last entry that is not whole. The error names it, so that a reader can keep all ticks
+  // before.
   if (bytes.size() < prefix_bytes || bytes.size() < entry_bytes)
     return Refusal("incomplete last entry: the recording ends " + std::to_string(bytes.size()) + " bytes into it");
   const AlignedBytes aligned(bytes.first(entry_bytes));
   const auto* root = verified_root<fb::RecordEntry>(aligned.bytes(), fb::RecordEntryIdentifier());
-  if (!root) return Refusal("not a recording, or a damaged one: an entry is not sound");
+  if (!root) return Refusal("not a recording, or a damaged one: an entry is not valid");
   RecordEntry entry;
   if (Fault fault = read_body(*root, entry); !fault.empty()) return Refusal(std::move(fault));
   HAIRNET_ASSERT(entry_bytes >= kPacketBytesMin);  // so that the caller's loop ends

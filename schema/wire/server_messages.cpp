@@ -16,6 +16,8 @@ Offset<fb::ServerAt> write(FlatBufferBuilder& to, const ServerAt& m) {
 Fault read(const fb::ServerAt& in, ServerAt& out) {
   out.port = in.port();
   if (Fault fault = read_text(in.host(), "a server's host", out.host); !fault.empty()) return fault;
+  // A client connects to this host with its token. Only characters of names and addresses pass, so a host cannot
+  // smuggle a path, a user or a scheme into a URL.
   const bool is_host = !out.host.empty() && std::ranges::all_of(out.host, [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '.' || c == '-' || c == ':' || c == '_';
   });
@@ -49,17 +51,20 @@ Fault read(const fb::Welcome& in, Welcome& out) {
   out.may_set_props = in.may_set_props();
   out.resume_grace_s = in.resume_grace_s();
   if (in.others()) {
+    // The client keeps the list for its reconnects, so a server must not fill its memory with names.
     if (in.others()->size() > kServersMax) return "welcome: more than " + std::to_string(kServersMax) + " servers";
     for (const fb::ServerAt* other : *in.others()) {
       if (Fault fault = read(*other, out.others.emplace_back()); !fault.empty()) return fault;
     }
   }
+  // The negation also refuses what is not a number.
   if (!(out.resume_grace_s >= 0 && out.resume_grace_s <= 1e6f)) return "welcome: grace out of range";
   if (Fault fault = read_time(in.pose_delay_ns(), "welcome's pose delay", out.pose_delay_ns); !fault.empty())
     return fault;
   if (Fault fault = read_text(in.room(), "room", out.room); !fault.empty()) return fault;
-  const bool sound = out.tick_rate_hz >= 1 && out.tick_rate_hz <= kTickRateMax_hz;
-  return sound ? Fault() : "welcome: tick rate not in [1, " + std::to_string(kTickRateMax_hz) + "] Hz";
+  // A client divides by the tick rate.
+  const bool valid = out.tick_rate_hz >= 1 && out.tick_rate_hz <= kTickRateMax_hz;
+  return valid ? Fault() : "welcome: tick rate not in [1, " + std::to_string(kTickRateMax_hz) + "] Hz";
 }
 
 Offset<fb::GroomNeed> write(FlatBufferBuilder& to, const GroomNeed& m) {
@@ -92,6 +97,7 @@ Fault read(const fb::GroomData& in, GroomData& out) {
   out.byte_count = in.byte_count();
   out.offset = in.offset();
   from_flatbuffer(*in.bytes(), out.bytes);
+  // The offset is compared before the subtraction, which would wrap otherwise.
   const bool fits = out.byte_count <= kGroomBytesMax && out.offset <= out.byte_count &&
                     out.bytes.size() <= out.byte_count - out.offset && out.bytes.size() <= kGroomChunkBytesMax;
   return fits ? Fault() : "groom data: not within the groom";
@@ -158,6 +164,7 @@ Offset<fb::RoomWind> write(FlatBufferBuilder& to, const RoomWind& m) {
 Fault read(const fb::RoomWind& in, RoomWind& out) {
   out = {from_flatbuffer(*in.wind(), in.carried()), in.session()};
   const Wind& w = out.wind;
+  // Ranges are not checked: the server has checked them when the wind was set.
   const bool finite = w.mean_m_per_s.allFinite() && std::isfinite(w.gust_ratio) && std::isfinite(w.gust_period_s) &&
                       std::isfinite(w.turbulence_rms_m_per_s) && std::isfinite(w.turbulence_scale_m);
   return finite ? Fault() : "wind: not finite numbers";
@@ -177,6 +184,7 @@ Offset<fb::Redirect> write(FlatBufferBuilder& to, const Redirect& m) {
 }
 
 Fault read(const fb::Redirect& in, Redirect& out) {
+  // Absent means that no server holds the room at the moment.
   return in.to() ? read(*in.to(), out.to.emplace()) : Fault();
 }
 
@@ -207,6 +215,7 @@ std::size_t frame_bytes(const Frame& frame) {
 
 Offset<fb::FrameBatch> write(FlatBufferBuilder& to, const FrameBatch& m) {
   std::size_t byte_count = 0;
+  // The size is summed first: the vector in the buffer has its final length from the beginning.
   std::uint32_t member = 0;
   for (const Frame& f : m.frames) {
     byte_count += packed_bytes(f, member);
@@ -214,6 +223,8 @@ Offset<fb::FrameBatch> write(FlatBufferBuilder& to, const FrameBatch& m) {
   }
   std::uint8_t* at = nullptr;
   to.ForceVectorAlignment(byte_count, 1, 4);
+  // The frames are written straight into the buffer. Collecting them first would copy every byte of every batch once
+  // more.
   const Offset<flatbuffers::Vector<std::uint8_t>> frames = to.CreateUninitializedVector(byte_count, &at);
   const std::uint8_t* const end = at + byte_count;
   member = 0;
@@ -232,6 +243,8 @@ Fault read(const fb::FrameBatch& in, FrameBatch& out) {
   out.tick = in.tick();
   if (Fault fault = read_time(in.sample_time_ns(), "frames' sample time", out.sample_time_ns); !fault.empty())
     return fault;
+  // The batch owns this copy of the frames' bytes, and the spans of its frames point into it: no frame has memory of
+  // its own.
   auto storage = std::make_shared<std::vector<std::uint8_t>>();
   from_flatbuffer(*in.frames(), *storage);
   Unpacker packed(*storage);
@@ -240,6 +253,7 @@ Fault read(const fb::FrameBatch& in, FrameBatch& out) {
     if (Fault fault = read_frame(packed, member, out.frames.emplace_back()); !fault.empty()) return fault;
     member = out.frames.back().member;
   }
+  // Only batches in datagrams have generations; in the channel no frame can come late.
   if (in.generations()) {
     if (in.generations()->size() != out.frames.size()) return "frame batch: not a generation for each frame";
     from_flatbuffer(*in.generations(), out.generations);
@@ -250,6 +264,7 @@ Fault read(const fb::FrameBatch& in, FrameBatch& out) {
 
 Offset<fb::Error> write(FlatBufferBuilder& to, const Error& m) {
   const fb::Hash groom = to_flatbuffer(m.groom);
+  // The hash of zeros stands for no groom: it saves its 32 bytes.
   return fb::CreateError(to, m.groom == GroomHash{} ? nullptr : &groom, to.CreateString(fit_text(m.detail)),
                          m.character, static_cast<fb::ErrorReason>(m.reason));
 }

@@ -38,6 +38,7 @@ std::string fit_text(std::string_view text) {
     const std::string_view character = bytes == 0 ? "?" : text.substr(0, bytes);
     if (fitted.size() + character.size() > kTextBytesMax) break;
     fitted += character;
+    // A byte that begins no character is passed over alone, since the next byte may begin one.
     text.remove_prefix(std::max<std::size_t>(bytes, 1));
   }
   HAIRNET_VALIDATE(is_text(fitted));

@@ -8,6 +8,7 @@
 namespace hairnet::wire {
 namespace {
 
+// The limit is that of the wire; the decoder itself is bounded by the number of shapes.
 Fault read_hands(std::span<const std::uint8_t> bytes, std::vector<Hand>& out) {
   if (bytes.size() > kHandsBytesMax)
     return "hands: " + std::to_string(bytes.size()) + " bytes, more than " + std::to_string(kHandsBytesMax);
@@ -39,6 +40,7 @@ auto write_props(FlatBufferBuilder& to, const Message& m) {
 
 // Of SetProps and RoomProps.
 Fault read_props(const auto& in, std::vector<Prop>& props, std::vector<std::uint8_t>& removed) {
+  // A room has no more numbers than this, so a longer list must name one twice.
   if (in.props()->size() > kPropsMax || in.removed()->size() > kPropsMax)
     return "props: more than " + std::to_string(kPropsMax);
   if (!is_aligned(*in.props())) return "props: not aligned";
@@ -73,7 +75,8 @@ Fault read_hands(const fb::Hands& in, HandsSample& out) {
 
 std::string validate(const TakeHold& hold) {
   if (hold.hand >= kHandShapesMax) return "hold: a hand has the number of a shape";
-  const auto is_within = [](float x) { return std::abs(x) <= static_cast<float>(kHandSizeMax_m); };  // false for NaN
+  // The comparison is false for NaN.
+  const auto is_within = [](float x) { return std::abs(x) <= static_cast<float>(kHandSizeMax_m); };
   for (const float x : hold.place) {
     if (!is_within(x)) return "hold: its place is more than 10 m from the shape";
   }
@@ -86,6 +89,7 @@ std::string validate(const Prop& prop) {
   const Vec3& at = prop.place.position;
   if (!(at.allFinite() && at.cwiseAbs().maxCoeff() <= kPositionMax_m))
     return "prop: a coordinate of its place is more than 10 000 m";
+  // The rest of the rules is the World's own, so that a room never has a prop that a World refuses.
   return validate(TouchBody{.key = {}, .shape = prop.shape, .place = prop.place});
 }
 
@@ -134,6 +138,7 @@ Offset<fb::RoomProps> write(FlatBufferBuilder& to, const RoomProps& m) {
 
 Fault read(const fb::RoomProps& in, RoomProps& out) {
   out.all = in.all();
+  // A server's props are validated here: a client shows them at once. Those of SetProps are validated by the session.
   Fault fault = read_props(in, out.props, out.removed);
   for (const Prop& prop : out.props) {
     if (fault.empty()) fault = validate(prop);
@@ -160,7 +165,9 @@ Fault read(const fb::Held& in, Held& out) {
 }
 
 Offset<fb::RoomHands> write(FlatBufferBuilder& to, const RoomHands& m) {
+  // Only tests encode hands this way: a server encodes each person's once for all who get them.
   EncodedRoomHands encoded{m.tick, m.sample_time_ns, {}};
+  // Growth of the outer vector moves its elements, whose bytes stay where they are: the spans stay valid.
   std::vector<std::vector<std::uint8_t>> bytes;
   for (const auto& [session, hands] : m.people)
     encoded.people.push_back({session, bytes.emplace_back(codec::encode_hands(hands))});
@@ -187,6 +194,7 @@ Fault read(const fb::RoomHands& in, RoomHands& out) {
   if (Fault fault = read_time(in.sample_time_ns(), "sample time", out.sample_time_ns); !fault.empty()) return fault;
   std::span<const std::uint8_t> left = span_of(in.bytes());
   for (const fb::PersonHands* person : people) {
+    // Counts are the peer's, so each is compared with what is left before the span is cut.
     if (person->byte_count() > left.size()) return "hands: fewer bytes than counted";
     RoomHands::Person& next = out.people.emplace_back(RoomHands::Person{person->session(), {}});
     if (Fault fault = read_hands(left.first(person->byte_count()), next.hands); !fault.empty()) return fault;

@@ -17,8 +17,10 @@ struct AgonesCounters : CounterSet {
   Counter requests_failed_unreachable{*this, "agones_requests_failed", "reason", "unreachable",
                                       "Requests to the sidecar of Agones that failed, by reason."};
   Counter requests_failed_timeout{*this, "agones_requests_failed", "reason", "timeout"};
-  Counter requests_failed_broken{*this, "agones_requests_failed", "reason", "broken"};    // the connection ended
-  Counter requests_failed_refused{*this, "agones_requests_failed", "reason", "refused"};  // answered with an error
+  // The connection ended before the answer.
+  Counter requests_failed_broken{*this, "agones_requests_failed", "reason", "broken"};
+  // The sidecar answered with an error.
+  Counter requests_failed_refused{*this, "agones_requests_failed", "reason", "refused"};
   Counter requests_failed_malformed{*this, "agones_requests_failed", "reason", "malformed"};
   Counter requests_failed_oversize{*this, "agones_requests_failed", "reason", "oversize"};
 };

@@ -12,14 +12,19 @@ namespace hairnet::server::agones {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
+// The sidecar is on the same machine, so a call without an answer for so long will not get one.
 constexpr std::int64_t kCallTimeout_ns = 2 * kSecond_ns;
 constexpr std::int64_t kHealthInterval_ns = 2 * kSecond_ns;
-constexpr std::int64_t kStateInterval_ns = kSecond_ns;  // between changes of the state
+// Two changes of the state are at least this far apart: rooms may begin and end faster than Kubernetes can follow.
+constexpr std::int64_t kStateInterval_ns = kSecond_ns;
 constexpr std::int64_t kRoomsInterval_ns = 2 * kSecond_ns;
-constexpr std::int64_t kAddressInterval_ns = kSecond_ns;  // while Agones has no address for this server yet
-constexpr std::int64_t kUnusedFor_ns = 5 * kSecond_ns;    // without a room, until Agones may take the server
+// While Agones has no address for this server yet, it is asked this often.
+constexpr std::int64_t kAddressInterval_ns = kSecond_ns;
+// A server must be without a room for this long before Agones may end it: somebody may be about to come back.
+constexpr std::int64_t kUnusedFor_ns = 5 * kSecond_ns;
 constexpr std::int64_t kBackoffMin_ns = 500 * kMs;
-constexpr int kBackoffDoublingsMax = 5;  // 16 s
+// The longest wait is 16 s.
+constexpr int kBackoffDoublingsMax = 5;
 
 constexpr std::array<const char*, 4> kStateNames{"none", "ready", "allocated", "shutdown"};
 constexpr std::array<const char*, 4> kDutyNames{"health", "state", "rooms", "address"};
@@ -59,15 +64,19 @@ void Sidecar::poll(const ServerNow& server, std::int64_t now_ns) {
     transport_->cancel(std::exchange(task.call, 0));
     fail(static_cast<Duty>(duty), Fault::timeout, {}, now_ns);
   }
+  // A server whose ticks hang says nothing, and Agones replaces it.
   if (server.has_ticks_on_time && may_start(health_duty, now_ns)) start(health_duty, health(), now_ns);
   if (def_.asks_for_address && !address_ && may_start(address_duty, now_ns)) start(address_duty, game_server(), now_ns);
   const State wanted = wanted_state(server, now_ns);
+  // While the server drains its state stays as it is: Agones must not allocate it again.
   const bool is_silent = wanted == State::none || (server.drains && wanted != State::shutdown);
   if (!is_silent && (wanted != state_ || !is_state_known_) && may_start(state_duty, now_ns)) {
     sent_state_ = wanted;
+    // A call that times out may still have been executed, so the state is told again until one call succeeds.
     is_state_known_ = false;
     start(state_duty, wanted == State::ready ? ready() : wanted == State::allocated ? allocate() : shutdown(), now_ns);
   }
+  // Agones refuses a count above the capacity.
   const std::size_t rooms = std::min(server.rooms, def_.room_count_max);
   if (state_ != State::none && !server.drains && rooms_ != rooms && may_start(rooms_duty, now_ns)) {
     sent_rooms_ = rooms;
@@ -80,6 +89,7 @@ Sidecar::State Sidecar::wanted_state(const ServerNow& server, std::int64_t now_n
   if (shutdown_begun_ns_) return State::shutdown;
   if (server.rooms > 0) used_ns_ = now_ns;
   if (server.drains) return state_;
+  // A server is ready first, also where a room has begun before.
   if (state_ == State::none) return server.takes_clients ? State::ready : State::none;
   if (server.rooms > 0) return State::allocated;
   const bool is_unused = server.takes_clients && now_ns - used_ns_ >= kUnusedFor_ns;
@@ -89,6 +99,7 @@ Sidecar::State Sidecar::wanted_state(const ServerNow& server, std::int64_t now_n
 void Sidecar::shut_down(std::int64_t now_ns) {
   if (shutdown_begun_ns_) return;
   shutdown_begun_ns_ = now_ns;
+  // The shutdown must not wait for a call under way, or for its next try.
   Task& task = tasks_[state_duty];
   if (task.call != 0) transport_->cancel(task.call);
   task = {};
@@ -101,6 +112,7 @@ bool Sidecar::is_shut_down(std::int64_t now_ns) const {
 void Sidecar::start(Duty duty, Request request, std::int64_t now_ns) {
   counters_->requests.add();
   Task& task = tasks_[duty];
+  // Numbers are never used again, so a late answer to a call that was given up finds no task.
   task.call = ++last_call_;
   task.deadline_ns = now_ns + kCallTimeout_ns;
   transport_->send(task.call, std::move(request));
@@ -163,10 +175,14 @@ void Sidecar::succeed(Duty duty, std::string_view body, std::int64_t now_ns) {
 void Sidecar::fail(Duty duty, Fault fault, const std::string& detail, std::int64_t now_ns) {
   counter_of(*counters_, fault).add();
   Task& task = tasks_[duty];
+  // Waits grow so that a sidecar in trouble is left alone; the random part keeps the servers of a machine from calling
+  // together.
   const std::int64_t wait_ns = kBackoffMin_ns << std::min(task.failures++, kBackoffDoublingsMax);
   task.due_ns = now_ns + static_cast<std::int64_t>(static_cast<double>(wait_ns) * random_.between(0.5, 1));
   // A late report of health costs the server its place: it is never put off for longer.
   if (duty == health_duty) task.due_ns = std::min(task.due_ns, now_ns + kHealthInterval_ns);
+  // The sidecar answers and does not like the call: a fault of the settings or the version, which is logged for its
+  // duty.
   if (fault == Fault::refused || fault == Fault::malformed || fault == Fault::oversize) {
     const std::string text = kFaultNames[static_cast<std::size_t>(fault)] + detail;
     if (std::exchange(warned_of_[duty], text) != text)

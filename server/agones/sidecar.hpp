@@ -21,8 +21,10 @@ struct SidecarDef {
 
 // What the sidecar is told about this server.
 struct ServerNow {
-  bool takes_clients = false;      // it is ready, and its directory works
-  bool has_ticks_on_time = false;  // it does not hang
+  // It is ready, and its directory works.
+  bool takes_clients = false;
+  // It does not hang.
+  bool has_ticks_on_time = false;
   bool drains = false;
   std::size_t rooms = 0;
 };
@@ -34,6 +36,7 @@ class Sidecar final : public SidecarSink {
   // `transport` and `counters` must outlive it.
   Sidecar(const SidecarDef& def, SidecarTransport& transport, AgonesCounters& counters);
 
+  // Starts the calls that are due, and gives up those without an answer. Call it some times a second.
   void poll(const ServerNow& server, std::int64_t now_ns);
   // The server has drained: Agones may end the pod. Asked again and again, it begins once.
   void shut_down(std::int64_t now_ns);
@@ -45,9 +48,12 @@ class Sidecar final : public SidecarSink {
   void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t now_ns) override;
   void on_fault(std::uint64_t call, Fault fault, std::int64_t now_ns) override;
 
+  // A server that ends must not wait longer for a sidecar that does not answer: Kubernetes ends the pod in any case.
   static constexpr std::int64_t kShutdownPatience_ns = 2'000'000'000;
 
  private:
+  // What Agones takes this server for. States go forward, except that allocated returns to ready when the last room has
+  // ended.
   enum class State : std::uint8_t { none, ready, allocated, shutdown };
   enum Duty : std::uint8_t { health_duty, state_duty, rooms_duty, address_duty, kDutyCount };
   struct Task {
@@ -58,6 +64,7 @@ class Sidecar final : public SidecarSink {
     int failures = 0;
   };
 
+  // The state that Agones should know now.
   [[nodiscard]] State wanted_state(const ServerNow& server, std::int64_t now_ns);
   [[nodiscard]] bool may_start(Duty duty, std::int64_t now_ns) const {
     return tasks_[duty].call == 0 && now_ns >= tasks_[duty].due_ns;
@@ -65,6 +72,7 @@ class Sidecar final : public SidecarSink {
   void start(Duty duty, Request request, std::int64_t now_ns);
   void succeed(Duty duty, std::string_view body, std::int64_t now_ns);
   void fail(Duty duty, Fault fault, const std::string& detail, std::int64_t now_ns);
+  // Keeps gauge and log: one line when the sidecar stops answering, and one when it answers again.
   void note_reached(bool is_reached);
   [[nodiscard]] std::optional<Duty> duty_of(std::uint64_t call) const;
 

@@ -22,6 +22,7 @@ Result<std::uint16_t> public_port(const Json& ports) {
   std::set<std::uint16_t> all;
   for (const Json& port : ports) {
     const auto number = port.is_object() ? port.find("port") : port.end();
+    // The text comes from the cluster and may be anything. Nothing of it is used before its type and range are checked.
     if (number == port.end() || !number->is_number_unsigned() || number->get<std::uint64_t>() == 0 ||
         number->get<std::uint64_t>() > 65535)
       return Refusal("a port of the game server has no number from 1 to 65535");
@@ -53,12 +54,14 @@ Request game_server() {
 }
 
 Request set_rooms(std::size_t count, std::size_t capacity) {
+  // The interface takes 64-bit numbers as text, as protobuf's JSON does.
   const Json body{{"count", std::to_string(count)}, {"capacity", std::to_string(capacity)}};
   return {
       .method = Request::Method::patch, .path = std::string("/v1beta1/counters/") + kRoomsCounter, .body = body.dump()};
 }
 
 Result<std::optional<ServerAddress>> parse_address(std::string_view text) {
+  // The last argument turns off exceptions: the answer is foreign, and no exception may cross the folder.
   const Json json = Json::parse(text.begin(), text.end(), nullptr, false);
   if (json.is_discarded() || !json.is_object()) return Refusal("the game server is not a JSON object");
   const auto status = json.find("status");
@@ -66,6 +69,7 @@ Result<std::optional<ServerAddress>> parse_address(std::string_view text) {
   const auto host = status->find("address"), ports = status->find("ports");
   if (host == status->end() || !host->is_string()) return Refusal("the status of the game server has no address");
   if (ports == status->end() || !ports->is_array()) return Refusal("the status of the game server has no ports");
+  // Agones fills both in some time after the container has begun.
   if (host->get_ref<const std::string&>().empty() || ports->empty()) return std::optional<ServerAddress>();
   const Result<std::uint16_t> port = public_port(*ports);
   if (!port) return Refusal(port.error());

@@ -22,6 +22,7 @@ inline constexpr const char* kPortName = "hairnet";
 // A game server carries labels and annotations, so its answer may be long.
 inline constexpr std::size_t kAnswerBytesMax = std::size_t{1} << 20;
 
+// One call of the sidecar; the path is of Agones' REST interface, and the body is JSON.
 struct Request {
   enum class Method : std::uint8_t { get, post, patch };
   Method method = Method::post;

@@ -15,6 +15,7 @@ enum class Fault : std::uint8_t { unreachable, timeout, broken, refused, malform
 class SidecarSink {
  public:
   virtual ~SidecarSink() = default;
+  // The sidecar has answered; the body may be anything of at most kAnswerBytesMax.
   virtual void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t now_ns) = 0;
   virtual void on_fault(std::uint64_t call, Fault fault, std::int64_t now_ns) = 0;
 };
@@ -23,6 +24,7 @@ class SidecarSink {
 class SidecarTransport {
  public:
   virtual ~SidecarTransport() = default;
+  // Numbers of calls are the caller's; each is used once.
   virtual void send(std::uint64_t call, Request request) = 0;
   // The sink hears no more of this call, which the sidecar may still execute.
   virtual void cancel(std::uint64_t call) = 0;

@@ -16,6 +16,7 @@ Result<std::unique_ptr<Agones>> Agones::create(const Config& config, const char*
                      std::to_string(agones::kPort) + ")");
     return std::unique_ptr<Agones>();
   }
+  // With fleet.agones = "on" the variable may be missing, as outside of a container; then the usual port is tried.
   const Result<std::uint16_t> number = port ? agones::parse_port(port) : agones::kPort;
   if (!number) return Refusal(number.error());
   const agones::SidecarDef def{.room_count_max = config.sessions.room_count_max,
@@ -30,17 +31,20 @@ Agones::Agones(const agones::SidecarDef& def, std::uint16_t port, IoLoop& loop, 
 }
 
 Agones::~Agones() {
+  // sidecar_ is destroyed before client_, and a call under way must not reach it.
   client_->set_sink(nullptr);
 }
 
 void Agones::poll(const Health& health, Fleet& fleet, std::int64_t now_ns) {
+  // Agones and load balancers get the same answer as /readyz.
   sidecar_.poll({.takes_clients = why_not_ready(health).empty(),
                  .has_ticks_on_time = has_ticks_on_time(health),
                  .drains = health.draining,
                  .rooms = fleet.room_count()},
                 now_ns);
-  if (has_told_address_ || !sidecar_.address()) return;
-  has_told_address_ = true;
+  if (has_sent_address_ || !sidecar_.address()) return;
+  // An address of Agones is for the pod's life.
+  has_sent_address_ = true;
   fleet.set_address(*sidecar_.address());
 }
 

@@ -24,6 +24,7 @@ class Agones {
   Agones(const Agones&) = delete;
   Agones& operator=(const Agones&) = delete;
 
+  // Tells the sidecar what is due, and gives the fleet the address once. Nothing blocks.
   void poll(const Health& health, Fleet& fleet, std::int64_t now_ns);
   // The server has drained. True once Agones knows, or does not answer.
   [[nodiscard]] bool has_shut_down(std::int64_t now_ns);
@@ -33,7 +34,7 @@ class Agones {
 
   std::unique_ptr<SidecarClient> client_;
   agones::Sidecar sidecar_;
-  bool has_told_address_ = false;
+  bool has_sent_address_ = false;
 };
 
 }  // namespace hairnet::server

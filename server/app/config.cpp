@@ -41,6 +41,7 @@ Exit status: 0 after SIGTERM or SIGINT, 2 when the configuration is wrong or the
 // The values of flags, stored until the file has been read: flags win.
 using Given = std::vector<std::pair<const Setting*, Setting::Value>>;
 
+// --help shows the default and the range, so no text has to repeat them.
 std::string words_about(const Setting& s) {
   std::string text = s.about + " (" + to_toml(s.get());
   if (s.kind() == Setting::Kind::integer && s.integer_max < std::numeric_limits<std::int64_t>::max())
@@ -66,6 +67,7 @@ void add_flag(CLI::App& app, const Setting& setting, Given& given) {
          },
          words_about(setting))
       ->expected(setting.kind() == Setting::Kind::triple ? 3 : 1)
+      // A flag that is given twice is most likely a slip, and neither value is the obvious one.
       ->multi_option_policy(CLI::MultiOptionPolicy::Throw)
       ->type_name(choices_of(setting))
       ->group("[" + setting.section + "]");
@@ -78,11 +80,15 @@ void complete(Config& config, const std::set<std::string>& named) {
   if (config.workers == 0) config.workers = threads > 2 ? threads - 1 : threads;
   if (config.build_threads == 0) config.build_threads = std::clamp(std::thread::hardware_concurrency(), 1u, 4u);
   const std::size_t memory = memory_limit_bytes();
+  // The other half is for the kernel's buffers of sockets, the processes that build levels, and other programs.
   if (config.memory_max_mib == 0) config.memory_max_mib = memory / 2 >> 20;
+  // A limit that an operator has set stays as it is.
   if (named.count("grooms.build_memory_bytes_max") == 0 && memory > 0)
     config.grooms.build_memory_bytes_max = std::min(config.grooms.build_memory_bytes_max, memory / 2);
   config.sessions.characters_per_session_max =
       std::min(config.sessions.characters_per_session_max, config.sessions.character_count_max);
+  // A client may upload a few of the largest grooms. An operator who sets only the size of a groom gets limits that fit
+  // it.
   if (named.count("grooms.upload_bytes_max") == 0)
     config.grooms.upload_bytes_max = std::max(config.grooms.upload_bytes_max, 4 * config.grooms.groom_bytes_max);
   if (named.count("grooms.upload_burst_bytes") == 0)
@@ -96,12 +102,14 @@ constexpr std::int64_t kGoOnLeaseMin_s = 5;
 
 std::string validate(const FleetConfig& fleet) {
   if (std::string fault = validate(fleet.etcd); !fault.empty()) return fault;
+  // The name becomes a part of etcd's keys, where a slash would mean another fleet.
   const bool is_name = !fleet.name.empty() && fleet.name.size() <= 64 && std::ranges::all_of(fleet.name, [](char c) {
     return wire::is_room_name(std::string_view(&c, 1));
   });
   if (!is_name) return "fleet.name is 1 to 64 letters, digits, '.', '_' and '-'";
   if (!std::ranges::all_of(fleet.big_rooms, wire::is_room_name))
     return std::string("in fleet.big_rooms, ") + wire::kRoomNameRule;
+  // Settings that would do nothing are refused: an operator who sets them believes that the server is in a fleet.
   if (fleet.etcd.endpoints.empty()) {
     const bool is_for_fleet = !fleet.address.empty() || !fleet.etcd.certificate.empty() || !fleet.etcd.user.empty();
     return is_for_fleet ? "the settings of a fleet need fleet.etcd, its endpoints" : "";
@@ -111,13 +119,14 @@ std::string validate(const FleetConfig& fleet) {
   if (fleet.address == FleetConfig::kAddressOfAgones)
     return fleet.agones == UseAgones::off ? "fleet.address is agones, but fleet.agones is off" : "";
   if (fleet.address.empty()) return "fleet.etcd needs fleet.address, by which clients reach this server";
+  // Any port but zero serves here, since zero is what fleet_address() makes of a wrong one.
   const ServerAddress address = fleet_address(fleet, 1);
   if (address.port == 0) return "fleet.address is a host, or a host and a port: hair1.example:7420";
   return validate(address);
 }
 
-ParsedConfig refused(const std::string& why) {
-  std::fputs(fmt::format("hairnet-server: {}\n", why).c_str(), stderr);
+ParsedConfig refused(const std::string& error) {
+  std::fputs(fmt::format("hairnet-server: {}\n", error).c_str(), stderr);
   ParsedConfig parsed;
   parsed.exit_code = 2;
   return parsed;
@@ -139,10 +148,12 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   for (const Setting& setting : settings) add_flag(app, setting, given);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::Success& asked) {  // --help, --version
+  } catch (const CLI::Success& asked) {
+    // CLI11 reports --help and --version as exceptions.
     parsed.exit_code = app.exit(asked);
     return parsed;
   } catch (const CLI::ExtrasError&) {
+    // A misspelt flag gets the nearest one as a hint.
     std::vector<std::string> flags{"config", "check", "help", "version"};
     for (const Setting& setting : settings) flags.push_back(setting.flag.substr(2));
     return refused(unexpected_argument(app.remaining(), flags, {}));
@@ -157,6 +168,7 @@ ParsedConfig parse_config(int argc, const char* const* argv) {
   } else if (app.count("--config") > 0) {
     return refused("--config: must not be empty");
   }
+  // Flags are applied behind the file, so they win wherever --config stands on the line.
   for (const auto& [setting, value] : given) {
     setting->set(value);
     named.insert(setting->name());
@@ -210,6 +222,7 @@ std::string validate(const Config& config) {
 }
 
 std::string to_text(const Config& config) {
+  // Settings point into a Config that can be changed; the copy keeps the caller's as it is.
   Config copy = config;
   return config_file_text(settings_of(copy));
 }

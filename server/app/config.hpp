@@ -17,7 +17,8 @@ namespace hairnet::server {
 enum class UseAgones : std::uint8_t {
   off,
   on,
-  automatic,  // where Agones has set the port of its sidecar
+  // On where Agones has set the port of its sidecar.
+  automatic,
 };
 
 // Several servers that share rooms, through etcd.
@@ -103,11 +104,15 @@ struct Config {
   TransportOptions transport;
 };
 
+// What the command line and the file say, or why the program should end.
 struct ParsedConfig {
   Config config;
   bool check_only = false;
-  int exit_code = -1;  // >= 0: exit with this code; help or an error has been printed
+  // The program ends with this code, if it is not negative: help or an error has been printed.
+  int exit_code = -1;
 };
+// Reads flags and the file that --config names; a flag wins over the file. Computes what was not set, and validates the
+// whole. Prints help and errors itself, before any thread exists.
 ParsedConfig parse_config(int argc, const char* const* argv);
 
 // Where clients reach the server, whose public port is `port`. Without a host where only Agones knows it.

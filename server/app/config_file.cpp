@@ -19,6 +19,7 @@ std::optional<Setting::Triple> triple_of(const toml::array& array) {
   Setting::Triple triple{};
   if (array.size() != triple.size()) return std::nullopt;
   for (std::size_t i = 0; i < triple.size(); ++i) {
+    // TOML tells 1 from 1.0; a person who writes three numbers means the same by both.
     if (!array[i].is_number()) return std::nullopt;
     triple[i] = *array[i].value<double>();
   }
@@ -44,6 +45,7 @@ class Reader {
   Result<std::set<std::string>> read(const toml::table& file) {
     for (const auto& [section, node] : file) {
       const std::string_view name = section.str();
+      // A name that nobody reads must not be ignored: its author believes that it is set.
       if (std::none_of(settings_->begin(), settings_->end(), [&](const Setting& s) { return s.section == name; }))
         return fault(node, fmt::format("there is no {} '{}'", node.is_table() ? "section" : "key", name));
       if (!node.is_table()) return fault(node, fmt::format("'{}' is a section, not a key", name));
@@ -53,6 +55,7 @@ class Reader {
   }
 
  private:
+  // Values are set one by one, so a fault in the middle leaves the earlier ones set; the caller then ends the program.
   std::string read_section(std::string_view section, const toml::table& table) {
     for (const auto& [key, node] : table) {
       const std::string name = fmt::format("{}.{}", section, key.str());
@@ -76,6 +79,7 @@ class Reader {
     return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
   }
   Refusal fault(const toml::node& node, const std::string& what) const { return Refusal(place(node, what)); }
+  // Editors jump to a place that is written as file:line.
   std::string place(const toml::node& node, const std::string& what) const {
     return fmt::format("{}:{}: {}", *path_, node.source().begin.line, what);
   }

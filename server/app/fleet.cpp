@@ -13,6 +13,7 @@
 namespace hairnet::server {
 namespace {
 
+// An ID is random at each start: a server that comes back must not pass for the one that died. Zero means none.
 std::uint64_t random_id() {
   std::random_device device;
   std::uint64_t id = 0;
@@ -20,6 +21,7 @@ std::uint64_t random_id() {
   return id;
 }
 
+// Gauges of a tick are set only after the first one has run.
 double value_or_zero(const Gauge& gauge) {
   return gauge.is_set() ? gauge.value() : 0;
 }
@@ -46,6 +48,7 @@ Result<std::unique_ptr<Fleet>> Fleet::create(const Config& config, std::uint16_t
   Result<std::unique_ptr<EtcdClient>> client = EtcdClient::create(loop, settings.etcd);
   if (!client) return Refusal(client.error());
   std::unique_ptr<Fleet> fleet = create(config, port, random_id(), **client, metrics);
+  // The directory needs its transport first, and the transport its sink.
   (*client)->set_sink(fleet->sink());
   fleet->client_ = std::move(*client);
   return fleet;
@@ -80,6 +83,7 @@ void Fleet::set_address(const ServerAddress& address) {
 }
 
 std::size_t Fleet::room_count() const {
+  // In a fleet a claimed room counts before its first session, since Agones must not end the server meanwhile.
   const Gauge& rooms = is_shared() ? metrics_->fleet.gauges.rooms_owned : metrics_->tick.gauges.rooms;
   return static_cast<std::size_t>(value_or_zero(rooms));
 }
@@ -92,17 +96,19 @@ void Fleet::poll(bool takes_clients, RoomLoad largest, std::int64_t now_ns) {
     largest.available_s = value_or_zero(tick.budget_available_seconds);
     largest.is_over = value_or_zero(tick.budget_over) > 0;
     largest_.observe(largest, now_ns);
+    // Placement then gives this server no further room, by measured time or by the operator's list.
     load.has_big_room =
         largest_.needs_own_server() ||
         std::ranges::any_of(directory_->own_rooms(), [&](const auto& room) { return directory_->is_big(room); });
     metrics_->fleet.gauges.has_big_room.set(load.has_big_room ? 1 : 0);
-    metrics_->fleet.gauges.room_outgrown.set(largest_.outgrown().empty() ? 0 : 1);
+    metrics_->fleet.gauges.room_overloaded.set(largest_.overloaded().empty() ? 0 : 1);
   }
   // Who takes no client, or no room, takes no character of a new room either.
   if (!takes_clients || value_or_zero(metrics_->fleet.gauges.rooms_owned) >= static_cast<double>(room_count_max_))
     load.free_characters = 0;
   directory_->tell(load);
   directory_->poll(now_ns);
+  // A room that has just come stays for a while: moving it on at once would show its people two breaks.
   std::erase_if(claimed_ns_, [now_ns](const auto& room) { return now_ns - room.second >= kRoomStay_ns; });
   for (const FleetEvent& event : directory_->take_events()) {
     if (event.kind == FleetEvent::Kind::room_claimed) claimed_ns_[event.room] = now_ns;
@@ -116,9 +122,11 @@ std::optional<RoomMove> Fleet::choose_move(const std::function<std::size_t(const
   const double available_s = value_or_zero(tick.budget_available_seconds);
   if (!balances_ || !is_shared() || available_s <= 0) return {};
   const double used_share = value_or_zero(tick.budget_wanted_seconds) / available_s;
+  // A room is handed over only while etcd answers: with nobody to record the new owner, two servers could have it.
   if (!balance_.is_due(used_share, now_ns) || !is_joined(now_ns) || !directory_->is_reachable()) return {};
   const std::vector<ServerStatus> servers = directory_->servers();
   const auto self = std::ranges::find(servers, directory_->server_id(), &ServerStatus::id);
+  // The directory may not list this server yet, or again.
   if (self == servers.end() || self->draining) return {};
   const std::vector<std::string> names = directory_->own_rooms();
   std::vector<RoomToBalance> rooms;
@@ -127,6 +135,7 @@ std::optional<RoomMove> Fleet::choose_move(const std::function<std::size_t(const
                      .characters = characters(name),
                      .is_big = directory_->is_big(name) || largest_.needs_own_server(name),
                      .has_stayed = !claimed_ns_.contains(name)});
+  // The mean is read before choose(), which subtracts the share of the room that moves.
   const double mean_share = balance_.used_share();
   const std::optional<RoomMove> move = balance_.choose(rooms, self->id, servers, now_ns);
   if (move)
@@ -161,6 +170,7 @@ ServerLoad measured_load(Metrics& metrics, std::size_t character_count_max) {
   const double available_s = value_or_zero(tick.budget_available_seconds);
   if (available_s > 0)
     load.free_share = std::clamp(1 - value_or_zero(tick.budget_wanted_seconds) / available_s, kFreeShareLeast, 1.0);
+  // More characters would no longer mean coarser hair, but late ticks.
   if (value_or_zero(tick.budget_over) > 0) load.free_share = 0;
   return load;
 }

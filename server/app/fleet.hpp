@@ -46,10 +46,10 @@ class Fleet {
   // The directory works, and this server may have rooms.
   [[nodiscard]] bool is_joined(std::int64_t now_ns) const { return directory_->fence().is_open(now_ns); }
   [[nodiscard]] std::size_t room_count() const;
-  // `takes_clients`: whether the server has a place for one more. `largest` need not say what ticks take.
+  // `takes_clients`: whether the server has a place for one more. `largest` may leave out what ticks take.
   void poll(bool takes_clients, RoomLoad largest, std::int64_t now_ns);
   // The room that is too big for this server; empty: none.
-  [[nodiscard]] const std::string& outgrown_room() const { return largest_.outgrown(); }
+  [[nodiscard]] const std::string& overloaded_room() const { return largest_.overloaded(); }
   // The room that this server should hand over now. `characters`: of a room of this server.
   std::optional<RoomMove> choose_move(const std::function<std::size_t(const std::string& room)>& characters,
                                       std::int64_t now_ns);
@@ -72,10 +72,13 @@ class Fleet {
   LargestRoom largest_;
   bool balances_;
   Balance balance_;
-  std::map<std::string, std::int64_t> claimed_ns_;  // rooms that this server has had for less than kRoomStay_ns
-  std::unique_ptr<EtcdClient> client_;              // null without etcd, and over a transport of the caller's
+  // Rooms that this server has had for less than kRoomStay_ns, and when it got them.
+  std::map<std::string, std::int64_t> claimed_ns_;
+  // Is null without etcd, and over a transport of the caller's.
+  std::unique_ptr<EtcdClient> client_;
   std::unique_ptr<Directory> directory_;
-  EtcdDirectory* in_etcd_ = nullptr;  // the same directory; null without etcd
+  // Is the same directory, or null without etcd.
+  EtcdDirectory* in_etcd_ = nullptr;
 };
 
 // The load by the gauges of the tick. While not even the coarsest levels fit the budget the free share is 0; else it is

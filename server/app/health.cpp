@@ -9,6 +9,7 @@ bool has_ticks_on_time(const Health& health) {
 }
 
 std::string why_not_ready(const Health& health) {
+  // The first reason is the one that an operator can act on; a server that drains is expected to fail the others, too.
   if (health.draining) return "draining";
   if (!health.accepting) return "not accepting yet";
   if (health.memory_full) return "memory is full";

@@ -6,7 +6,7 @@ namespace hairnet::server {
 namespace {
 
 // A load near the limit must not change the answer all the time: a room keeps its need of a server of its own until it
-// wants less than this part of the share, and an outgrown room fits again only after some time.
+// wants less than this part of the share, and an overloaded room fits again only after some time.
 constexpr double kFallsBelow = 0.8;
 constexpr std::int64_t kFitsAfter_ns = 5'000'000'000;
 
@@ -14,19 +14,20 @@ constexpr std::int64_t kFitsAfter_ns = 5'000'000'000;
 
 void LargestRoom::observe(const RoomLoad& load, std::int64_t now_ns) {
   room_ = load.room;
+  // Nobody measures the time of one room: characters of all rooms share batches of the solver.
   const double of_characters =
       load.characters == 0 ? 0 : static_cast<double>(load.room_characters) / static_cast<double>(load.characters);
   const double of_server = load.available_s > 0 ? load.wanted_s / load.available_s * of_characters : 0;
   needs_own_server_ = of_server > own_server_share_ * (needs_own_server_ ? kFallsBelow : 1);
-  // Where many rooms fill the server together, none of them has outgrown it.
+  // Where many rooms fill the server together, none of them overloads it alone.
   if (load.is_over && needs_own_server_ && of_characters > own_server_share_) {
     over_ns_ = now_ns;
-    if (outgrown_ == load.room) return;
-    outgrown_ = load.room;
-    spdlog::warn("event=room_outgrown room=\"{}\" characters={}", outgrown_, load.room_characters);
-  } else if (!outgrown_.empty() && now_ns - over_ns_ >= kFitsAfter_ns) {
-    spdlog::warn("event=room_fits room=\"{}\"", outgrown_);
-    outgrown_.clear();
+    if (overloaded_ == load.room) return;
+    overloaded_ = load.room;
+    spdlog::warn("event=room_overloaded room=\"{}\" characters={}", overloaded_, load.room_characters);
+  } else if (!overloaded_.empty() && now_ns - over_ns_ >= kFitsAfter_ns) {
+    spdlog::warn("event=room_fits room=\"{}\"", overloaded_);
+    overloaded_.clear();
   }
 }
 

@@ -29,15 +29,17 @@ class LargestRoom {
   void observe(const RoomLoad& load, std::int64_t now_ns);
   [[nodiscard]] bool needs_own_server() const { return needs_own_server_; }
   [[nodiscard]] bool needs_own_server(const std::string& room) const { return needs_own_server_ && room == room_; }
-  // The room that takes no newcomers, since the server has no time for them; empty: none.
-  [[nodiscard]] const std::string& outgrown() const { return outgrown_; }
+  // The room that takes no new clients, since the server has no time for them; empty: none.
+  [[nodiscard]] const std::string& overloaded() const { return overloaded_; }
 
  private:
   double own_server_share_;
-  std::string room_;  // at the last observe()
+  // The largest room at the last observe().
+  std::string room_;
   bool needs_own_server_ = false;
-  std::string outgrown_;
-  std::int64_t over_ns_ = 0;  // when it was over last
+  std::string overloaded_;
+  // The room exceeded the server last at this time.
+  std::int64_t over_ns_ = 0;
 };
 
 }  // namespace hairnet::server

@@ -33,6 +33,7 @@ class MemoryWatch {
 
   MemoryWatch(ProcessMemory memory, ProgramGauges& gauges, ProgramCounters& counters);
 
+  // Looks at the memory, refills the reserve, and gives unused memory back.
   void poll(std::int64_t now_ns);
   // The server must not take what needs more memory. Any thread.
   [[nodiscard]] bool is_full() const { return is_full_ || (memory_.reserve && memory_.reserve->is_spent()); }
@@ -46,7 +47,8 @@ class MemoryWatch {
   std::atomic<bool> is_full_{false};
   std::int64_t give_back_next_ns_ = 0;
   bool gave_back_ = false;
-  std::ptrdiff_t unused_least_ = 0;  // resident and not allocated, since memory was last given back
+  // The least memory that was resident and not allocated since memory was last given back.
+  std::ptrdiff_t unused_least_ = 0;
 };
 
 }  // namespace hairnet::server

@@ -14,6 +14,7 @@
 
 namespace hairnet::server {
 
+// Figures of the process, which read_process() and MemoryWatch set.
 struct ProgramGauges : GaugeSet {
   Gauge ready{*this, "ready", "1 while /readyz says so, else 0."};
   Gauge start_time_seconds{*this, "start_time_seconds", "Start of the server, in seconds since 1970."};
@@ -45,6 +46,7 @@ struct Metrics {
   ProgramGauges program;
   ProgramCounters program_counters;
 
+  // A set that is missing in these lists is counted and never shown.
   [[nodiscard]] std::array<const CounterSet*, 12> counter_sets() const {
     return {&transport,   &transport.quic, &session, &room,  &tick,   &groom,
             &groom_cache, &level_cache,    &objects, &fleet, &agones, &program_counters};

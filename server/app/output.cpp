@@ -15,7 +15,8 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::chrono::seconds kPatience{2};  // at the end
+// At the end, readers have this long to take what waits.
+constexpr std::chrono::seconds kPatience{2};
 constexpr const char* kPattern = "time=%Y-%m-%dT%H:%M:%S.%eZ level=%l %v";
 
 std::unique_ptr<spdlog::formatter> make_formatter() {
@@ -28,6 +29,7 @@ std::string text_of(spdlog::formatter& formatter, const spdlog::details::log_msg
   return {line.data(), line.size()};
 }
 
+// spdlog's own sinks write on the thread that logs, which a reader who stalls would hold up.
 class QueueSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   explicit QueueSink(OutputThread& to) : base_sink(make_formatter()), to_(&to) {}
@@ -43,6 +45,7 @@ OutputThreadDef log_def(ProgramCounters& counters) {
   OutputThreadDef def;
   def.descriptor = STDERR_FILENO;
   def.on_lost = [&counters](std::uint64_t count) { counters.log_lines_dropped.add(count); };
+  // A line about lost lines stands where they are missing, in the same format.
   def.lost_text = [formatter = std::shared_ptr(make_formatter())](std::uint64_t count) {
     const std::string text = fmt::format("event=log_lines_dropped count={}", count);
     return text_of(*formatter, spdlog::details::log_msg("hairnet", spdlog::level::warn, text));
@@ -62,6 +65,7 @@ Output::Output(const std::string& log_level, ProgramCounters& counters)
 }
 
 Output::~Output() {
+  // The logger goes first: a thread that still logs must not meet a queue that has ended.
   spdlog::set_default_logger(
       std::make_shared<spdlog::logger>("hairnet", std::make_shared<spdlog::sinks::null_sink_mt>()));
   const auto until = std::chrono::steady_clock::now() + kPatience;

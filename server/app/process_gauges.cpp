@@ -20,7 +20,8 @@ void count_files(Gauge& gauge) {
   for (std::filesystem::directory_iterator file("/proc/self/fd", fault), end; !fault && file != end;
        file.increment(fault))
     ++count;
-  if (!fault) gauge.set(static_cast<double>(count - 1));  // listing the folder opens one file itself
+  // Listing the folder opens one file itself.
+  if (!fault) gauge.set(static_cast<double>(count - 1));
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ std::size_t control_group_limit_bytes() {
   std::size_t least = std::numeric_limits<std::size_t>::max();
   std::ifstream groups("/proc/self/cgroup");
   std::string line;
+  // Other lines are of control groups of version 1.
   while (std::getline(groups, line) && !line.starts_with("0::/")) {
   }
   if (!groups) return least;
@@ -33,7 +34,8 @@ std::size_t control_group_limit_bytes() {
        group = group.parent_path()) {
     std::ifstream file(group / "memory.max");
     std::size_t bytes = 0;
-    if (file >> bytes) least = std::min(least, bytes);  // "max" is no number
+    // The word "max" is no number: this group has no limit.
+    if (file >> bytes) least = std::min(least, bytes);
   }
   return least;
 }
@@ -47,6 +49,7 @@ std::size_t resource_limit_bytes(__rlimit_resource_t resource) {
 
 }  // namespace
 
+// The file has all figures in pages; the second is the resident ones.
 std::size_t resident_bytes() {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen("/proc/self/statm", "r"), std::fclose);
   unsigned long long total_pages = 0, resident_pages = 0;
@@ -56,12 +59,14 @@ std::size_t resident_bytes() {
 
 std::size_t allocated_bytes() {
   const struct mallinfo2 info = mallinfo2();
+  // Blocks of the heap, and large blocks that were mapped alone.
   return info.uordblks + info.hblkhd;
 }
 
 std::size_t memory_limit_bytes() {
   const auto machine = static_cast<std::size_t>(std::max(sysconf(_SC_PHYS_PAGES), 0L)) * page_bytes();
   return std::min(
+      // A container sees the whole machine's memory, so its own limit has to be read apart.
       {machine, control_group_limit_bytes(), resource_limit_bytes(RLIMIT_AS), resource_limit_bytes(RLIMIT_DATA)});
 }
 

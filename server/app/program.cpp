@@ -22,12 +22,12 @@
 #include "server/app/agones.hpp"
 #include "server/app/fleet.hpp"
 #include "server/app/metrics.hpp"
-#include "server/app/object_store.hpp"
 #include "server/app/output.hpp"
 #include "server/app/process_memory.hpp"
 #include "server/app/room_page.hpp"
 #include "server/app/server.hpp"
 #include "server/app/server_pages.hpp"
+#include "server/app/shared_objects.hpp"
 #include "server/app/tick_thread.hpp"
 #include "server/files/files.hpp"
 #include "server/threading/duty_thread.hpp"
@@ -37,11 +37,14 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::int64_t kIoPeriod_ns = 20'000'000;  // time-outs, builder results
+// Time-outs, health and the fleet are looked at this often. What is urgent posts a task of its own.
+constexpr std::int64_t kIoPeriod_ns = 20'000'000;
 // The most of a drain's time in which rooms are given up and their sessions sent on.
 constexpr std::int64_t kSendOnMax_ns = 2'000'000'000;
+// Exit codes tell scripts a wrong configuration from output that could not be written.
 constexpr int kExitUnwritten = 1;
 constexpr int kExitBadConfiguration = 2;
+// Monitoring needs a few connections; a full public port must not take them away.
 constexpr std::size_t kServiceConnectionsMax = 64;
 // More than the largest packet and all that the server makes of it, and what ticks need until sessions have been ended.
 // The system provides no memory for it: it is never used.
@@ -51,6 +54,7 @@ constexpr std::size_t kMemoryReserveBytes = std::size_t{64} << 20;
 class MadeFolders {
  public:
   MadeFolders() = default;
+  // The innermost go first; a folder that is not empty stays, since remove() fails for it.
   ~MadeFolders() {
     for (std::error_code ignored; !folders_.empty(); folders_.pop_back())
       std::filesystem::remove(folders_.back(), ignored);
@@ -66,7 +70,8 @@ class MadeFolders {
   std::vector<std::string> folders_;
 };
 
-// Tries everything that the server will write. Returns an empty string, or one line that says what fails.
+// Tries everything that the server will write. Returns an empty string, or one line that says what fails. A server that
+// ran for hours and could then not write would lose a recording; it refuses to start instead.
 std::string try_paths(const Config& config, MadeFolders& made) {
   for (const std::string& folder : {config.groom_cache, config.level_cache})
     if (std::string wrong = made.make(folder); !wrong.empty()) return wrong;
@@ -132,9 +137,13 @@ class Shutdown {
         drain_ns_(static_cast<std::int64_t>(drain_s * 1e9)) {}
 
   void begin(std::int64_t now_ns) {
-    if (begun_ns_) return loop_->stop();  // the second signal: stop at once
+    // The second signal stops the server at once.
+    if (begun_ns_) return loop_->stop();
     begun_ns_ = now_ns;
+    // Nobody new may come before those who are here are sent away.
     for (const auto& listener : *listeners_) listener->close();
+    // Half of the time at most is for moving rooms to other servers, and the rest for clients to read their last
+    // packets.
     server_->drain(std::min(kSendOnMax_ns, drain_ns_ / 2), now_ns);
     fleet_->directory().drain(now_ns);
   }
@@ -143,7 +152,9 @@ class Shutdown {
     // A closed session's bytes may still be on their way: the connection exists until its peer has read them.
     const bool drained = server_->session_count() == 0 &&
                          counters_->connections_closed.value() == counters_->connections_accepted.value();
+    // The lease ends last: as long as it is valid, no other server takes a room that this one still has.
     if (drained) fleet_->directory().stop(now_ns);
+    // A client that does not read its Goodbye cannot hold up the end beyond the drain time.
     if (!(drained && fleet_->directory().is_stopped()) && now_ns - *begun_ns_ <= drain_ns_) return;
     if (!agones_ || agones_->has_shut_down(now_ns)) loop_->stop();
   }
@@ -164,8 +175,10 @@ class Shutdown {
 class Threads {
  public:
   Threads(Server& server, Metrics& metrics, IoLoop& loop) : server_(&server) {
+    // Each thread begins after those that it gives data to, so nobody wakes a thread that does not exist.
     recorder_.emplace([&server] { return server.poll_recorder(); }, DutyThread::Priority::normal);
     if (server.recorder()) server.recorder()->on_put = [this] { recorder_->wake(); };
+    // Results of jobs wake the I/O thread at once, without waiting for its period.
     const auto poll_io = [&server, &loop] { loop.post([&server] { server.poll_io(channel::monotonic_ns()); }); };
     server.builder().on_result = server.learner().on_result = poll_io;
     server.builder().on_job = [this] { builder_->wake(); };
@@ -178,7 +191,8 @@ class Threads {
       objects_.emplace([&server] { return server.poll_objects(); }, DutyThread::Priority::low);
     }
     tick_.emplace(server, metrics.tick, [this, &server, &loop] {
-      if (flush_posted_.exchange(true)) return;  // a busy I/O thread flushes once for several ticks
+      // A busy I/O thread flushes once for several ticks.
+      if (flush_posted_.exchange(true)) return;
       loop.post([this, &server] {
         flush_posted_ = false;
         server.flush(channel::monotonic_ns());
@@ -186,6 +200,7 @@ class Threads {
     });
   }
   ~Threads() {
+    // The tick ends first, as it feeds the recorder. Jobs are cancelled, or a long build would hold up the end.
     tick_.reset();
     server_->builder().cancel();
     server_->learner().cancel();
@@ -215,25 +230,28 @@ int run_program(const Config& given, bool check_only) {
   Config config = given;
   Metrics metrics;
   Output output(config.log_level, metrics.program_counters);
-  const auto refuse = [&output](const std::string& why) {
-    output.complain(fmt::format("hairnet-server: {}\n", why));
+  const auto refuse = [&output](const std::string& error) {
+    output.complain(fmt::format("hairnet-server: {}\n", error));
     return kExitBadConfiguration;
   };
+  // Declared before all that can refuse the start, so its destructor removes the folders in each of these cases.
   MadeFolders made_folders;
   if (const std::string wrong = try_paths(config, made_folders); !wrong.empty()) return refuse(wrong);
   if (check_only) config.record.clear();  // the file may be there, and has been tried
   IoLoop loop;                            // outlives the sessions, which own its sockets
+  // The calling thread becomes its owner, as it is the I/O thread, which frees memory.
   MemoryReserve reserve(kMemoryReserveBytes);
   const auto objects = SharedObjects::create(config.object_store, metrics.objects, channel::monotonic_ns);
   if (!objects) return refuse(objects.error());
   auto created =
-      Server::create(config, metrics, channel::monotonic_ns(), channel::monotonic_ns, build_levels_in_process,
-                     process_memory(config, reserve), learn_hair_here, *objects ? &(*objects)->store() : nullptr);
+      Server::create(config, metrics, channel::monotonic_ns(), channel::monotonic_ns, build_levels_in_child_process,
+                     process_memory(config, reserve), learn_hair_in_process, *objects ? &(*objects)->store() : nullptr);
   if (!created) return refuse(created.error());
   Server& server = **created;
   metrics.program.start_time_seconds.set(static_cast<double>(std::time(nullptr)));
   Health health;
   std::unique_ptr<Fleet> fleet;
+  // It is called on the I/O thread; the other threads give it atomics alone.
   const auto health_now = [&health, &metrics, &server, &fleet] {
     Health now = health;
     now.memory_full = server.is_memory_full();
@@ -244,6 +262,7 @@ int run_program(const Config& given, bool check_only) {
   };
   const bool has_service_port = config.service_port != 0;
   FleetPages fleet_now;
+  // Names of rooms are not for everyone, so only a service port shows them.
   if (has_service_port) fleet_now = {[&fleet] { return fleet->json(); }, [&fleet] { return fleet->html(); }};
   const auto find = [&fleet](const std::string& room) { return fleet->find_room(room, channel::monotonic_ns()); };
   RoomPage service_room(metrics.fleet, {find});
@@ -252,6 +271,7 @@ int run_program(const Config& given, bool check_only) {
                                          return server.why_refused(token, room);
                                        }});
   ServerPages pages(metrics, health_now, std::move(fleet_now), has_service_port ? service_room : public_room);
+  // A check may run beside the server that uses the port.
   const PortInUse in_use = check_only ? PortInUse::passed_over : PortInUse::refused;
   auto listener = Listener::create(
       loop, transport_options(config), metrics.transport,
@@ -269,6 +289,7 @@ int run_program(const Config& given, bool check_only) {
     if (!service) return refuse(service.error());
     listeners.push_back(std::move(*service));
   }
+  // The fleet comes after the port, whose number it tells to other servers.
   auto joined = Fleet::create(config, port, loop, metrics);
   if (!joined) return refuse(joined.error());
   fleet = std::move(*joined);
@@ -283,19 +304,21 @@ int run_program(const Config& given, bool check_only) {
         server.on_room_lost(event.room, now_ns);
     };
   }
-  auto told = Agones::create(config, std::getenv(agones::kPortVariable), loop, metrics);
-  if (!told) return refuse(told.error());
-  const std::unique_ptr<Agones> agones = std::move(*told);
+  auto made = Agones::create(config, std::getenv(agones::kPortVariable), loop, metrics);
+  if (!made) return refuse(made.error());
+  const std::unique_ptr<Agones> agones = std::move(*made);
   if (check_only) {
     const std::string text =
-        fmt::format("# configuration is sound: {}:{}, {}\n{}", given.bind, given.port, summary(given), to_text(given));
+        fmt::format("# configuration is valid: {}:{}, {}\n{}", given.bind, given.port, summary(given), to_text(given));
     const bool is_written = std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
     return is_written ? 0 : kExitUnwritten;
   }
   if (!config.port_file.empty()) {
+    // The file appears when the port is open: programs wait for it to connect.
     if (const Result<void> written = write_port(config.port_file, port); !written)
       return refuse("cannot write the port file " + config.port_file + ": " + written.error());
   }
+  // Nothing refuses the start any more.
   made_folders.keep();
 
   Shutdown shutdown(loop, server, *fleet, agones.get(), listeners, metrics.transport, config.drain_s);
@@ -305,9 +328,10 @@ int run_program(const Config& given, bool check_only) {
   });
   const auto poll_all = [&server, &fleet, &agones, &health_now, &shutdown] {
     const std::int64_t now_ns = channel::monotonic_ns();
+    // The fleet comes first: sessions that wait for a room then learn the directory's news in the same turn.
     fleet->poll(server.takes_clients(), server.largest_room(), now_ns);
     server.poll_io(now_ns);
-    server.set_outgrown_room(fleet->outgrown_room());
+    server.set_overloaded_room(fleet->overloaded_room());
     const auto characters = [&server](const std::string& room) { return server.character_count(room); };
     if (const auto move = fleet->choose_move(characters, now_ns)) server.hand_over(move->room, move->to, now_ns);
     if (agones) agones->poll(health_now(), *fleet, now_ns);
@@ -316,6 +340,7 @@ int run_program(const Config& given, bool check_only) {
   loop.every(kIoPeriod_ns, poll_all);
   bool is_posted = false;
   fleet->directory().on_news = [&loop, &poll_all, &is_posted] {
+    // Several pieces of news from one answer cause one turn.
     if (std::exchange(is_posted, true)) return;
     loop.post([&poll_all, &is_posted] {
       is_posted = false;
@@ -323,9 +348,11 @@ int run_program(const Config& given, bool check_only) {
     });
   };
   log_counters(metrics, config.counters_interval_s, loop);
+  // The port has listened since Listener::create. Connections that came since then are accepted when the loop runs.
   health.accepting = true;
   output.print(fmt::format("hairnet-server listening on {}:{}, {}\n", config.bind, port, summary(config)));
   {
+    // The threads end before their parts do, at the end of this block.
     const Threads threads(server, metrics, loop);
     loop.run();
   }

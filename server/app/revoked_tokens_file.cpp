@@ -11,7 +11,9 @@
 namespace hairnet::server {
 namespace {
 
+// A revoked token is noticed within a second; a look costs two system calls.
 constexpr std::int64_t kLookInterval_ns = 1'000'000'000;
+// Bounds the memory and the time on the I/O thread that a wrong path could cost.
 constexpr std::size_t kRevokedTokensFileBytesMax = std::size_t{64} << 20;
 
 }  // namespace
@@ -35,6 +37,7 @@ std::string RevokedTokensFile::read(RevokedTokens& tokens) {
   if (is_read_ && !of_time && !of_size && changed == changed_ && bytes == bytes_) return {};
   const Result<std::string> text = read_text_file(path_, kRevokedTokensFileBytesMax);
   if (!text) return text.error();
+  // An empty file is more likely a write that failed than the wish to allow all tokens again.
   if (text->empty() && tokens.count() > 0) return "is empty: the tokens that it named stay revoked";
   tokens = RevokedTokens(*text);
   changed_ = changed;

@@ -53,17 +53,20 @@ RoomPage::RoomPage(FleetCounters& counters, RoomQuestions questions)
 HttpResponse RoomPage::handle(const HttpRequest& request) {
   if (request.path != "/room") return refusal(404, "no such page");
   const std::optional<std::string> room = name_in(request.query);
+  // The name is a stranger's text until this check, which lets only harmless characters into the JSON and the log.
   if (!room || !wire::is_room_name(*room)) {
     counters_->room_answers_refused_name.add();
     return refusal(400, room ? wire::kRoomNameRule : "ask for /room?name=ROOM");
   }
+  // The token is checked before the directory is asked, so an answer says nothing of rooms that the client may not
+  // enter.
   if (questions_.why_refused) {
     const bool has_token = request.authorization.starts_with(kBearer);
-    const std::string why =
+    const std::string error =
         questions_.why_refused(has_token ? request.authorization.substr(kBearer.size()) : std::string_view(), *room);
-    if (!why.empty()) {
+    if (!error.empty()) {
       counters_->room_answers_refused_token.add();
-      return refusal(401, why);
+      return refusal(401, error);
     }
   }
   const RoomPlace place = questions_.find(*room);

@@ -13,7 +13,7 @@ namespace hairnet::server {
 // What /room?name=ROOM needs to know.
 struct RoomQuestions {
   std::function<RoomPlace(const std::string& room)> find;
-  // Why the bearer of that token may not know where the room is; empty: it may. Null: everyone may.
+  // Why the holder of that token may not know where the room is; empty: it may. Null: everyone may.
   std::function<std::string(std::string_view token, const std::string& room)> why_refused = {};
 };
 

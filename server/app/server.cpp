@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kTokenKeyFileBytesMax = 4096;
 
+// The only place where settings become those of the tick: the tick's folder knows no Config.
 SchedulerDef scheduler_def(const Config& config, WorkerPool& workers, ClockNs clock) {
   SchedulerDef def;
   def.tick_rate_hz = config.tick_rate_hz;
@@ -70,6 +71,7 @@ Result<channel::TokenKey> read_token_key(const std::string& path) {
   const Result<std::string> text = read_text_file(path, kTokenKeyFileBytesMax);
   if (!text) return Refusal("token key file " + path + ": " + text.error());
   channel::TokenKey key = channel::TokenKey::parse(*text);
+  // A file that can be read and has no key must not start a server that lets everyone in.
   if (key.empty()) return Refusal("token key file " + path + ": was not made by hairnet-token key");
   return key;
 }
@@ -83,6 +85,7 @@ std::int64_t unix_time_s() {
 Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& metrics, std::int64_t now_ns,
                                                ClockNs clock, const BuildLevels& build_levels, ProcessMemory memory,
                                                const LearnHair& learn_hair, ObjectStore* objects) {
+  // Tests make servers without a command line, so the limits are checked here again.
   if (std::string wrong = validate(config); !wrong.empty()) return Refusal(std::move(wrong));
   std::unique_ptr<Recorder> recorder;
   if (!config.record.empty()) {
@@ -100,8 +103,9 @@ Result<std::unique_ptr<Server>> Server::create(const Config& config, Metrics& me
                                             build_levels, std::move(memory), learn_hair, objects));
   if (!config.token_revoked_file.empty()) {
     RevokedTokensFile& file = server->revoked_tokens_file_.emplace(config.token_revoked_file);
-    if (const std::string why = file.poll(server->context_.revoked_tokens, now_ns); !why.empty())
-      return Refusal("file of revoked tokens " + config.token_revoked_file + ": " + why);
+    // The first read must succeed: with no list yet, every revoked token would be let in.
+    if (const std::string error = file.poll(server->context_.revoked_tokens, now_ns); !error.empty())
+      return Refusal("file of revoked tokens " + config.token_revoked_file + ": " + error);
   }
   return server;
 }
@@ -132,6 +136,8 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
       workers_(config.workers),
       tick_clock_(config.tick_rate_hz, config.ticks_behind_max, now_ns),
       scheduler_(scheduler_def(config, workers_, clock), commands_, metrics.room, metrics.tick, recorder_.get()) {
+  // Learning takes a core for a while, so it begins where hair is coarser than its owners asked for, and at the tick
+  // rate that networks are made for.
   if (is_learnt_tick(1.0 / config.tick_rate_hz))
     grooms_.learn_with(learner_, [&gauge = metrics.tick.gauges.characters_below_wanted] { return gauge.value() > 0; });
   if (objects) {
@@ -144,6 +150,7 @@ Server::Server(const Config& config, Metrics& metrics, std::unique_ptr<Recorder>
 
 GroomListener Server::groom_listener() {
   GroomListener listener;
+  // A session may end while its groom is being built, so it is looked up by number each time.
   listener.send = [this](SessionId id, const wire::Message& message, std::int64_t now_ns) {
     if (Session* session = sessions_.find(id)) session->send(message, now_ns);
   };
@@ -158,6 +165,7 @@ GroomListener Server::groom_listener() {
 
 std::string Server::why_refused(std::string_view token, const std::string& room) const {
   std::optional<channel::TokenClaims> claims;
+  // An observer needs the least rights; who may not even observe gets no address.
   return verify_token(context_, token, room, wire::Role::observer, claims).detail;
 }
 
@@ -173,7 +181,10 @@ PacketSink* Server::open(std::shared_ptr<Connection> connection, std::int64_t no
 
 void Server::poll_io(std::int64_t now_ns) {
   if (revoked_tokens_file_) revoked_tokens_file_->poll(context_.revoked_tokens, now_ns);
+  // Memory is looked at first, so that what follows already refuses what needs more of it.
   memory_.poll(now_ns);
+  // Each poll frees one unused groom or one upload, and ends at most one session: the memory is looked at again before
+  // the next.
   if (memory_.is_full()) {
     grooms_.free_memory(now_ns);
     sessions_.free_memory(now_ns);
@@ -186,6 +197,7 @@ bool Server::poll_tick(std::int64_t now_ns) {
   const std::optional<TickClock::Tick> due = tick_clock_.take(now_ns);
   if (!due) return false;
   HAIRNET_ASSERT(due->tick == 0 || due->tick > tick_.load(std::memory_order_relaxed));
+  // The I/O thread only reads the number, for Welcome; nothing else depends on it.
   tick_.store(due->tick, std::memory_order_relaxed);
   scheduler_.run_tick(*due, now_ns);
   return true;

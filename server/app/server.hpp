@@ -35,19 +35,24 @@ class Server {
   // learner thread. `objects` may be null, and must outlive the server: it is asked on the builder and objects threads.
   static Result<std::unique_ptr<Server>> create(const Config& config, Metrics& metrics, std::int64_t now_ns,
                                                 ClockNs clock = nullptr,
-                                                const BuildLevels& build_levels = build_levels_here,
+                                                const BuildLevels& build_levels = build_levels_in_process,
                                                 ProcessMemory memory = {},
-                                                const LearnHair& learn_hair = learn_hair_here,
+                                                const LearnHair& learn_hair = learn_hair_in_process,
                                                 ObjectStore* objects = nullptr);
 
-  // I/O thread.
+  // The calls up to poll_tick() are for the I/O thread. This one begins a session; null: it was refused and
+  // `connection` has been closed.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
+  // Time-outs of sessions, results of groom jobs, memory and revoked tokens. Call it often, and when a job has a
+  // result.
   void poll_io(std::int64_t now_ns);
+  // Sends what the last tick has put into the outboxes.
   void flush(std::int64_t now_ns) { sessions_.flush(now_ns); }
+  // Ends all sessions: rooms move to other servers for `send_on_ns` at most, then clients get a Goodbye.
   void drain(std::int64_t send_on_ns, std::int64_t now_ns) { sessions_.drain(send_on_ns, now_ns); }
   // Instead of the system's clock, in seconds since 1970; for tests.
   void set_unix_clock(std::function<std::int64_t()> unix_time_s) { context_.unix_time_s = std::move(unix_time_s); }
-  // From now on the server has only the rooms that it holds in this directory, which must outlive it.
+  // The server has from now on only the rooms that it holds in this directory, which must outlive it.
   void join_fleet(Directory& fleet) { context_.fleet = &fleet; }
   void on_room_claimed(const std::string& room, const std::string& kept, std::int64_t now_ns) {
     sessions_.on_room_claimed(room, kept, now_ns);
@@ -58,11 +63,11 @@ class Server {
   void hand_over(const std::string& room, std::uint64_t to, std::int64_t now_ns) {
     sessions_.hand_over(room, to, now_ns);
   }
-  // Why the bearer of that token may not enter the room, not even to observe; empty: it may.
+  // Why the holder of that token may not enter the room, not even to observe; empty: it may.
   [[nodiscard]] std::string why_refused(std::string_view token, const std::string& room) const;
   [[nodiscard]] std::size_t session_count() const { return sessions_.count(); }
-  // Its newcomers and new characters are refused; empty: no room's.
-  void set_outgrown_room(const std::string& room) { context_.outgrown_room = room; }
+  // Its new clients and new characters are refused; empty: no room's.
+  void set_overloaded_room(const std::string& room) { context_.overloaded_room = room; }
   [[nodiscard]] RoomLoad largest_room() const;
   [[nodiscard]] std::size_t character_count(const std::string& room) const {
     return context_.rooms.count(room).characters;
@@ -88,7 +93,8 @@ class Server {
 
   [[nodiscard]] GroomBuilder& builder() { return builder_; }
   [[nodiscard]] HairLearner& learner() { return learner_; }
-  [[nodiscard]] ObjectSync* object_sync() { return object_sync_ ? &*object_sync_ : nullptr; }  // null: no store
+  // Null: there is no object store.
+  [[nodiscard]] ObjectSync* object_sync() { return object_sync_ ? &*object_sync_ : nullptr; }
   [[nodiscard]] Recorder* recorder() { return recorder_.get(); }
   // For tests that run all duties on one thread.
   [[nodiscard]] const Scheduler& scheduler() const { return scheduler_; }
@@ -105,8 +111,10 @@ class Server {
 
   GroomListener groom_listener();
 
-  std::atomic<std::uint64_t> tick_{0};  // the newest tick that has begun, for Welcome
+  // The newest tick that has begun, for Welcome.
+  std::atomic<std::uint64_t> tick_{0};
   MemoryWatch memory_;
+  // Members are in the order of use: each is destroyed before what it refers to.
   CommandQueue commands_;
   std::unique_ptr<Recorder> recorder_;
   std::optional<GroomCache> groom_cache_;

@@ -15,21 +15,26 @@ ServerPages::ServerPages(Metrics& metrics, std::function<Health()> health, Fleet
 
 HttpResponse ServerPages::handle(const HttpRequest& request) {
   const std::string_view path = request.path;
+  // It needs nothing of the server: a program that answers it lives. A restart would not help one that is only not
+  // ready.
   if (path == "/healthz") return {.body = "alive\n"};
   if (path == "/readyz") return ready_page();
   if (path == "/metrics") return metrics_page();
   if (path == "/fleet.json" && fleet_.json) return {.content_type = "application/json", .body = fleet_.json()};
   if (path == "/fleet" && fleet_.html) return {.content_type = "text/html; charset=utf-8", .body = fleet_.html()};
+  // The other service answers 404 for what it does not know.
   return room_->handle(request);
 }
 
 HttpResponse ServerPages::ready_page() const {
-  const std::string why = why_not_ready(health_());
-  return why.empty() ? HttpResponse{.body = "ready\n"} : refusal(503, why);
+  const std::string error = why_not_ready(health_());
+  return error.empty() ? HttpResponse{.body = "ready\n"} : refusal(503, error);
 }
 
 HttpResponse ServerPages::metrics_page() {
+  // The gauge is computed for the same moment as the page that shows it.
   metrics_->program.ready.set(why_not_ready(health_()).empty() ? 1 : 0);
+  // The system is asked only when somebody reads the figures.
   read_process(metrics_->program);
   return {.content_type = kPrometheusContentType, .body = prometheus_text(*metrics_)};
 }

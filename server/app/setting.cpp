@@ -43,6 +43,7 @@ std::string range(const Setting& s) {
 
 std::string check_text(const Setting& s, const std::string& text) {
   if (text.empty() && !s.may_be_empty) return "must not be empty";
+  // A control character in a path or an address would come up in logs and headers.
   if (std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }))
     return "holds a control character";
   if (!s.choices.empty() && std::find(s.choices.begin(), s.choices.end(), text) == s.choices.end())
@@ -57,6 +58,7 @@ std::string check(const Setting& s, Setting::Value& value) {
   HAIRNET_ASSERT(s.integer_min <= s.integer_max);
   HAIRNET_ASSERT(s.number_min <= s.number_max);
   const Kind kind = s.kind();
+  // TOML makes an integer of "30"; a number may be written so.
   if (const auto* whole = std::get_if<std::int64_t>(&value); whole && kind == Kind::number)
     value = static_cast<double>(*whole);
   if (static_cast<Kind>(value.index()) != kind)
@@ -76,6 +78,7 @@ std::string check(const Setting& s, Setting::Value& value) {
 
 bool parse_words(const Setting& s, const std::vector<std::string>& words, Setting::Value& value, std::string& fault) {
   const Setting::Kind kind = s.kind();
+  // The present value gives the kind to parse into.
   value = s.get();
   bool parsed = words.size() == (kind == Setting::Kind::triple ? 3u : 1u);
   if (parsed) {
@@ -111,6 +114,7 @@ std::string to_toml(const Setting::Value& value) {
         if constexpr (std::is_same_v<T, std::string>) {
           std::string text = "\"";
           for (const char c : v) {
+            // check_text() has refused control characters, so these two are all that TOML needs escaped.
             if (c == '"' || c == '\\') text += '\\';
             text += c;
           }

@@ -12,7 +12,6 @@
 
 #include "core/assert.hpp"
 #include "schema/wire/groom_file.hpp"
-#include "schema/wire/messages.hpp"
 #include "schema/wire/recording.hpp"
 
 namespace hairnet::server {
@@ -21,13 +20,15 @@ namespace {
 constexpr std::int64_t kWholeMax = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kGiB = std::int64_t{1} << 30;
 
+// Lists are one text in file and flag, with commas or spaces between their words.
 std::vector<std::string> words_of(std::string text) {
   std::replace(text.begin(), text.end(), ',', ' ');
   std::istringstream stream(text);
   return {std::istream_iterator<std::string>(stream), {}};
 }
 
-// Builds the list: each call adds a setting to the current section.
+// Builds the list: each call adds a setting to the current section. A reference that a call returns is valid until the
+// next call, since the vector may move its settings.
 class List {
  public:
   void section(std::string name) { section_ = std::move(name); }
@@ -84,6 +85,7 @@ class List {
     Setting& s = add(key, flag, about);
     s.choices = words;
     s.get = [&to, words] { return Setting::Value(words.at(static_cast<std::size_t>(to))); };
+    // check() has let through only these words.
     s.set = [&to, words](const Setting::Value& v) {
       to = static_cast<Enum>(std::ranges::find(words, std::get<std::string>(v)) - words.begin());
     };
@@ -108,6 +110,7 @@ class List {
   Setting& add(const char* key, std::string flag, const char* about) {
     if (flag.empty()) {
       flag = std::string("--") + key;
+      // Flags have dashes and keys underscores, as people know both; one name serves for the two.
       std::replace(flag.begin(), flag.end(), '_', '-');
     }
     Setting& s = settings_.emplace_back();
@@ -140,7 +143,6 @@ void add_server(List& list, Config& c) {
   list.text(c.port_file, "port_file", "write the port in use to this file; empty: nowhere");
   list.integer(c.tick_rate_hz, "tick_rate_hz", 10, 120, "steps and frames a second", "--tick-rate");
   list.number(c.pose_delay_ms, "pose_delay_ms", 0, 200, "poses are sampled this far back");
-  list.integer(c.ticks_behind_max, "ticks_behind_max", 1, 1000, "more overdue ticks than this are skipped");
   list.number(c.tick_budget, "tick_budget", 0.05, 0.95,
               "share of a tick that its work may take; detail is lowered to stay within it");
   list.integer(
@@ -207,37 +209,17 @@ void add_limits(List& list, Config& c) {
                "clients of one IPv4 address or IPv6 /64 whose tokens name no subject");
   list.integer(s.characters_per_subject_max, "characters_per_subject_max", 1, 65'536,
                "characters of one subject, or of one address without one");
-  list.integer(s.downloads_per_session_max, "downloads_per_client_max", 1, 65'536,
-               "grooms that a client may request at once");
-  list.number(s.download_bytes_per_s, "download_bytes_per_s", 65'536, 1e12,
-              "bytes of grooms to one client, mean and at once");
-  list.integer(s.control_bytes_max, "control_bytes_max", 1 << 20, kGiB,
-               "unsent answers and level records of a client; more ends its session");
-  list.integer(s.frame_packet_bytes_max, "frame_packet_bytes_max", 4096,
-               static_cast<std::int64_t>(wire::kPacketBytesMax), "frames of one packet");
-  list.integer(c.command_weight_max, "command_weight_max", 1024, 1 << 26,
-               "commands and poses on their way to the tick; poses beyond it are dropped");
-  list.integer(c.state_bytes_max, "state_bytes_max", 0, 64 * kGiB,
-               "bytes of clients' hair states that wait for their levels; beyond it hair starts at rest");
   list.integer(s.bans_max, "bans_max", 0, 1 << 20, "bans, mutes and locks by moderators, of all rooms");
   list.number(s.messages_per_s, "messages_per_s", 1, 1e6, "messages of a client, mean; costly ones count more");
   list.number(s.messages_burst, "messages_burst", 1, 1e7, "messages of a client, at once");
   list.number(s.poses_per_s, "poses_per_s", 1, 1e8, "poses of a client, and samples of its hands, mean");
   list.number(s.poses_burst, "poses_burst", 1, 1e8, "poses of a client, and samples of its hands, at once");
-  list.seconds(s.handshake_timeout_ns, "handshake_timeout_s", 0.1, 600,
-               "seconds without a Hello, then the session ends");
   list.seconds(s.idle_timeout_ns, "idle_timeout_s", 1, 86'400,
                "seconds without a message, then a session ends whose client promises no signs of life (others: 10 s)");
   list.seconds(s.resume_grace_ns, "resume_grace_s", 0, 3600,
                "seconds in which a client may resume after its connection broke");
-  list.seconds(s.resume_interval_ns, "resume_interval_s", 0, 3600, "seconds from one resume of a session to the next");
   list.seconds(c.room_grace_ns, "room_grace_s", 0, 86'400,
                "seconds that an empty room exists, with its mutes, lock and props");
-  list.seconds(s.slow_consumer_ns, "slow_consumer_s", 0.1, 600,
-               "seconds in which a client reads nothing, or too slowly, then the session ends");
-  list.seconds(s.download_stalled_ns, "download_stalled_s", 1, 3600,
-               "seconds in which a client reads nothing of a download that has its own stream, then it is given up");
-  list.seconds(s.drain_timeout_ns, "goodbye_timeout_s", 0, 600, "seconds for a client to read its goodbye");
 }
 
 void add_transport(List& list, Config& c) {
@@ -257,32 +239,17 @@ void add_transport(List& list, Config& c) {
   list.boolean(t.webtransport, "webtransport",
                "WebTransport for browsers, on a UDP port; without a certificate the server makes its own");
   list.integer(t.udp_port, "udp_port", 0, 65535, "UDP port of WebTransport; 0: the number of the TCP port");
-  list.integer(a.connections_max, "connections_max", 0, 1 << 20,
-               "connections of all kinds; 0: 2 * clients_max + arrivals_max + page_connections_max");
-  list.integer(a.arrivals_max, "arrivals_max", 1, 1 << 16, "connections whose protocol is not known yet");
-  list.integer(a.http_max, "page_connections_max", 1, 1 << 16, "connections that request pages");
+  list.integer(a.connections_max, "connections_max", 0, 1 << 20, "connections of all kinds; 0: 2 * clients_max + 768");
   list.integer(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
                "connections of one IPv4 address or IPv6 /64; 0: no bound");
   list.number(a.connections_per_s, "connections_per_s", 1, 1e6,
               "new connections of all addresses, mean; more wait in the system's queue");
-  list.number(a.connections_burst, "connections_burst", 1, 1e6, "new connections of all addresses, at once");
   list.number(a.connections_per_address_per_s, "connections_per_address_per_s", 0.01, 1e6,
               "new connections of one address, mean");
-  list.number(a.connections_per_address_burst, "connections_per_address_burst", 1, 1e6,
-              "new connections of one address, at once");
   list.words(t.exempt_addresses, "exempt_addresses",
              "numeric addresses that the limits of one address do not apply to");
   list.words(t.proxy_protocol, "proxy_protocol",
              "numeric addresses of proxies: their connections must begin with a header of the PROXY protocol");
-  list.number(t.page_bytes_per_s, "page_bytes_per_s", 65'536, 1e12,
-              "bytes of pages to one connection, mean and at once");
-  list.integer(t.requests_per_connection_max, "requests_per_connection_max", 1, 1 << 20, "pages of one connection");
-  list.seconds(t.opening_timeout, "opening_timeout_s", 0.1, 600,
-               "seconds for a connection's first bytes, and again for TLS; for QUIC's handshake, and its session");
-  list.seconds(t.request_timeout, "request_timeout_s", 0.1, 600,
-               "seconds for a whole request, including the wait for it");
-  list.seconds(t.response_timeout, "response_timeout_s", 0.1, 600,
-               "seconds for a client to read each 64 KiB of a page");
   list.seconds(
       t.ping_after, "ping_after_s", 0.1, 600,
       "seconds after which a silent WebSocket is pinged; after twice this it is closed (WebTransport: 5 at most)");
@@ -304,13 +271,6 @@ void add_grooms(List& list, Config& c) {
   list.number(g.upload_bytes_per_s, "upload_bytes_per_s", 1, 1e12, "bytes of grooms from one client, mean");
   list.number(g.upload_burst_bytes, "upload_burst_bytes", 1024, 1e12,
               "bytes of grooms from one client, at once; by default room for four grooms at least");
-  list.integer(g.build_queue_max, "build_queue_max", 1, 1 << 16, "grooms that wait to be built");
-  list.number(g.upload_bytes_per_s_min, "upload_bytes_per_s_min", 0, 1e12,
-              "bytes of grooms that a client which uploads must send a second, mean over upload_timeout_s");
-  list.seconds(g.upload_timeout_ns, "upload_timeout_s", 1, 3600,
-               "seconds over which upload_bytes_per_s_min is measured; slower uploads are refused");
-  list.seconds(g.upload_patience_ns, "upload_patience_s", 0.1, 3600,
-               "seconds that a client waits for another's upload of the same groom before it is asked for its own");
   list.seconds(g.build_turn_ns, "build_turn_s", 0.1, 86'400,
                "seconds after which a build gives way to one of a client whose builds have taken less");
   list.seconds(g.build_ns_max, "build_seconds_max", 0.1, 86'400, "seconds that one groom may take to build");
@@ -341,12 +301,6 @@ void add_grooms(List& list, Config& c) {
   list.text(c.object_store.ca, "object_store_ca",
             "PEM file of the authority of the store's certificate; empty: the system's");
   list.integer(g.groom.strand_count_max, "strands_max", 1, of(most.strand_count_max), "of one groom");
-  list.integer(g.groom.point_count_max, "points_max", 1, of(most.point_count_max), "of one groom's strands");
-  list.integer(g.groom.vertex_count_max, "vertices_max", 1, of(most.vertex_count_max), "of one groom's body");
-  list.integer(g.groom.group_count_max, "groups_max", 1, of(most.group_count_max), "of one groom");
-  list.integer(g.groom.copy_count_max, "copies_max", 1, of(most.copy_count_max), "of one clump");
-  list.integer(g.groom.fabric_count_max, "fabrics_max", 1, of(most.fabric_count_max),
-               "for each kind: threads, cards, cloths and knots");
   list.number(g.groom.coordinate_max_m, "coordinate_max_m", 0.01, most.coordinate_max_m,
               "every coordinate of a groom, absolute");
 }
@@ -372,8 +326,6 @@ void add_fleet(List& list, Config& c) {
       {"stop", "go_on"});
   list.words(f.big_rooms, "big_rooms",
              "names of rooms that should each have a server of their own; the same for all servers of the fleet");
-  list.number(f.own_server_share, "own_server_share", 0.05, 1,
-              "a room that wants more of a server's time gets no other rooms beside it, where other servers take them");
   list.boolean(f.balance, "balance",
                "while this server is short of time, move rooms that run to servers with free time, one after another")
       .flag = "--fleet-balance";
@@ -398,6 +350,7 @@ void add_log(List& list, Config& c) {
 }  // namespace
 
 std::vector<Setting> settings_of(Config& config) {
+  // Sections come in the order in which --help and a written file show them.
   List list;
   add_server(list, config);
   add_solver(list, config);

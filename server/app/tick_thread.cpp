@@ -38,10 +38,13 @@ void TickThread::run() {
     const std::int64_t begun_ns = channel::monotonic_ns();
     if (server_->poll_tick(begun_ns)) {
       count_tick(begun_ns, channel::monotonic_ns());
+      // The I/O thread is woken only after the whole tick, with the frames of all sessions at once.
       on_tick_();
     }
+    // monotonic_ns() counts on the same clock, so a due time needs no conversion.
     const std::chrono::steady_clock::time_point due{std::chrono::nanoseconds(server_->next_tick_ns())};
     std::unique_lock lock(mutex_);
+    // A time in the past returns at once: overdue ticks run one after the other.
     if (stop_.wait_until(lock, due, [this] { return stopping_; })) return;
   }
 }

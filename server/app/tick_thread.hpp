@@ -10,7 +10,8 @@
 
 namespace hairnet::server {
 
-// Runs the ticks at their times. `on_tick` is called after each, on this thread.
+// Runs the ticks at their times. `on_tick` is called after each, on this thread. The destructor waits for a tick under
+// way to end. The server and the counters must outlive it.
 class TickThread {
  public:
   TickThread(Server& server, TickCounters& counters, std::function<void()> on_tick);
@@ -18,6 +19,7 @@ class TickThread {
 
  private:
   void run();
+  // Counts the duration; a tick that takes longer than its period is an overrun, even if the next one is not late yet.
   void count_tick(std::int64_t begun_ns, std::int64_t done_ns);
 
   Server* server_;
@@ -26,7 +28,8 @@ class TickThread {
   std::mutex mutex_;
   std::condition_variable stop_;
   bool stopping_ = false;
-  std::thread thread_;  // last: it uses the other members
+  // Comes last, since it uses the other members.
+  std::thread thread_;
 };
 
 }  // namespace hairnet::server

@@ -6,11 +6,15 @@
 
 namespace hairnet::server {
 
-using SessionId = std::uint32_t;  // counted from 1 as connections come
+// A session's number, counted from 1 as connections come; 0 names no session. The registry skips numbers that are in
+// use.
+using SessionId = std::uint32_t;
 
 // Names a character among those of all sessions, and in recordings: session id << 32 | the client's number.
 using hairnet::CharacterKey;
 
+// A client numbers its characters by itself, so two clients may use the same number. The session in the upper half
+// keeps them apart, and makes the characters of one session adjacent in an ordered map (Rooms::close relies on this).
 constexpr CharacterKey character_key(SessionId session, std::uint32_t number) {
   return static_cast<CharacterKey>(session) << 32 | number;
 }

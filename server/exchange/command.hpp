@@ -17,8 +17,11 @@ namespace hairnet::server {
 
 // Commands from the I/O thread to the tick thread, in order. Sessions have validated them: characters exist, and poses,
 // materials, winds, hands, props and holds are in range. A session is known to the World as the toucher of its number.
+
+// A session joins a room, or comes back to it on a new connection. The tick then knows its observer.
 struct OpenSession {
   SessionId session = 0;
+  // The session and the tick share the sink, so that it exists until both have let it go.
   std::shared_ptr<ObserverSink> sink;
   std::string room;
   // Sessions of the same subject share its part of the budget.
@@ -51,18 +54,22 @@ struct FromClient {
   SessionId session = 0;
   wire::ClientMessage message;
 };
+// Poses that have passed PoseFilter, in one command a packet. The queue may refuse them: newer poses follow soon.
 struct PutPoses {
   SessionId session = 0;
+  // The I/O thread received the packet at this server time; the inbox judges the age of poses by it.
   std::int64_t arrived_ns = 0;
   // Capture times are on the server's clock.
   std::vector<wire::PoseSample> poses;
 };
+// One sample of a session's hands that has passed PoseFilter. The queue may refuse it, as it may refuse poses.
 struct PutHands {
   SessionId session = 0;
   std::int64_t arrived_ns = 0;
   // Its capture time is on the server's clock.
   wire::HandsSample sample;
 };
+// The levels of a groom are built, or have a learnt level more: characters with this groom may use them from now on.
 struct GroomReady {
   wire::GroomHash groom{};
   std::shared_ptr<const LevelSet> levels;
@@ -77,6 +84,7 @@ struct ForgetGroom {
   wire::GroomHash groom{};
 };
 
+// A variant instead of callbacks: the tick takes all commands at its edge, so no state of it changes while it steps.
 using Command = std::variant<OpenSession, SetTouchRight, DetachSession, CloseSession, FromClient, PutPoses, PutHands,
                              GroomReady, ForgetGroom>;
 // A command weighs one, and one more for each pose, shape of a hand, prop, chosen session, member that it names or that

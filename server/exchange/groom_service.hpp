@@ -26,8 +26,11 @@ struct ChunkAnswer : Refused {
 
 // Who shares what with other sessions.
 struct GroomShare {
-  std::uint32_t subject = 0;  // sessions with this number have one share of places, bytes and builds; 0: this one alone
-  std::uint32_t bearer = 0;   // sessions with this number have at most strand_count_max strands, each groom once
+  // Sessions with this number have one share of places, bytes and builds. 0: the session has a share of its own.
+  std::uint32_t subject = 0;
+  // Sessions with this number have at most strand_count_max strands together. A groom that several of them use counts
+  // once.
+  std::uint32_t token_holder = 0;
   std::uint64_t strand_count_max = std::numeric_limits<std::uint64_t>::max();
 };
 
@@ -38,7 +41,10 @@ class GroomService {
   virtual ~GroomService() = default;
   // A session begins, or its token changes. Without this call it shares with none.
   virtual void open(SessionId session, const GroomShare& share, std::int64_t now_ns) = 0;
+  // The session has the groom's file and wants to use it. GroomNeed follows, at once or later: it says whether the
+  // bytes are asked for.
   virtual Refused offer(SessionId session, const wire::GroomOffer& offer, std::int64_t now_ns) = 0;
+  // A piece of the file. The pieces of one upload come in order, without gaps.
   virtual ChunkAnswer chunk(SessionId session, wire::GroomChunk chunk, std::int64_t now_ns) = 0;
   // The session uses the groom from now on, so the groom is not evicted. Refuses groom_unknown when no session has
   // offered the groom and the cache does not have it.

@@ -10,8 +10,10 @@ namespace hairnet::server {
 // One packet, or frame datagram, of a tick's frames, or of hands.
 struct FramePacket {
   std::vector<std::uint8_t> bytes;
-  std::size_t frame_count = 0;  // 0: it is of hands
-  bool may_be_lost = false;     // newer frames replace it: it may travel where packets get lost, or overtake others
+  // The packet carries this many characters' frames; 0: it carries hands.
+  std::size_t frame_count = 0;
+  // Newer frames replace the content, so the packet may travel where packets get lost or overtake each other.
+  bool may_be_lost = false;
 };
 
 // Receives the messages and frames that the tick makes for one session; implemented by the session's Outbox. Any
@@ -21,7 +23,7 @@ class ObserverSink {
   virtual ~ObserverSink() = default;
   // Queues a message. Order is kept, and no message is dropped: one that does not fit ends the session.
   virtual void push(const wire::Message& message, std::int64_t now_ns) = 0;
-  // The same; `packet` is the encoded message. For messages that many sessions get: they are encoded once.
+  // The same, where `packet` is the encoded message. A message that many sessions get is encoded once, and copied here.
   virtual void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) = 0;
   // The largest packet that may be lost; 0: none, everything arrives in order.
   [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }
@@ -33,7 +35,8 @@ class ObserverSink {
   [[nodiscard]] virtual double bytes_per_s() const { return 0; }
   // Queues the frames and hands of one tick, after the messages pushed so far.
   virtual void push_frames(std::vector<FramePacket> packets) = 0;
-  // Call it before making frames. When the frames of too many ticks wait, drops them all and returns true.
+  // Call it before making frames. When the frames of too many ticks wait, drops them all and returns true. The dropped
+  // frames leave a gap: the caller must forget what it has sent, since the receiver has not got it.
   virtual bool drop_if_congested() = 0;
 };
 

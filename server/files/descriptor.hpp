@@ -6,7 +6,7 @@
 
 namespace hairnet::server {
 
-// Owns an open file of the system.
+// Owns an open file of the system. It can be neither copied nor moved, and its destructor closes the file.
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}

@@ -23,6 +23,7 @@ Refusal system_fault() {
   return Refusal(std::strerror(errno));
 }
 
+// Asks the open file and not its path, which may mean another file by now.
 std::string kind_fault(const Descriptor& file) {
   struct stat status {};
   if (::fstat(file.get(), &status) != 0) return std::strerror(errno);
@@ -43,10 +44,13 @@ void make_plain(std::string& text) {
 }  // namespace
 
 Result<std::string> read_text_file(const std::string& path, std::size_t bytes_max) {
+  // O_NONBLOCK: opening a pipe without a writer would wait for one. O_NOCTTY: a terminal must not become the program's
+  // own.
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
   if (!file) return system_fault();
   if (std::string fault = kind_fault(file); !fault.empty()) return Refusal(std::move(fault));
   std::string text;
+  // The size that the system tells is not trusted: a file may grow while it is read.
   for (std::array<char, 1 << 14> piece; true;) {
     const ssize_t got = ::read(file.get(), piece.data(), piece.size());
     if (got < 0 && errno == EINTR) continue;
@@ -70,6 +74,8 @@ std::string try_folder(const std::string& path, std::vector<std::string>& made) 
   namespace fs = std::filesystem;
   std::error_code error;
   std::vector<std::string> missing;
+  // Goes up from the folder to the first one that exists, so that the caller can remove just the folders that were
+  // made.
   for (fs::path part = fs::absolute(path, error).lexically_normal();
        !error && !part.empty() && !fs::exists(part, error); part = part.parent_path())
     missing.insert(missing.begin(), part.string());
@@ -77,9 +83,11 @@ std::string try_folder(const std::string& path, std::vector<std::string>& made) 
     if (fs::create_directories(path, error); error)
       return fmt::format("the folder {} cannot be made: {}", path, error.message());
     made.insert(made.end(), missing.begin(), missing.end());
+    // Grooms and levels belong to the operator; other users of the machine have no business there.
     fs::permissions(path, fs::perms::owner_all, error);
   }
   std::string name = path + "/.hairnet-XXXXXX";
+  // Only a write shows that one is possible: rights, quotas and read-only file systems all count.
   const Descriptor file(::mkostemp(name.data(), O_CLOEXEC));
   const bool is_written = file && ::write(file.get(), "\n", 1) == 1;
   const int fault = is_written ? 0 : errno;
@@ -89,6 +97,7 @@ std::string try_folder(const std::string& path, std::vector<std::string>& made) 
 }
 
 std::string try_file(const std::string& path) {
+  // The file is opened as the server will open it, without cutting it. A file that this has made is removed again.
   const bool existed = ::access(path.c_str(), F_OK) == 0;
   const Descriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_NONBLOCK | O_CLOEXEC | O_NOCTTY, 0666));
   // A pipe without a reader.

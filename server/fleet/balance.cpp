@@ -3,21 +3,24 @@
 #include <algorithm>
 #include <iterator>
 
-#include "server/fleet/placement.hpp"
+#include "server/fleet/choose_server.hpp"
 
 namespace hairnet::server {
 namespace {
 
-// A move aims at this used share here.
+// A move aims at this used share here. Between it and 15/16, where a server is short of time, nothing happens, so that
+// no room comes back.
 constexpr double kUsedShareAfter = 0.85;
-// The receiver keeps at least this free share.
+// The receiver keeps at least this free share, so a move does not make it short of time.
 constexpr double kFreeShareAfter = 0.15;
+// A peak that is over within kShortOfTime_ns moves nothing: a move costs each client a reconnection.
 constexpr std::int64_t kLookInterval_ns = 1'000'000'000, kShortOfTime_ns = 10'000'000'000;
 constexpr double kMean_ns = 5e9;
 // A room's load may not show for this long: clients connect, levels are read from a cache, costs are measured.
 constexpr std::int64_t kArrival_ns = 60'000'000'000;
 
-// This server counts, too: others that are short of time may choose the same receiver before its status shows any move.
+// Counts the servers that may send a room to the same receiver before its status shows any move. This server counts,
+// too. A server with one room moves none.
 std::size_t count_givers(std::uint64_t self, std::span<const ServerStatus> servers) {
   return 1 + static_cast<std::size_t>(std::ranges::count_if(servers, [self](const ServerStatus& server) {
            return server.id != self && !server.draining && server.load.rooms > 1 &&
@@ -35,6 +38,8 @@ const RoomToBalance* largest_big(std::span<const RoomToBalance> rooms) {
 }  // namespace
 
 bool Balance::is_due(double used_share, std::int64_t now_ns) {
+  // An exponential mean over kMean_ns, for any interval between calls. At the first call the gain is 1, so that the
+  // mean begins with a true value.
   const double gain = std::min(1.0, static_cast<double>(now_ns - observed_ns_) / kMean_ns);
   used_share_ += gain * (used_share - used_share_);
   observed_ns_ = now_ns;
@@ -58,15 +63,18 @@ std::optional<RoomMove> Balance::choose(std::span<const RoomToBalance> rooms, st
   };
   const std::size_t givers = count_givers(self, servers);
   const auto takes = [&](const ServerStatus& server, const RoomToBalance& room) {
+    // A server with a big room needs its time for that room, however free it looks now.
     if (server.id == self || server.draining || server.load.has_big_room) return false;
     if (room.is_big && server.load.rooms > 0) return false;
     double share = share_of(room);
     std::size_t added = room.characters;
+    // A load that was sent a moment ago does not show yet: without this, one receiver would get room after room.
     for (const Sent& sent : sent_) {
       if (sent.to != server.id) continue;
       share += sent.share;
       added += sent.characters;
     }
+    // Each giver may choose this receiver in the same second, and none of them knows of the others.
     return server.load.free_share - share * static_cast<double>(givers) >= kFreeShareAfter &&
            server.load.free_characters >= added * givers;
   };
@@ -79,6 +87,7 @@ std::optional<RoomMove> Balance::choose(std::span<const RoomToBalance> rooms, st
     return room.characters > chosen->characters;
   };
   for (const RoomToBalance& room : rooms) {
+    // To move the only room would move the shortage with it.
     const bool is_only = room.characters == characters;
     if (room.characters == 0 || is_only || !room.has_stayed || &room == stays || !is_better(room)) continue;
     if (std::ranges::any_of(servers, [&](const ServerStatus& server) { return takes(server, room); })) chosen = &room;
@@ -92,6 +101,7 @@ std::optional<RoomMove> Balance::choose(std::span<const RoomToBalance> rooms, st
   if (!to) return {};
   const double share = share_of(*chosen);
   sent_.push_back({.to = *to, .share = share, .characters = chosen->characters, .until_ns = now_ns + kArrival_ns});
+  // The mean would take seconds to show the move, and a second room would follow meanwhile.
   used_share_ -= share;
   due_ns_ = now_ns + kShortOfTime_ns;
   return RoomMove{.room = std::string(chosen->name), .to = *to, .share = share};

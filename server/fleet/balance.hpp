@@ -11,7 +11,7 @@
 
 namespace hairnet::server {
 
-// A room stays on a server for this long before it is moved on.
+// A room stays on a server for this long before it is moved on: its people must not be sent from server to server.
 inline constexpr std::int64_t kRoomStay_ns = 30'000'000'000;
 
 // A room of this server. Characters are taken to cost alike.
@@ -26,14 +26,15 @@ struct RoomToBalance {
 
 struct RoomMove {
   std::string room;
-  // Is a server's id.
+  // The id of the server that gets the room.
   std::uint64_t to = 0;
   // The room wants this share of this server's time.
   double share = 0;
 };
 
-// Which room a server that is short of time gives up, when, and to which server. It has no clock, and asks nobody: the
-// same calls give the same moves.
+// Which room a server that is short of time gives up, when, and to which server. Each server decides for itself, from
+// the loads that the others publish: no server plans for the fleet. It has no clock, and asks nobody: the same calls
+// give the same moves.
 class Balance {
  public:
   // Ask all the time. True at most once a second, while the server has been short of time for 10 s and has moved no
@@ -46,7 +47,8 @@ class Balance {
   // smallest room that frees enough time is moved, or else the largest.
   std::optional<RoomMove> choose(std::span<const RoomToBalance> rooms, std::uint64_t self,
                                  std::span<const ServerStatus> servers, std::int64_t now_ns);
-  [[nodiscard]] double used_share() const { return used_share_; }  // the mean
+  // The mean share of its time that the server's characters want; above 1, hair is coarser than asked for.
+  [[nodiscard]] double used_share() const { return used_share_; }
 
  private:
   // A room that was moved, and may not show in the load of its receiver yet.
@@ -59,7 +61,8 @@ class Balance {
 
   double used_share_ = 0;
   std::int64_t observed_ns_ = 0;
-  std::int64_t due_ns_ = 0;  // 0: the server is not short of time
+  // A move is due at this time; 0: the server is not short of time.
+  std::int64_t due_ns_ = 0;
   std::vector<Sent> sent_;
 };
 

@@ -16,32 +16,45 @@ namespace hairnet::server {
 // What the directory knows about a room.
 struct Placement {
   enum class Kind : std::uint8_t {
-    here,         // this server owns the room, and its lease is valid
-    elsewhere,    // another server owns it: `server_id`, `address`
-    unowned,      // no server does: the one that placement chooses may claim it
-    pending,      // a claim or a look-up is under way; ask again
-    unavailable,  // the directory cannot answer; `reason` is one line
+    // This server owns the room, and its lease is valid.
+    here,
+    // Another server owns it: `server_id`, `address`.
+    elsewhere,
+    // No server owns it: the one that placement chooses may claim it.
+    unowned,
+    // A claim or a look-up is under way: ask again.
+    pending,
+    // The directory cannot answer; `reason` is one line.
+    unavailable,
   };
   Kind kind = Kind::unavailable;
   std::uint64_t server_id = 0;
   ServerAddress address = {};
-  std::int64_t claim = 0;  // number of the owner's claim, when it is known: the greater one is the newer owner
+  // The number of the owner's claim, when it is known: the greater one is the newer owner.
+  std::int64_t claim = 0;
   std::string reason = {};
 };
 
 // Something that the directory did by itself, or the end of a claim.
 struct FleetEvent {
   enum class Kind : std::uint8_t {
-    room_claimed,      // this server owns the room now, with the number `claim`; after a lost lease it may do so again
-    claim_failed,      // for `reason`; `owner` is another server, or 0
-    room_lost,         // this server owned the room and does not any more
-    lease_paused,      // the fence has closed, frames stop; the rooms may still come back
-    lease_resumed,     // the fence is open again, and no other server has had the rooms
-    room_handed_over,  // this server has given the room up; who asks is sent to its next owner
-    grooms_passed_on,  // another server drains, and its rooms need `grooms`; may be told again
+    // This server owns the room now, with the number `claim`; after a lost lease it may do so again.
+    room_claimed,
+    // The claim has failed for `reason`; `owner` is another server, or 0.
+    claim_failed,
+    // This server owned the room and does not any more.
+    room_lost,
+    // The fence has closed and frames stop; the rooms may still come back.
+    lease_paused,
+    // The fence is open again, and no other server has had the rooms.
+    lease_resumed,
+    // This server has given the room up: a client that asks is sent to its next owner.
+    room_handed_over,
+    // Another server drains, and its rooms need `grooms`; the event may come again.
+    grooms_passed_on,
   };
   Kind kind = Kind::room_claimed;
-  // Is set in a room's event.
+  // The room of a room's event; empty in the others.
   std::string room = {};
   std::int64_t claim = 0;
   std::uint64_t owner = 0;
@@ -51,7 +64,8 @@ struct FleetEvent {
   std::vector<ContentHash> grooms = {};
 };
 
-// Which server owns which room. I/O thread, except for fence(). Nothing blocks: answers come with later polls.
+// Which server owns which room. I/O thread, except for fence(). Nothing blocks: answers come with later polls. The
+// interface is all that sessions and the server know of a fleet, so that a server on its own runs the same code.
 class Directory {
  public:
   virtual ~Directory() = default;
@@ -65,6 +79,8 @@ class Directory {
   // Begins to claim the room; the outcome is an event. Returns false when the claim is refused at once: a name that is
   // not valid, a server that drains, too many rooms.
   virtual bool claim(std::string_view room, std::int64_t now_ns) = 0;
+  // Gives a room of ours back, or a claim up. `where` answers from the directory again once the release has its
+  // outcome.
   virtual void release(std::string_view room, std::int64_t now_ns) = 0;
   // Releases a room of ours for the server `to`: once it is released, `where` names that server for a while, unless
   // another one claims the room. An event tells when.

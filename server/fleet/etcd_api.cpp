@@ -15,14 +15,17 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr std::size_t kErrorBytesMax = 200, kTokenBytesMax = 4096;
 
+// The JSON gateway takes bytes as base64, since JSON's texts cannot hold all of them.
 std::string base64(std::string_view text) {
   std::string coded(sodium_base64_encoded_len(text.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
   sodium_bin2base64(coded.data(), coded.size(), reinterpret_cast<const unsigned char*>(text.data()), text.size(),
                     sodium_base64_VARIANT_ORIGINAL);
-  coded.pop_back();  // the terminating zero
+  // Sodium counts the terminating zero.
+  coded.pop_back();
   return coded;
 }
 
+// JSON's numbers lose digits beyond 2^53 in some programs, so the gateway writes and takes 64 bits as text.
 std::string text_of(std::int64_t number) {
   return std::to_string(number);
 }
@@ -55,7 +58,9 @@ void add(Json& actions, const Beside& beside) {
     actions.push_back(remove_of(beside.key));
 }
 
-// Reads fields of an object, and remembers the first that is wrong. An absent field is zero, false or empty.
+// Reads fields of an object, and remembers the first that is wrong. An absent field is zero, false or empty: the
+// gateway leaves out fields with these values. A wrong field does not stop the reading; the caller looks at the fault
+// once, at the end.
 class Fields {
  public:
   Fields(const Json& object, std::string& fault) : object_(&object), fault_(&fault) {
@@ -66,6 +71,7 @@ class Fields {
     const Json* value = find(name);
     if (!value) return 0;
     std::int64_t number = -1;
+    // The gateway writes numbers of 64 bits as texts and smaller ones as numbers: both are taken.
     if (value->is_number_unsigned()) {
       const auto big = value->get<std::uint64_t>();
       if (big <= static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
@@ -147,6 +153,7 @@ Json parse(std::string_view text, std::string& fault) {
     fault = "the answer is too long";
     return Json::object();
   }
+  // The last argument: no exception for text that is not JSON.
   Json json = Json::parse(text.begin(), text.end(), nullptr, false);
   if (json.is_discarded() || !json.is_object()) {
     fault = "the answer is not a JSON object";
@@ -174,6 +181,7 @@ KeyValue entry_of(const Json& json, std::string& fault) {
   entry.key = fields.bytes("key");
   entry.value = fields.bytes("value");
   entry.is_too_long = entry.key.size() > kKeyBytesMax || entry.value.size() > kValueBytesMax;
+  // The entry stays, without its value: its key and revision are needed to skip it by name.
   if (entry.is_too_long) entry.value.clear();
   entry.create_revision = fields.whole("create_revision");
   entry.mod_revision = fields.whole("mod_revision");
@@ -244,6 +252,8 @@ Request put(std::string_view key, std::string_view value, std::int64_t lease) {
 }
 
 Request claim(std::string_view key, std::string_view value, std::int64_t lease, std::string_view beside) {
+  // A creation revision of 0 means that the key does not exist. etcd compares and puts in one step, so of two servers
+  // that claim at once exactly one succeeds.
   Json success = Json::array({{{"request_put", put_of(key, value, lease)}}}), failure = Json::array({range_of(key)});
   if (!beside.empty())
     for (Json* actions : {&success, &failure}) actions->push_back(range_of(beside));
@@ -251,6 +261,7 @@ Request claim(std::string_view key, std::string_view value, std::int64_t lease, 
                  {{"compare", Json::array({compare_of(key, 0)})}, {"success", success}, {"failure", failure}});
 }
 
+// A release that arrives late finds another creation revision, and removes nothing.
 Request remove(std::string_view key, std::int64_t create_revision, const Beside& beside) {
   Json actions = Json::array({remove_of(key)});
   add(actions, beside);
@@ -263,6 +274,8 @@ Request put_beside(std::string_view key, std::int64_t create_revision, const Bes
   return request("/v3/kv/txn", {{"compare", Json::array({compare_of(key, create_revision)})}, {"success", actions}});
 }
 
+// With progress_notify etcd tells its revision now and then while nothing changes, so the copy does not fall behind a
+// compaction.
 Request watch(std::string_view begin, std::string_view end, std::int64_t start_revision) {
   return request("/v3/watch", {{"create_request",
                                 {{"key", base64(begin)},
@@ -272,12 +285,14 @@ Request watch(std::string_view begin, std::string_view end, std::int64_t start_r
 }
 
 Request authenticate(std::string_view user, std::string_view password) {
+  // `replace`: a password may have bytes that are no UTF-8, for which dump() would throw.
   const Json body{{"name", user}, {"password", password}};
   return {"/v3/auth/authenticate", body.dump(-1, ' ', true, Json::error_handler_t::replace)};
 }
 
 std::string end_of(std::string_view prefix) {
   std::string end(prefix);
+  // 0xff has no successor in one byte, so the byte before it counts up.
   while (!end.empty() && static_cast<unsigned char>(end.back()) == 0xff) end.pop_back();
   if (!end.empty()) ++end.back();
   return end;
@@ -381,9 +396,10 @@ Result<std::string> parse_token(std::string_view text) {
   std::string fault;
   const Json json = parse(text, fault);
   std::string token = Fields(json, fault).word("token");
-  const bool is_sound = !token.empty() && token.size() <= kTokenBytesMax &&
+  // The token goes into a header line of each request: a line break in it would add headers.
+  const bool is_valid = !token.empty() && token.size() <= kTokenBytesMax &&
                         std::ranges::all_of(token, [](char c) { return c > ' ' && c <= '~'; });
-  if (fault.empty() && !is_sound) fault = "the answer has no token";
+  if (fault.empty() && !is_valid) fault = "the answer has no token";
   return finished(std::move(token), fault);
 }
 
@@ -398,6 +414,7 @@ std::string parse_error(std::string_view text) {
 }
 
 bool is_lease_gone(int status, std::string_view text) {
+  // A 404 alone may come from a proxy. To take it for a lost lease would give up all rooms.
   return status == 404 && parse_error(text).find("requested lease not found") != std::string::npos;
 }
 

@@ -12,26 +12,33 @@
 // text; fields that are zero, false or empty are left out.
 namespace hairnet::server::etcd {
 
+// Bounds of what this server takes from etcd: other programs may write there too.
 inline constexpr std::size_t kAnswerBytesMax = std::size_t{4} << 20;
 inline constexpr std::size_t kKeyBytesMax = 512, kValueBytesMax = std::size_t{64} << 10;
 
+// A POST to etcd's JSON gateway: the path, and the body as text. Keys and values travel in base64, numbers of 64 bits
+// as texts.
 struct Request {
   std::string path, body;
 };
 
+// Makes a lease that lasts `ttl_s` seconds without a keep-alive.
 Request grant(std::int64_t ttl_s);
+// Gives the lease its full time again.
 Request keep_alive(std::int64_t lease);
+// Ends the lease, and deletes all its keys with it.
 Request revoke(std::int64_t lease);
 // Asks whether the lease exists, and does not prolong it.
 Request time_to_live(std::int64_t lease);
 // Asks for the keys from `begin` up to but without `end`; `revision` 0 is the newest state.
 Request range(std::string_view begin, std::string_view end, std::int64_t limit, std::int64_t revision);
-// The first of these keys, without its value.
+// Asks for the first of these keys, without its value: for a list that a value makes too long.
 Request first_key(std::string_view begin, std::string_view end, std::int64_t revision);
+// Puts the key under the lease, whatever it was before.
 Request put(std::string_view key, std::string_view value, std::int64_t lease);
 // Puts the key if it does not exist; else asks for it. In both cases also asks for `beside`, unless it is empty.
 Request claim(std::string_view key, std::string_view value, std::int64_t lease, std::string_view beside);
-// What a transaction does with a key beside the one that it is about.
+// What a transaction does with a key beside the one that it is about: both happen, or none.
 struct Beside {
   enum class Action : std::uint8_t { none, put, remove };
   Action action = Action::none;
@@ -87,7 +94,8 @@ struct WatchAnswer {
 Result<LeaseAnswer> parse_grant(std::string_view text);
 Result<LeaseAnswer> parse_keep_alive(std::string_view text);
 Result<LeaseAnswer> parse_time_to_live(std::string_view text);
-Result<std::int64_t> parse_put(std::string_view text);  // the revision
+// The answer is the revision of the put.
+Result<std::int64_t> parse_put(std::string_view text);
 Result<RangeAnswer> parse_range(std::string_view text);
 Result<TxnAnswer> parse_txn(std::string_view text);
 Result<WatchAnswer> parse_watch(std::string_view line);

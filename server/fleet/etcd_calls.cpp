@@ -11,6 +11,7 @@ namespace hairnet::server {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
+// A shorter time would fail on a busy etcd, a longer one would leave no time for the other endpoints.
 constexpr std::int64_t kRequestTimeoutMin_ns = 200 * kMs, kRequestTimeoutMax_ns = 2 * kSecond_ns;
 constexpr std::int64_t kBackoffMin_ns = 50 * kMs, kBackoffMax_ns = kSecond_ns;
 
@@ -37,7 +38,7 @@ Counter& counter_of(FleetCounters& counters, EtcdFault fault) {
 EtcdCalls::EtcdCalls(const EtcdDirectoryDef& def, EtcdTransport& transport, FleetCounters& counters)
     : def_(&def), transport_(&transport), counters_(&counters), random_(def.seed) {
   HAIRNET_ASSERT(def.endpoint_count > 0);
-  // All endpoints get their turn in a third of the lease.
+  // All endpoints get their turn in a third of the lease, so that a dead one does not cost the lease.
   timeout_ns_ = std::clamp(def.lease_ns() / (3 * static_cast<std::int64_t>(def.endpoint_count)), kRequestTimeoutMin_ns,
                            kRequestTimeoutMax_ns);
 }
@@ -52,6 +53,7 @@ std::uint64_t EtcdCalls::start(EtcdCallDef def, std::int64_t now_ns) {
                     .path = std::move(def.request.path),
                     .body = std::move(def.request.body),
                     .is_stream = static_cast<bool>(def.on_change)});
+  // The call is entered after send(): the transport calls its sink later, never inside send().
   calls_.emplace(
       id,
       Call{.def = std::move(def), .endpoint = endpoint, .generation = generation_, .deadline_ns = now_ns + timeout_ns});
@@ -70,6 +72,7 @@ void EtcdCalls::end_overdue(std::int64_t now_ns) {
   std::vector<std::uint64_t> overdue;
   for (const auto& [id, call] : calls_)
     if (!call.def.on_change && now_ns >= call.deadline_ns) overdue.push_back(id);
+  // A failure may start and stop other calls, so the overdue ones are gathered before.
   for (const std::uint64_t id : overdue) {
     if (!is_under_way(id)) continue;
     transport_->cancel(id);
@@ -86,18 +89,20 @@ std::size_t EtcdCalls::next_endpoint(const std::set<std::size_t>& silent) const 
 void EtcdCalls::on_answer(std::uint64_t id, int status, std::string_view body, std::int64_t now_ns) {
   const auto found = calls_.find(id);
   if (found == calls_.end()) return;
+  // The call leaves the map before its sender hears of it: the sender may start the next one at once.
   const Call call = std::move(found->second);
   calls_.erase(found);
   if (status == 200 && call.def.on_answer) {
     if (!call.def.on_answer(body, now_ns)) fail(call, EtcdFault::malformed, now_ns);
     return;
   }
+  // That the lease is gone is an answer, not a failure of the endpoint.
   if (call.def.on_lease_gone && etcd::is_lease_gone(status, body)) {
     failures_ = 0;
     return call.def.on_lease_gone(now_ns);
   }
   spdlog::debug("event=etcd_refused status={} endpoint={}", status, call.endpoint);
-  // 503 and 504: this member of etcd has lost the others.
+  // 503 and 504: this member of etcd has lost the others, so it counts as out of reach.
   const bool is_silent = status == 503 || status == 504;
   fail(call, is_silent ? EtcdFault::unreachable : EtcdFault::refused, now_ns);
 }
@@ -105,7 +110,8 @@ void EtcdCalls::on_answer(std::uint64_t id, int status, std::string_view body, s
 void EtcdCalls::on_line(std::uint64_t id, std::string_view line, std::int64_t now_ns) {
   const auto found = calls_.find(id);
   if (found == calls_.end() || !found->second.def.on_change || line.empty()) return;
-  const Call call = found->second;  // a copy, as its sender may stop it
+  // A copy, as its sender may stop the call while it takes the line.
+  const Call call = found->second;
   const auto answer = etcd::parse_watch(line);
   if (answer) {
     failures_ = 0;
@@ -129,12 +135,13 @@ void EtcdCalls::warn_of(const std::string& error) {
 
 void EtcdCalls::fail(const Call& call, EtcdFault fault, std::int64_t now_ns) {
   counter_of(*counters_, fault).add();
+  // One dead endpoint fails many calls at once; without generations each of them would skip an endpoint.
   if (call.generation == generation_) turn_to_next_endpoint(call.endpoint, fault, now_ns);
   if (call.def.on_failure) call.def.on_failure(fault, now_ns);
 }
 
-// It gets its turn at once; when all have had one, there is a pause, each time longer. An answer that is too long is an
-// answer, and as long elsewhere.
+// The next endpoint gets its turn at once; when all have had one, there is a pause, each time longer. An answer that is
+// too long is an answer, and as long elsewhere, so it is no failure of the endpoint.
 void EtcdCalls::turn_to_next_endpoint(std::size_t failed, EtcdFault fault, std::int64_t now_ns) {
   ++generation_;
   endpoint_ = (endpoint_ + 1) % def_->endpoint_count;
@@ -146,10 +153,13 @@ void EtcdCalls::turn_to_next_endpoint(std::size_t failed, EtcdFault fault, std::
   if (failures_ == def_->endpoint_count) spdlog::warn("event=etcd_unreachable");
   if (failures_ % def_->endpoint_count == 0) {
     const std::size_t rounds = failures_ / def_->endpoint_count;
+    // The pause stays a small part of the lease, or it would outlast the lease by itself.
     const std::int64_t most_ns = std::min(kBackoffMax_ns, def_->lease_ns() / 9);
     const std::int64_t wait_ns = std::min(most_ns, kBackoffMin_ns << std::min<std::size_t>(rounds - 1, 6));
+    // The jitter keeps the servers of a fleet from asking an etcd that has come back all at the same moment.
     retry_at_ns_ = now_ns + static_cast<std::int64_t>(static_cast<double>(wait_ns) * jitter());
   }
+  // A watch has no deadline, so one at a dead endpoint would stay: it begins again at the next endpoint.
   const auto watch = std::ranges::find_if(
       calls_, [failed](const auto& entry) { return entry.second.def.on_change && entry.second.endpoint == failed; });
   if (watch != calls_.end()) stop(watch->first);

@@ -23,7 +23,7 @@ namespace hairnet::server {
 // empty.
 struct EtcdCallDef {
   etcd::Request request;
-  // Is the endpoint whose turn it is, unless the sender chooses one.
+  // The endpoint to ask; none: the one whose turn it is.
   std::optional<std::size_t> endpoint = {};
   // Zero: the usual time.
   std::int64_t timeout_ns = 0;
@@ -88,11 +88,13 @@ class EtcdCalls {
   void on_fault(std::uint64_t id, EtcdFault fault, std::int64_t now_ns);
 
  private:
+  // Rooms and their texts wait for their turn when this many calls are under way: a server that gets hundreds of rooms
+  // at once does not send hundreds of requests at once.
   static constexpr std::size_t kCallsMax = 32;
   struct Call {
     EtcdCallDef def;
     std::size_t endpoint = 0;
-    // Is generation_ when the call was sent.
+    // generation_ when the call was sent: only the first failure of a generation turns to the next endpoint.
     std::uint64_t generation = 0;
     std::int64_t deadline_ns = 0;
   };

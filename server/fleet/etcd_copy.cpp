@@ -6,8 +6,12 @@
 namespace hairnet::server {
 namespace {
 
+// At most this many entries an answer: with usual values they stay below kAnswerBytesMax. Longer answers are asked for
+// again in smaller pages.
 constexpr std::int64_t kListPage = 1000;
-constexpr std::int64_t kListTimeout_ns = 2'000'000'000;  // nobody is let in before the first list
+// Nobody is let in before the first list, so a list may take longer than other requests.
+constexpr std::int64_t kListTimeout_ns = 2'000'000'000;
+// A watch whose connection has died without a word is noticed after this time at the latest.
 constexpr std::int64_t kSilenceMax_ns = 20'000'000'000;
 // While somebody waits for news. Not sooner: etcd looks every 100 ms for what a new watch has missed, and what happens
 // meanwhile waits for that.
@@ -40,6 +44,8 @@ void EtcdCopy::poll(std::int64_t now_ns) {
                           now_ns);
     return;
   }
+  // A watch that says nothing may be at a dead connection. The new one begins behind the last revision, so nothing is
+  // lost.
   if (now_ns >= watch_until_ns_) calls_->stop(watch_);
   if (calls_->is_under_way(watch_)) return;
   counters_->watches.add();
@@ -59,10 +65,12 @@ void EtcdCopy::look_again(std::int64_t now_ns) {
 }
 
 void EtcdCopy::learn(const etcd::KeyValue& entry, std::int64_t revision) {
+  // An older entry must not replace a newer one that the watch has brought.
   if (revision > view_.revision) view_.apply({.entry = entry});
 }
 
 void EtcdCopy::list_again() {
+  // The list fills a second copy: the first one answers until the list is complete.
   listed_ = FleetView(keys_, skipped_);
   list_from_ = keys_.rooms;
   list_page_ = kListPage;
@@ -70,6 +78,8 @@ void EtcdCopy::list_again() {
 
 void EtcdCopy::note_failed_list(EtcdFault fault) {
   if (fault == EtcdFault::oversize && list_page_ > 0)
+    // A quarter of the entries the next time, down to one, and then that one without its value: a value that alone
+    // exceeds the bound is passed over.
     list_page_ = list_page_ > 1 ? std::max<std::int64_t>(list_page_ / 4, 1) : 0;
   else
     list_again();
@@ -82,8 +92,10 @@ void EtcdCopy::take_list(const etcd::RangeAnswer& answer) {
     entry.is_too_long |= list_page_ == 0;
     listed_.apply({.entry = std::move(entry)});
   }
+  // Back to whole pages by steps, since long entries may stand together.
   list_page_ = std::clamp<std::int64_t>(4 * list_page_, 1, kListPage);
   if (answer.has_more && !answer.entries.empty()) {
+    // The smallest key behind the last one.
     list_from_ = answer.entries.back().key + '\0';
     return;
   }
@@ -111,6 +123,7 @@ bool EtcdCopy::take_changes(const etcd::WatchAnswer& answer, std::int64_t now_ns
   if (answer.changes.empty() && !answer.is_created) view_.revision = std::max(before, answer.revision);
   for (const etcd::Change& change : answer.changes) {
     const std::int64_t revision = change.entry.mod_revision;
+    // A watch may repeat changes that an earlier one has brought.
     if (revision <= before) continue;
     view_.revision = std::max(view_.revision, revision);
     if (const auto room = view_.apply(change)) {

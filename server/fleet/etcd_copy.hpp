@@ -11,8 +11,9 @@
 
 namespace hairnet::server {
 
-// The copy of all entries of servers and rooms: a list fills it at the start and when changes are lost, a watch keeps
-// it up to date. I/O thread.
+// The copy of all entries of servers and rooms: a list fills it at the start and after a compaction, a watch keeps it
+// up to date. It may be behind etcd at any time, so nothing that needs to be exact may rest on it: a claim is decided
+// by etcd's transaction. I/O thread.
 class EtcdCopy {
  public:
   // What happens to the copy. All are set.
@@ -50,7 +51,8 @@ class EtcdCopy {
   FleetCounters* counters_;
   Callbacks callbacks_;
   FleetKeys keys_;
-  // The connection of a watch that says nothing for so long may have died: a new one goes on where it ended.
+  // The connection of a watch that says nothing for two leases (at most 20 s) may have died: a new one goes on where it
+  // ended.
   std::int64_t silence_ns_;
   SkippedEntries skipped_;
   FleetView view_, listed_;

@@ -36,16 +36,20 @@ void EtcdDirectory::stop(std::int64_t) {
   if (lease_.is_ending()) return;
   lease_.stop();
   rooms_.clear();
+  // All calls end here; the next poll revokes the lease, which deletes all keys of this server at once.
   calls_.stop_all();
 }
 
 void EtcdDirectory::poll(std::int64_t now_ns) {
+  // Without an address nobody could be sent here, so the server does not join.
   if (!has_address()) return;
+  // Overdue calls end first: the polls below may send what these calls were about again.
   calls_.end_overdue(now_ns);
   lease_.poll(now_ns);
   if (!lease_.is_ending()) {
     if (calls_.may_start(now_ns)) {
-      // Who does not know yet what rooms have owners cannot take one.
+      // The server shows itself only when it knows which rooms have owners: placement would send it rooms that it could
+      // not claim.
       if (copy_.is_listed()) entry_.poll(now_ns);
       copy_.poll(now_ns);
     }
@@ -56,7 +60,8 @@ void EtcdDirectory::poll(std::int64_t now_ns) {
 
 std::vector<FleetEvent> EtcdDirectory::take_events() {
   for (const FleetEvent& event : events_)
-    if (event.kind == FleetEvent::Kind::room_claimed) rooms_.on_told(event.room);
+    // The caller has what was kept of the room from now on, so clients may enter.
+    if (event.kind == FleetEvent::Kind::room_claimed) rooms_.on_announced(event.room);
   return std::exchange(events_, {});
 }
 
@@ -87,7 +92,8 @@ void EtcdDirectory::on_fence(bool is_open) {
 }
 
 void EtcdDirectory::on_listed() {
-  if (!copy_.view().server(def_.server_id)) entry_.write_again();  // somebody else has written or deleted it
+  // Somebody else has written or deleted the entry.
+  if (!copy_.view().server(def_.server_id)) entry_.write_again();
   rooms_.check_all();
 }
 

@@ -9,14 +9,17 @@ namespace hairnet::server {
 
 // What a server's rooms do when the lease runs out because no endpoint of etcd answers.
 enum class WithoutEtcd : std::uint8_t {
-  stop,   // frames stop until etcd answers: never two owners
-  go_on,  // rooms go on: never two owners if etcd is out of reach for all servers, else two until the server hears it
+  // Frames stop until etcd answers: there are never two owners.
+  stop,
+  // Rooms go on. There are never two owners if etcd is out of reach for all servers; else there are two until the
+  // server hears etcd.
+  go_on,
 };
 
 struct EtcdDirectoryDef {
-  // Is random, new at each start, and never zero.
+  // Random, new at each start, and never zero: a server that restarts must not take its former keys for its own.
   std::uint64_t server_id = 0;
-  // Is told later when it has no host.
+  // Where clients reach this server; an address without a host is set later.
   ServerAddress address;
   std::string fleet = "default";
   std::size_t endpoint_count = 1;

@@ -11,8 +11,10 @@
 namespace hairnet::server {
 namespace {
 
+// At most one write in this time: each goes to all servers of the fleet by their watches.
 constexpr std::int64_t kTellInterval_ns = 1'000'000'000;
-constexpr double kToldShareSteps = 32;  // a smaller change of the load is not worth a write to etcd
+// The free share is told in steps of 1/32: a smaller change of the load is not worth a write to etcd.
+constexpr double kAnnouncedShareSteps = 32;
 
 }  // namespace
 
@@ -27,11 +29,12 @@ EtcdEntry::EtcdEntry(const EtcdDirectoryDef& def, EtcdCalls& calls, EtcdLease& l
 void EtcdEntry::tell(const ServerLoad& load) {
   status_.load = load;
   const double share = std::clamp(load.free_share, 0.0, 1.0);
-  status_.load.free_share = std::round(share * kToldShareSteps) / kToldShareSteps;
+  status_.load.free_share = std::round(share * kAnnouncedShareSteps) / kAnnouncedShareSteps;
 }
 
 void EtcdEntry::drain() {
   status_.draining = true;
+  // That the server drains is urgent: others must not send clients here meanwhile.
   tell_at_ns_ = 0;
 }
 
@@ -41,24 +44,26 @@ void EtcdEntry::pass_on(std::vector<ContentHash> grooms) {
 }
 
 void EtcdEntry::on_lease_granted() {
-  told_.clear();
+  written_.clear();
   tell_at_ns_ = 0;
 }
 
 void EtcdEntry::check(const etcd::KeyValue& entry) {
-  if (entry.key == key_ && entry.lease != lease_->id()) told_.clear();  // somebody else has written or deleted it
+  // Somebody else has written or deleted the entry.
+  if (entry.key == key_ && entry.lease != lease_->id()) written_.clear();
 }
 
 void EtcdEntry::poll(std::int64_t now_ns) {
   const std::int64_t lease = lease_->id();
   if (lease == 0 || now_ns < tell_at_ns_ || calls_->is_under_way(call_)) return;
   const std::string value = to_value(status_);
-  if (value == told_) return;
-  const auto note_told = [this, value, lease](auto, auto) {
-    if (lease == lease_->id()) told_ = value;
+  if (value == written_) return;
+  const auto note_written = [this, value, lease](auto, auto) {
+    // An entry of an earlier lease has vanished with it.
+    if (lease == lease_->id()) written_ = value;
   };
   call_ = calls_->start({.request = etcd::put(key_, value, lease),
-                         .on_answer = calls_->reading(etcd::parse_put, note_told),
+                         .on_answer = calls_->reading(etcd::parse_put, note_written),
                          .on_lease_gone = [this, lease](auto at_ns) { lease_->lose(lease, at_ns); }},
                         now_ns);
   tell_at_ns_ = now_ns + kTellInterval_ns;

@@ -31,16 +31,16 @@ class EtcdEntry {
   // The copy has this entry of etcd, or `entry` was deleted. Another server's changes nothing.
   void check(const etcd::KeyValue& entry);
   // etcd does not have the entry.
-  void write_again() { told_.clear(); }
+  void write_again() { written_.clear(); }
 
  private:
   EtcdCalls* calls_;
   EtcdLease* lease_;
   std::string key_;
   ServerStatus status_;
-  // Is the value of our key, as etcd has it under this lease.
-  std::string told_;
-  // Is the call that writes the entry.
+  // The value of our key, as etcd has it under this lease; empty: not known.
+  std::string written_;
+  // The call that writes the entry.
   std::uint64_t call_ = 0;
   std::int64_t tell_at_ns_ = 0;
 };

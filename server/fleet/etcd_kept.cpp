@@ -8,6 +8,7 @@ namespace {
 // Long enough for the next owner after a server has died, and short enough that what nobody asks for is not left.
 constexpr std::int64_t kKeptLease_s = 3600;
 constexpr std::int64_t kKeptRenewal_ns = kKeptLease_s / 3 * 1'000'000'000;
+// A few at a time: texts may have 60 KiB, and claims share the bound of calls.
 constexpr std::size_t kPutsPerPoll = 4;
 
 }  // namespace
@@ -27,6 +28,7 @@ void EtcdKept::clear() {
 
 void EtcdKept::put(const std::string& room, std::string text) {
   Text& kept = texts_.at(room);
+  // The caller writes at each change of anything; the same text needs no write.
   if (kept.text == text) return;
   kept.is_kept |= !text.empty();
   kept.text = std::move(text);
@@ -38,7 +40,8 @@ const std::string& EtcdKept::take(const std::string& room, const etcd::KeyValue*
   // A room of ours whose text has vanished has it still: etcd has lost its data, or was away for longer than the lease.
   if (!due_.contains(room) && (found || !was_ours)) kept.text = found ? found->value : std::string();
   kept.is_kept = found || !kept.text.empty();
-  if (!kept.text.empty()) due_.insert(room);  // under a lease of ours: that of its former owner may end
+  // The text is put again under a lease of ours, because that of its former owner may end.
+  if (!kept.text.empty()) due_.insert(room);
   return kept.text;
 }
 
@@ -49,7 +52,8 @@ bool EtcdKept::may_release(const std::string& room) const {
 etcd::Beside EtcdKept::beside_release(const std::string& room) const {
   using Action = etcd::Beside::Action;
   const Text& kept = texts_.at(room);
-  const bool is_due = due_.contains(room) || kept.call != 0;  // a put under way may fail, or come too late
+  // A put under way may fail, or come too late: the release then has the text.
+  const bool is_due = due_.contains(room) || kept.call != 0;
   if (!is_due || (kept.text.empty() && !kept.is_kept)) return {};
   if (kept.text.empty()) return {.action = Action::remove, .key = keys_->of_kept(room)};
   return {.action = Action::put, .key = keys_->of_kept(room), .value = kept.text, .lease = lease_};
@@ -81,6 +85,7 @@ void EtcdKept::poll(const std::function<std::int64_t(const std::string& room)>& 
       lose_lease();
     };
     kept.call = calls_->start(
+        // The put names the claim: if the room has another owner by now, etcd does nothing.
         {.request = etcd::put_beside(keys_->of_room(room), claim, beside_release(room)),
          .on_answer = calls_->reading(etcd::parse_txn, [this, room](const auto&, auto) { end_put(room, true); }),
          .on_failure = [this, room](auto, auto) { end_put(room, false); },
@@ -107,6 +112,7 @@ void EtcdKept::end_put(const std::string& room, bool is_done) {
   const auto found = texts_.find(room);
   if (found == texts_.end()) return;
   found->second.call = 0;
+  // A put that etcd has not executed because the room is not ours any more counts as done.
   if (!is_done) due_.insert(room);
 }
 

@@ -13,7 +13,8 @@
 namespace hairnet::server {
 
 // What moves with this server's rooms to their next owners: a text each, in etcd under `kept`, and the lease of these
-// keys, which outlives this server. I/O thread.
+// keys. The server's own lease would take the texts away just when the next owner of a dead server's room needs them,
+// so they have another one, which outlives this server. I/O thread.
 class EtcdKept {
  public:
   // All three must outlive it.
@@ -55,7 +56,7 @@ class EtcdKept {
   std::map<std::string, Text> texts_;
   // The texts of these rooms are not in etcd.
   std::set<std::string> due_;
-  // Is zero while there is none.
+  // The lease of the texts; zero: there is none.
   std::int64_t lease_ = 0;
   // Calls.
   std::uint64_t grant_ = 0, renewal_ = 0;

@@ -21,6 +21,7 @@ EtcdLease::EtcdLease(const EtcdDirectoryDef& def, EtcdCalls& calls, LeaseFence& 
 }
 
 void EtcdLease::poll(std::int64_t now_ns) {
+  // A fence closes by the passing of time alone, so each poll looks.
   note_fence(now_ns);
   const bool may_start = calls_->may_start(now_ns);
   if (is_ending_) {
@@ -33,6 +34,8 @@ void EtcdLease::poll(std::int64_t now_ns) {
           {.request = etcd::revoke(id_), .on_answer = end, .on_lease_gone = [this](auto at_ns) { lose(id_, at_ns); }},
           now_ns);
   } else if (id_ == 0) {
+    // now_ns is the time of sending. etcd has counted the lease from a later moment, so the fence is on the safe side
+    // however long the answer takes.
     const auto take = [this, now_ns](const auto& answer, auto at_ns) { begin(answer, now_ns, at_ns); };
     if (may_start && !calls_->is_under_way(grant_))
       grant_ = calls_->start(
@@ -46,13 +49,15 @@ void EtcdLease::begin(const etcd::LeaseAnswer& answer, std::int64_t sent_ns, std
   id_ = answer.lease;
   counters_->leases_granted.add();
   spdlog::info("event=lease_granted server={}", id_text(def_->server_id));
+  // The entry is told first, since the new lease has none of the keys of the old one.
   callbacks_.on_granted();
   renew(answer, sent_ns, now_ns);
 }
 
 void EtcdLease::send_keep_alive(std::int64_t now_ns) {
   const bool is_question = !may_keep_alive(now_ns);
-  // A keep-alive goes to every endpoint in turn before it goes to one for the second time.
+  // A keep-alive goes to every endpoint in turn before it goes to one for the second time: only then does the silence
+  // of all of them mean that etcd is out of reach.
   const Sent sent{.lease = id_, .at_ns = now_ns, .endpoint = calls_->next_endpoint(silent_)};
   const auto take_answer = [this, sent, is_question](const auto& answer, auto at_ns) {
     return take(answer, sent, is_question, at_ns);
@@ -76,6 +81,7 @@ bool EtcdLease::may_keep_alive(std::int64_t now_ns) {
 
 // Returns false when the answer is about another lease than the one that was asked for.
 bool EtcdLease::take(const etcd::LeaseAnswer& answer, const Sent& sent, bool is_question, std::int64_t now_ns) {
+  // An answer about an earlier lease comes late, and is no fault.
   if (sent.lease != id_) return true;
   if (answer.lease != id_) return false;
   if (answer.ttl_s == 0) {
@@ -84,6 +90,8 @@ bool EtcdLease::take(const etcd::LeaseAnswer& answer, const Sent& sent, bool is_
     silent_.clear();
     is_heard_ = true;
     if (heard_ns_ == 0) heard_ns_ = now_ns;
+    // The answer shows that the way to etcd works in both directions: a keep-alive follows at once. When keep-alives
+    // have not opened the fence for half of a lease, only questions go on, and the lease may end.
     keep_alive_at_ns_ = now_ns - heard_ns_ < def_->lease_ns() / 2 ? now_ns : now_ns + def_->lease_ns() / 9;
   } else {
     renew(answer, sent.at_ns, now_ns);
@@ -95,11 +103,14 @@ void EtcdLease::renew(const etcd::LeaseAnswer& answer, std::int64_t sent_ns, std
   silent_.clear();
   heard_ns_ = 0;
   keep_alive_at_ns_ = sent_ns + def_->lease_ns() / 3;
-  open_fence(sent_ns, std::min(answer.ttl_s * 1'000'000'000, def_->lease_ns()));
+  // The product must not overflow, whatever etcd answers.
+  open_fence(sent_ns,
+             answer.ttl_s < def_->lease_ns() / 1'000'000'000 ? answer.ttl_s * 1'000'000'000 : def_->lease_ns());
   note_fence(now_ns);
 }
 
-// etcd has counted the lease's time from a moment after `from_ns`.
+// etcd has counted the lease's time from a moment after `from_ns`. The maximum keeps an answer that a newer one has
+// overtaken from moving the fence back.
 void EtcdLease::open_fence(std::int64_t from_ns, std::int64_t lease_ns) {
   fence_->open_until(std::max(fence_->until_ns(), from_ns + lease_ns - lease_margin_ns(def_->lease_ns())));
 }
@@ -112,6 +123,7 @@ void EtcdLease::open_fence(std::int64_t from_ns, std::int64_t lease_ns) {
 // The first keep-alive is due after a third of the lease, a round of all endpoints takes a third, and the next begins a
 // ninth later: so a round ends before the fence closes.
 void EtcdLease::note_failure(const Sent& sent, EtcdFault fault, std::int64_t now_ns) {
+  // Such an endpoint has answered, so etcd is not silent.
   if (fault == EtcdFault::refused || fault == EtcdFault::malformed || fault == EtcdFault::oversize) {
     keep_alive_at_ns_ = now_ns + def_->lease_ns() / 30;
     return;
@@ -129,6 +141,7 @@ void EtcdLease::note_failure(const Sent& sent, EtcdFault fault, std::int64_t now
 void EtcdLease::note_fence(std::int64_t now_ns) {
   if (is_ending_) return;
   const bool is_open = fence_->is_open(now_ns);
+  // A server that never had a lease has nothing to pause.
   if (is_open == !is_paused_ || (!is_open && id_ == 0)) return;
   is_paused_ = !is_open;
   if (is_paused_) counters_->leases_paused.add();
@@ -136,6 +149,7 @@ void EtcdLease::note_fence(std::int64_t now_ns) {
 }
 
 void EtcdLease::lose(std::int64_t lease, std::int64_t now_ns) {
+  // Several calls may report the same loss; the first one counts.
   if (lease == 0 || lease != id_) return;
   counters_->leases_lost.add();
   callbacks_.on_lost();

@@ -11,12 +11,13 @@
 
 namespace hairnet::server {
 
-// The part of a lease's time that is not used: for clocks of different speed, and for time between a check of the fence
-// and the frame that leaves.
+// The part of a lease's time that is not used: 10 % of it and 200 ms. It covers clocks of different speed, and the time
+// between a check of the fence and the frame that leaves.
 [[nodiscard]] std::int64_t lease_margin_ns(std::int64_t lease_ns);
 
 // This server's lease at etcd. It gets a lease, keeps it alive, gives it back at the end, and moves the fence with the
-// answers. I/O thread.
+// answers. Invariant: the fence never stays open longer than etcd keeps the lease, counted from the moment before the
+// answered request was sent. Only `go_on` extends it without an answer. I/O thread.
 class EtcdLease {
  public:
   // What happens to the lease. All are set.
@@ -31,7 +32,7 @@ class EtcdLease {
   EtcdLease(const EtcdDirectoryDef& def, EtcdCalls& calls, LeaseFence& fence, FleetCounters& counters,
             Callbacks callbacks);
 
-  // Is zero while there is none.
+  // The lease's number at etcd; zero while there is none.
   [[nodiscard]] std::int64_t id() const { return id_; }
   [[nodiscard]] bool is_open(std::int64_t now_ns) const { return fence_->is_open(now_ns); }
   // stop() was called.
@@ -66,6 +67,7 @@ class EtcdLease {
   std::int64_t id_ = 0;
   // Calls.
   std::uint64_t grant_ = 0, keep_alive_ = 0, revoke_ = 0;
+  // The next keep-alive, or question, is due at this time.
   std::int64_t keep_alive_at_ns_ = 0;
   // time_to_live has an answer, since the last keep-alive.
   bool is_heard_ = false;

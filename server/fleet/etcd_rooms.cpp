@@ -13,13 +13,16 @@
 namespace hairnet::server {
 namespace {
 
-// A new claim waits this long while etcd does not answer.
+// A new claim waits this long while etcd does not answer. A Hello waits as long as a handshake may take, which is
+// usually less.
 constexpr std::int64_t kClaimPatience_ns = 10'000'000'000;
 // A key of a former lease of ours has this long to vanish.
 constexpr std::int64_t kOwnOldKeyWait_ns = 200'000'000;
-// The copies of other servers may show a release that much later than ours.
+// The copies of other servers may show a release that much later than ours. A client that is sent on before would be
+// sent back.
 constexpr std::int64_t kCopyLag_ns = 50'000'000;
-// The next owner may claim first for this long.
+// For this time all who ask for the room are sent to its next owner, who so has the first chance to claim it. Placement
+// alone might choose another server, or this one again.
 constexpr std::int64_t kHandOver_ns = 5'000'000'000;
 
 }  // namespace
@@ -43,7 +46,7 @@ Placement EtcdRooms::where(std::string_view name, std::int64_t now_ns) const {
     const Room& room = own->second;
     if (room.state != Room::State::owned) return {.kind = Kind::pending};
     // Nobody enters before what was kept of the room is known.
-    if (!room.is_told) return {.kind = Kind::pending, .server_id = self.id, .claim = room.claim};
+    if (!room.is_announced) return {.kind = Kind::pending, .server_id = self.id, .claim = room.claim};
     if (lease_->is_open(now_ns))
       return {.kind = Kind::here, .server_id = self.id, .address = self.address, .claim = room.claim};
     return {.kind = Kind::unavailable, .claim = room.claim, .reason = "the lease has run out: etcd does not answer"};
@@ -51,6 +54,7 @@ Placement EtcdRooms::where(std::string_view name, std::int64_t now_ns) const {
   const FleetView& view = copy_->view();
   const FleetView::Owner* owner = view.owner(name);
   if (owner && owner->server_id != self.id) {
+    // The copy may have the room of a server and not yet the server: keys of rooms come first in a list.
     const ServerStatus* server = view.server(owner->server_id);
     if (!server) return {.kind = Kind::pending, .server_id = owner->server_id, .claim = owner->claim};
     return {.kind = Kind::elsewhere, .server_id = server->id, .address = server->address, .claim = owner->claim};
@@ -61,7 +65,7 @@ Placement EtcdRooms::where(std::string_view name, std::int64_t now_ns) const {
   // be sent back here.
   if (owner && (self.draining || is_handed_over)) return {.kind = Kind::pending};
   if (is_handed_over) {
-    if (!hand_over->second.is_told) return {.kind = Kind::pending};
+    if (!hand_over->second.is_announced) return {.kind = Kind::pending};
     const ServerStatus* to = view.server(hand_over->second.to);
     if (to && !to->draining) return {.kind = Kind::elsewhere, .server_id = to->id, .address = to->address};
   }
@@ -74,8 +78,10 @@ bool EtcdRooms::claim(std::string_view name, std::int64_t now_ns) {
     counters_->claims_refused_name.add();
     return false;
   }
+  // A claim ends a hand-over: the room shall be here.
   if (const auto moved = hand_overs_.find(name); moved != hand_overs_.end()) hand_overs_.erase(moved);
   if (const auto found = rooms_.find(name); found != rooms_.end()) {
+    // A room that is being released is claimed again after that: the release under way cannot be called back.
     found->second.is_wanted = true;
     return true;
   }
@@ -100,6 +106,7 @@ void EtcdRooms::release(std::string_view name) {
     room.state = Room::State::releasing;
     due_.insert(found->first);
   } else if (room.state == Room::State::claiming && room.call == 0 && !room.is_sent) {
+    // A claim that etcd may have executed stays until its outcome is known: it would be an owner that nobody knows of.
     forget(found->first);
   }
 }
@@ -113,6 +120,7 @@ void EtcdRooms::hand_over(std::string_view name, std::uint64_t to) {
 
 void EtcdRooms::keep(std::string_view name, std::string text) {
   const auto found = rooms_.find(name);
+  // The release carries the last text; a later one would miss it.
   if (found == rooms_.end() || found->second.state == Room::State::releasing) return;
   kept_.put(found->first, std::move(text));
 }
@@ -129,8 +137,8 @@ std::int64_t EtcdRooms::claim_of(std::string_view name) const {
   return found != rooms_.end() && found->second.state == Room::State::owned ? found->second.claim : 0;
 }
 
-void EtcdRooms::on_told(std::string_view name) {
-  if (const auto found = rooms_.find(name); found != rooms_.end()) found->second.is_told = true;
+void EtcdRooms::on_announced(std::string_view name) {
+  if (const auto found = rooms_.find(name); found != rooms_.end()) found->second.is_announced = true;
 }
 
 void EtcdRooms::on_lease_lost() {
@@ -146,15 +154,17 @@ void EtcdRooms::check(const std::string& name, std::int64_t revision) {
   const FleetView::Owner* owner = copy_->view().owner(name);
   const auto found = rooms_.find(name);
   if (found == rooms_.end()) {
-    // A claim of ours that was given up, and executed later.
+    // A claim of ours that was given up, and executed later. It is released: clients would be sent here, and nobody
+    // steps the room.
     const bool is_orphan =
         owner && owner->server_id == def_->server_id && lease_->id() != 0 && owner->lease == lease_->id();
     if (is_orphan) add(name, {.state = Room::State::releasing, .claim = owner->claim, .is_wanted = false});
     return;
   }
   Room& room = found->second;
+  // News that are older than our claim are about an earlier owner.
   if (room.state != Room::State::owned || revision <= room.claim || (owner && owner->claim == room.claim)) return;
-  // Our key has vanished: with the lease, or an operator has deleted it. A claim finds out.
+  // Our key has vanished: with the lease, or because an operator has deleted it. A claim finds out whose the room is.
   claim_again(name, room);
 }
 
@@ -162,6 +172,7 @@ void EtcdRooms::check_all() {
   const FleetView& view = copy_->view();
   for (const auto& [name, owner] : view.rooms())
     if (owner.server_id == def_->server_id) check(name, view.revision);
+  // check() may add and change rooms, so the names are gathered before.
   std::vector<std::string> own;
   for (const auto& [name, room] : rooms_) own.push_back(name);
   for (const std::string& name : own) check(name, view.revision);
@@ -188,12 +199,15 @@ void EtcdRooms::poll_rooms(std::int64_t now_ns) {
     Room& room = rooms_.find(name)->second;
     HAIRNET_ASSERT(room.call == 0);
     const bool is_claim = room.state == Room::State::claiming;
+    // A room that was ours has no such time: its sessions are here, and its outcome must be known.
     if (is_claim && room.give_up_ns != 0 && now_ns >= room.give_up_ns) {
       vain.push_back(name);
     } else if (!is_claim && lease_->id() == 0) {
-      vanished.push_back(name);  // its key has gone with the lease
+      // Its key has gone with the lease, so the release has nothing to do.
+      vanished.push_back(name);
     } else if (lease_->id() != 0 && now_ns >= room.try_at_ns && calls_->may_start(now_ns) && !calls_->is_full() &&
                (is_claim ? lease_->is_open(now_ns) : kept_.may_release(name))) {
+      // No claim is sent behind a closed fence: it would win a room that nobody steps.
       room.is_sent |= is_claim;
       room.call = is_claim ? send_claim(name, room, now_ns) : send_release(name, room, now_ns);
       next = due_.erase(next);
@@ -201,6 +215,7 @@ void EtcdRooms::poll_rooms(std::int64_t now_ns) {
     }
     ++next;
   }
+  // Both change due_, so they come after the loop.
   for (const std::string& name : vain) give_up(name);
   for (const std::string& name : vanished) take_release(name, now_ns);
 }
@@ -209,14 +224,15 @@ void EtcdRooms::poll_hand_overs(std::int64_t now_ns) {
   for (auto next = hand_overs_.begin(); next != hand_overs_.end();) {
     auto& [name, hand_over] = *next;
     const FleetView::Owner* owner = copy_->view().owner(name);
+    // Both must hold: the release has its outcome, and the own copy shows it.
     const bool is_released = !rooms_.contains(name) && !(owner && owner->server_id == def_->server_id);
     if (is_released && hand_over.released_ns == 0) hand_over.released_ns = now_ns;
-    if (is_released && !hand_over.is_told && now_ns - hand_over.released_ns >= kCopyLag_ns) {
-      hand_over.is_told = true;
+    if (is_released && !hand_over.is_announced && now_ns - hand_over.released_ns >= kCopyLag_ns) {
+      hand_over.is_announced = true;
       counters_->rooms_handed_over.add();
       emit_({.kind = FleetEvent::Kind::room_handed_over, .room = name, .owner = hand_over.to});
     }
-    const bool is_over = hand_over.is_told && now_ns - hand_over.released_ns >= kHandOver_ns;
+    const bool is_over = hand_over.is_announced && now_ns - hand_over.released_ns >= kHandOver_ns;
     next = is_over ? hand_overs_.erase(next) : std::next(next);
   }
 }
@@ -277,7 +293,8 @@ bool EtcdRooms::take_claim(const std::string& name, std::int64_t lease, const et
   if (own == rooms_.end()) return true;
   Room& room = own->second;
   room.call = 0;
-  if (lease != lease_->id()) {  // the key that was put has vanished
+  // The key that the claim may have put has vanished with that lease, so the claim is sent again under the new one.
+  if (lease != lease_->id()) {
     due_.insert(name);
     return true;
   }
@@ -297,9 +314,11 @@ bool EtcdRooms::take_claim(const std::string& name, std::int64_t lease, const et
   const etcd::KeyValue* existing = entry_at(keys_.of_room(name));
   if (!existing) return false;
   const std::uint64_t owner = parse_owner(existing->value).value_or(0);
+  // An earlier try of this claim was executed, and its answer lost.
   if (owner == def_->server_id && existing->lease == lease) {
     win(name, room, existing->create_revision, kept);
   } else if (owner == def_->server_id) {
+    // A key of a former lease of ours: it vanishes soon, when etcd ends that lease.
     room.try_at_ns = now_ns + kOwnOldKeyWait_ns;
     due_.insert(name);
   } else {
@@ -315,11 +334,13 @@ void EtcdRooms::win(const std::string& name, Room& room, std::int64_t claim, con
   room.claim = claim;
   room.state = room.is_wanted ? Room::State::owned : Room::State::releasing;
   const bool was_ours = std::exchange(room.give_up_ns, 0) == 0;
+  // The room was released while the claim was under way.
   if (!room.is_wanted) {
     due_.insert(name);
     return;
   }
-  room.is_told = false;
+  // Clients may enter when the event was taken: only then is what was kept of the room in force.
+  room.is_announced = false;
   const std::string& text = kept_.take(name, kept, was_ours);
   spdlog::info("event=room_claimed room=\"{}\" claim={}", name, claim);
   emit_({.kind = FleetEvent::Kind::room_claimed, .room = name, .claim = claim, .kept = text});
@@ -356,6 +377,7 @@ void EtcdRooms::take_release(const std::string& name, std::int64_t now_ns) {
   const bool is_wanted = found->second.is_wanted;
   counters_->rooms_released.add();
   forget(name);
+  // Somebody has asked for the room while it was being released.
   if (is_wanted) add(name, {.give_up_ns = now_ns + kClaimPatience_ns});
 }
 
@@ -374,7 +396,8 @@ void EtcdRooms::add(const std::string& name, const Room& room) {
 }
 
 void EtcdRooms::forget(const std::string& name) {
-  const auto held = rooms_.extract(name);  // and not erased: `name` may be its key
+  // The node lives to the end of the function, because `name` may be its key.
+  const auto held = rooms_.extract(name);
   due_.erase(name);
   kept_.forget(name);
 }

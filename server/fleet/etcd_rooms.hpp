@@ -20,7 +20,7 @@
 namespace hairnet::server {
 
 // The rooms that this server claims, owns or releases, with what is kept of them, and those that it has handed over.
-// I/O thread.
+// Each room has at most one call under way; a room that needs one and has none is in due_. I/O thread.
 class EtcdRooms {
  public:
   // The first six must outlive the rooms. `emit` is set, and takes what happens to rooms.
@@ -41,7 +41,7 @@ class EtcdRooms {
   [[nodiscard]] std::size_t count() const { return rooms_.size(); }
   void poll(std::int64_t now_ns);
   // The event that the room is claimed has been taken: now clients may enter.
-  void on_told(std::string_view name);
+  void on_announced(std::string_view name);
   // The keys have gone with the lease: what was owned is claimed again.
   void on_lease_lost();
   // The copy has got news of a room at this revision; or of any room.
@@ -53,17 +53,18 @@ class EtcdRooms {
   struct Room {
     enum class State : std::uint8_t { claiming, owned, releasing };
     State state = State::claiming;
-    // Is the number of our claim, in `owned` and `releasing`.
+    // The number of our claim, in `owned` and `releasing`.
     std::int64_t claim = 0;
     // A new claim is given up at this time; zero: the room was ours, and the outcome must be known.
     std::int64_t give_up_ns = 0;
+    // No call begins before this time.
     std::int64_t try_at_ns = 0;
-    // Is zero while no call is under way.
+    // The call under way; zero: there is none.
     std::uint64_t call = 0;
     // What an earlier owner has kept makes the answer to a claim too long.
     bool skips_kept = false;
     // room_claimed has been taken, in `owned`.
-    bool is_told = false;
+    bool is_announced = false;
     // etcd may have executed a claim under this lease, in `claiming`.
     bool is_sent = false;
     // In `claiming`, false means that the room is released once the outcome is known; in `releasing`, true means that
@@ -75,7 +76,7 @@ class EtcdRooms {
     // The copy has shown the release first at this time; zero: not yet.
     std::int64_t released_ns = 0;
     // room_handed_over has been emitted.
-    bool is_told = false;
+    bool is_announced = false;
   };
 
   void add(const std::string& name, const Room& room);

@@ -10,12 +10,15 @@ namespace hairnet::server {
 // One request to etcd's JSON gateway: a POST.
 struct EtcdCall {
   std::uint64_t id = 0;
-  std::size_t endpoint = 0;  // index into the configured ones
+  // An index into the configured endpoints.
+  std::size_t endpoint = 0;
   std::string path, body;
-  bool is_stream = false;  // the answer is a line of JSON for each message, without an end
+  // The answer is a line of JSON for each message, without an end.
+  bool is_stream = false;
 };
 
-// Why a call has no answer.
+// Why a call has no answer. The first three say that the endpoint may be out of reach; the others are answers that are
+// of no use.
 enum class EtcdFault : std::uint8_t { unreachable, timeout, broken, refused, malformed, oversize };
 
 // Takes what the transport receives. I/O thread.
@@ -30,7 +33,8 @@ class EtcdSink {
   virtual void on_fault(std::uint64_t call, EtcdFault fault, std::int64_t now_ns) = 0;
 };
 
-// Carries calls to etcd. It calls the sink later, never inside send() or cancel().
+// Carries calls to etcd. It calls the sink later, never inside send() or cancel(): a caller's state does not change
+// under its hands. A simulated one lets whole fleets run in seeds.
 class EtcdTransport {
  public:
   virtual ~EtcdTransport() = default;

@@ -13,8 +13,8 @@ struct FleetGauges : GaugeSet {
   Gauge rooms{*this, "fleet_rooms", "Rooms of all servers of the fleet."};
   Gauge rooms_owned{*this, "fleet_rooms_owned", "Rooms of the fleet that this server owns."};
   Gauge has_big_room{*this, "fleet_has_big_room", "1 while this server has a room that needs a server alone, else 0."};
-  Gauge room_outgrown{*this, "fleet_room_outgrown",
-                      "1 while not even this server is enough for its largest room, else 0."};
+  Gauge room_overloaded{*this, "fleet_room_overloaded",
+                        "1 while not even this server is enough for its largest room, else 0."};
 };
 
 struct FleetCounters : CounterSet {
@@ -25,7 +25,8 @@ struct FleetCounters : CounterSet {
                               "Claims of rooms that this server did not make or gave up, by reason."};
   Counter claims_refused_full{*this, "fleet_claims_refused", "reason", "full"};
   Counter claims_refused_draining{*this, "fleet_claims_refused", "reason", "draining"};
-  Counter claims_refused_unreachable{*this, "fleet_claims_refused", "reason", "unreachable"};  // gave up
+  // The claim was given up, as etcd did not answer.
+  Counter claims_refused_unreachable{*this, "fleet_claims_refused", "reason", "unreachable"};
   Counter rooms_lost{*this, "fleet_rooms_lost", "Rooms that this server owned and lost."};
   Counter rooms_released{*this, "fleet_rooms_released", "Rooms that this server gave up."};
   Counter rooms_handed_over{*this, "fleet_rooms_handed_over", "Rooms given up for a server with more free time."};
@@ -39,8 +40,10 @@ struct FleetCounters : CounterSet {
   Counter requests_failed_unreachable{*this, "etcd_requests_failed", "reason", "unreachable",
                                       "Requests to etcd that failed, by reason."};
   Counter requests_failed_timeout{*this, "etcd_requests_failed", "reason", "timeout"};
-  Counter requests_failed_broken{*this, "etcd_requests_failed", "reason", "broken"};    // the connection ended
-  Counter requests_failed_refused{*this, "etcd_requests_failed", "reason", "refused"};  // etcd answered with an error
+  // The connection ended before the answer.
+  Counter requests_failed_broken{*this, "etcd_requests_failed", "reason", "broken"};
+  // etcd answered with an error.
+  Counter requests_failed_refused{*this, "etcd_requests_failed", "reason", "refused"};
   Counter requests_failed_malformed{*this, "etcd_requests_failed", "reason", "malformed"};
   Counter requests_failed_oversize{*this, "etcd_requests_failed", "reason", "oversize"};
   Counter room_answers_held{*this, "fleet_room_answers", "state", "held",

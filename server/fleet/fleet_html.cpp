@@ -40,6 +40,7 @@ std::string escaped(std::string_view text) {
 
 std::string address_of(const ServerAddress& address) {
   const std::string text = escaped(address.host) + ":" + std::to_string(address.port);
+  // Only these two: a page that begins with "javascript:" would run in the browser of whoever clicks.
   const bool is_link = address.page.starts_with("http://") || address.page.starts_with("https://");
   return is_link ? fmt::format("<a href=\"{}\">{}</a>", escaped(address.page), text) : text;
 }
@@ -48,6 +49,7 @@ std::string address_of(const ServerAddress& address) {
 
 std::string fleet_html(std::uint64_t self, bool is_reachable, std::span<const ServerStatus> servers,
                        std::span<const RoomOwner> rooms) {
+  // A browser loads the page every second; a fleet of 131 072 rooms would be too much for it.
   constexpr std::size_t kRowsMax = 500;
   std::string page = kHead;
   const auto add = std::back_inserter(page);

@@ -16,6 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr std::size_t kIdDigits = 16;
 
+// ASCII only, and no exception for bytes that are no UTF-8: names come from clients.
 std::string dump(const Json& json) {
   return json.dump(-1, ' ', true, Json::error_handler_t::replace);
 }
@@ -36,20 +37,22 @@ Json json_of(const ServerStatus& status) {
 std::string base64_of(const std::vector<std::uint8_t>& bytes) {
   std::string text(sodium_base64_encoded_len(bytes.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
   sodium_bin2base64(text.data(), text.size(), bytes.data(), bytes.size(), sodium_base64_VARIANT_ORIGINAL);
-  text.pop_back();  // the terminating zero
+  // Sodium counts the terminating zero.
+  text.pop_back();
   return text;
 }
 
 bool read_base64(const std::string& text, std::vector<std::uint8_t>& bytes) {
+  // Base64 is longer than what it codes, so there is room enough.
   bytes.resize(text.size());
   // Sodium takes no null pointer, which an empty list of bytes has.
   if (text.empty()) return true;
   std::size_t length = 0;
   const char* end = nullptr;
-  const bool is_sound = sodium_base642bin(bytes.data(), bytes.size(), text.data(), text.size(), nullptr, &length, &end,
+  const bool is_valid = sodium_base642bin(bytes.data(), bytes.size(), text.data(), text.size(), nullptr, &length, &end,
                                           sodium_base64_VARIANT_ORIGINAL) == 0;
   bytes.resize(length);
-  return is_sound && end == text.data() + text.size();
+  return is_valid && end == text.data() + text.size();
 }
 
 Json json_of(const std::vector<ContentHash>& grooms) {
@@ -69,6 +72,7 @@ bool read_grooms(const Json& json, std::vector<ContentHash>& grooms) {
   return true;
 }
 
+// Neither spaces nor control characters: addresses go into messages, logs and pages.
 bool is_printable(std::string_view text) {
   return std::ranges::all_of(text, [](char c) { return c > ' ' && c <= '~'; });
 }
@@ -85,7 +89,8 @@ std::optional<std::uint32_t> count_at(const Json& json, const char* name, std::u
   return found->get<std::uint32_t>();
 }
 
-constexpr std::uint64_t kUnixTimeMax_s = 253'402'300'799;  // the end of the year 9999
+// Bounds the end of a ban: the end of the year 9999.
+constexpr std::uint64_t kUnixTimeMax_s = 253'402'300'799;
 constexpr std::size_t kNameBytesMax = 1024;
 
 bool is_name(const Json& json) {
@@ -108,6 +113,7 @@ std::string id_text(std::uint64_t id) {
 
 std::optional<std::uint64_t> parse_id(std::string_view text) {
   std::uint64_t id = 0;
+  // from_chars takes fewer digits, too; a key has exactly 16, so that each id has one text.
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), id, 16);
   if (text.size() != kIdDigits || error != std::errc() || end != text.data() + text.size() || id == 0)
     return std::nullopt;
@@ -150,6 +156,7 @@ Result<ServerStatus> parse_status(std::string_view value) {
                                .has_big_room = big_room != json.end() && big_room->get<bool>()},
                       .draining = draining->get<bool>()};
   if (std::string wrong = validate(status.address); !wrong.empty()) return Refusal(std::move(wrong));
+  // Written so that NaN fails, too.
   if (!(status.load.free_share >= 0 && status.load.free_share <= 1))
     return Refusal("a server's free share is not between 0 and 1");
   if (const auto grooms = json.find("grooms"); grooms != json.end() && !read_grooms(*grooms, status.grooms))
@@ -175,6 +182,7 @@ std::string to_value(const RoomKept& kept, std::size_t& left_out) {
             {"bans", Json::array()}};
   std::size_t bytes = dump(json).size();
   const auto add = [&](const char* name, Json entry) {
+    // The size after escaping counts, and a comma.
     const std::size_t more = dump(entry).size() + 1;
     if (bytes + more > kKeptBytesMax) {
       ++left_out;

@@ -13,6 +13,7 @@
 
 namespace hairnet::server {
 
+// A host has at most the length of a DNS name.
 inline constexpr std::size_t kHostBytesMax = 255, kPageBytesMax = 1024;
 
 // 16 hexadecimal digits, as in keys.
@@ -42,12 +43,13 @@ struct RoomKept {
   bool is_locked = false;
   // The members of a locked room may come back to it.
   std::vector<std::string> members = {};
-  // Is a packet; empty: the server's setting.
+  // A packet with the wind; empty: the server's setting.
   std::vector<std::uint8_t> wind = {};
-  // Is a packet; empty: none.
+  // A packet with the props; empty: there are none.
   std::vector<std::uint8_t> props = {};
   bool operator==(const RoomKept&) const = default;
 };
+// Below etcd::kValueBytesMax, so that a text that this server writes is never skipped as too long by its next owner.
 inline constexpr std::size_t kKeptBytesMax = std::size_t{60} << 10;
 
 // JSON of at most kKeptBytesMax; empty where there is nothing to keep. `left_out` counts what did not fit: mutes come

@@ -14,8 +14,9 @@ std::string FleetKeys::of_server(std::uint64_t id) const {
 
 void SkippedEntries::add(const etcd::KeyValue& entry) {
   (entry.is_too_long ? counters_->entries_refused_oversize : counters_->entries_refused_malformed).add();
-  if (told_.size() >= kToldMax) told_.clear();
-  if (!told_.insert(entry.mod_revision).second) return;
+  // A set that is full forgets everything: some warnings then come again, and the memory stays bounded.
+  if (announced_.size() >= kAnnouncedMax) announced_.clear();
+  if (!announced_.insert(entry.mod_revision).second) return;
   spdlog::warn("event=fleet_entry_skipped key={} revision={} reason={}", log_text(entry.key), entry.mod_revision,
                entry.is_too_long ? "oversize" : "malformed");
 }
@@ -48,6 +49,7 @@ std::optional<std::string> FleetView::apply(const etcd::Change& change) {
     skipped_->add(change.entry);
     return {};
   }
+  // Rooms that are known stay up to date when the copy is full.
   if (known == rooms_.end() && rooms_.size() >= kFleetRoomsMax) {
     skipped_->add_beyond_bound();
     return {};
@@ -64,6 +66,7 @@ void FleetView::apply_server(std::uint64_t id, const etcd::Change& change) {
     return;
   }
   const Result<ServerStatus> status = parse_status(change.entry.value);
+  // A value under another server's key would let one entry speak for two servers.
   if (!status || status->id != id) {
     skipped_->add(change.entry);
     return;

@@ -14,9 +14,10 @@
 
 namespace hairnet::server {
 
+// Bounds of the copy: whoever can write to etcd could otherwise fill this server's memory.
 inline constexpr std::size_t kFleetServersMax = 4096, kFleetRoomsMax = 131'072;
 
-// The keys of one fleet.
+// The keys of one fleet. Several fleets can share an etcd, each under its own name.
 struct FleetKeys {
   explicit FleetKeys(const std::string& fleet)
       : prefix("/hairnet/" + fleet + "/"),
@@ -32,7 +33,7 @@ struct FleetKeys {
   [[nodiscard]] std::string of_kept(std::string_view room) const { return kept + std::string(room); }
 };
 
-// Counts the entries that are skipped, and warns of each value once.
+// Counts the entries that are skipped, too long or not valid, and warns of each value once (event fleet_entry_skipped).
 class SkippedEntries {
  public:
   explicit SkippedEntries(FleetCounters& counters) : counters_(&counters) {}
@@ -40,9 +41,10 @@ class SkippedEntries {
   void add_beyond_bound() { counters_->entries_refused_full.add(); }
 
  private:
-  static constexpr std::size_t kToldMax = 1000;
+  static constexpr std::size_t kAnnouncedMax = 1000;
   FleetCounters* counters_;
-  std::set<std::int64_t> told_;  // revisions
+  // Revisions of values that have had a warning. A revision names a value, and takes less memory than its key.
+  std::set<std::int64_t> announced_;
 };
 
 // A copy of what etcd has of one fleet, at a revision. It may be old; a claim alone decides who owns a room.
@@ -64,7 +66,8 @@ class FleetView {
   [[nodiscard]] const std::map<std::uint64_t, ServerStatus>& servers() const { return servers_; }
   [[nodiscard]] const std::map<std::string, Owner, std::less<>>& rooms() const { return rooms_; }
 
-  std::int64_t revision = 0;  // all changes up to it are here
+  // All changes up to this revision are here.
+  std::int64_t revision = 0;
 
  private:
   void apply_server(std::uint64_t id, const etcd::Change& change);

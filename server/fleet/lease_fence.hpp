@@ -11,11 +11,13 @@ namespace hairnet::server {
 // rooms to another server soon after.
 class LeaseFence {
  public:
+  // For a server without a fleet, whose rooms nobody else can have.
   static constexpr std::int64_t kAlways = std::numeric_limits<std::int64_t>::max();
 
   [[nodiscard]] bool is_open(std::int64_t now_ns) const { return now_ns < until_ns_.load(std::memory_order_acquire); }
   [[nodiscard]] std::int64_t until_ns() const { return until_ns_.load(std::memory_order_acquire); }
   void open_until(std::int64_t until_ns) { until_ns_.store(until_ns, std::memory_order_release); }
+  // Closes the fence at once.
   void close() { open_until(0); }
 
  private:

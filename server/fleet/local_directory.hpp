@@ -24,7 +24,8 @@ class LocalDirectory final : public Directory {
   [[nodiscard]] std::uint64_t server_id() const override { return status_.id; }
   [[nodiscard]] bool is_reachable() const override { return true; }
   [[nodiscard]] std::vector<ServerStatus> servers() const override { return {status_}; }
-  [[nodiscard]] std::vector<RoomOwner> rooms() const override { return {}; }  // it keeps no list
+  // Empty, because it keeps no list: it owns whatever is asked for.
+  [[nodiscard]] std::vector<RoomOwner> rooms() const override { return {}; }
   [[nodiscard]] std::vector<std::string> own_rooms() const override { return {}; }
 
  private:

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/fleet/placement.hpp"
+#include "server/fleet/choose_server.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -14,6 +14,7 @@ using Kind = RoomPlace::Kind;
 
 RoomPlace at_server(Kind kind, const std::vector<ServerStatus>& servers, std::uint64_t id) {
   const auto found = std::ranges::find(servers, id, &ServerStatus::id);
+  // A client cannot be sent to a server without an address.
   if (found == servers.end() || found->address.port == 0)
     return {.kind = Kind::unknown, .reason = "the address of the room's server is not known"};
   return {.kind = kind, .server_id = id, .address = found->address};

@@ -11,18 +11,25 @@ namespace hairnet::server {
 // Where a room is, or would be. Finding it changes nothing.
 struct RoomPlace {
   enum class Kind : std::uint8_t {
-    here,      // this server holds it
-    held,      // another server does
-    placed,    // nobody does, and placement gives it to this or another server
-    draining,  // its holder takes no clients and is about to give it up; placement gives it to a server after that
-    deciding,  // a claim or a look-up is under way: ask again
-    full,      // nobody holds it, and no server takes another room
-    unknown,   // the directory cannot tell
+    // This server holds it.
+    here,
+    // Another server holds it.
+    held,
+    // Nobody holds it, and placement gives it to this or another server.
+    placed,
+    // Its holder takes no clients and is about to give it up; placement gives it to a server after that.
+    draining,
+    // A claim or a look-up is under way: ask again.
+    deciding,
+    // Nobody holds it, and no server takes another room.
+    full,
+    // The directory cannot tell.
+    unknown,
   };
   Kind kind = Kind::unknown;
-  // Names the server; zero: none.
+  // The server's id; zero: none is named.
   std::uint64_t server_id = 0;
-  // Is that server's.
+  // The address of that server.
   ServerAddress address = {};
   // Says in one line why no server is named.
   std::string reason = {};
@@ -32,6 +39,8 @@ std::string_view to_string(RoomPlace::Kind kind);
 
 inline constexpr const char* kNobodyTakesRooms = "no server of the fleet takes another room; try again later";
 
+// Says where the room is by the directory, and where nobody owns it, by placement. It does not claim: route_to_room()
+// does.
 RoomPlace find_room(const Directory& fleet, std::string_view room, std::int64_t now_ns);
 
 }  // namespace hairnet::server

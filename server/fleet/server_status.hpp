@@ -9,11 +9,11 @@ namespace hairnet::server {
 
 // Where clients reach a server.
 struct ServerAddress {
-  // Is a name or a numeric address.
+  // A name or a numeric address.
   std::string host;
-  // Is the public port; zero: the address is not known.
+  // The public port; zero: the address is not known.
   std::uint16_t port = 0;
-  // Is the URL of its page; empty: it has none.
+  // The URL of its page; empty: it has none.
   std::string page;
   bool operator==(const ServerAddress&) const = default;
 };
@@ -33,13 +33,14 @@ struct ServerLoad {
   bool operator==(const ServerLoad&) const = default;
 };
 
-// Names a groom's file.
+// Names a groom's file by its hash.
 using ContentHash = std::array<std::uint8_t, 32>;
+// Bounds the grooms that a draining server names: 64 hashes are 2 KiB of its entry, before base64.
 inline constexpr std::size_t kPassedGroomsMax = 64;
 
 // One server of the fleet, as it tells the others.
 struct ServerStatus {
-  // Is random at its start; zero is no server.
+  // Random at its start; zero is no server.
   std::uint64_t id = 0;
   ServerAddress address = {};
   ServerLoad load = {};

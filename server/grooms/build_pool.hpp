@@ -12,10 +12,12 @@
 namespace hairnet::server {
 
 // Runs the parallel loops of a groom's build on the calling thread and helper threads of the same priority. Loops may
-// be nested. Each build makes its own pool: starting threads costs little beside a build.
+// be nested. Each build makes its own pool: starting threads costs little beside a build. The tick has another pool
+// (threading/), because a build must never hold up a tick.
 class BuildPool {
  public:
-  explicit BuildPool(std::size_t thread_count);  // including the caller
+  // `thread_count` includes the caller. The pool has fewer threads where the system has none to spare.
+  explicit BuildPool(std::size_t thread_count);
   ~BuildPool();
   BuildPool(const BuildPool&) = delete;
   BuildPool& operator=(const BuildPool&) = delete;
@@ -28,16 +30,20 @@ class BuildPool {
   struct Loop {
     const std::function<void(std::size_t)>& body;
     std::size_t count, next = 0, done = 0;
-    std::exception_ptr thrown;  // by the first body that threw
+    // What the first body that threw has thrown.
+    std::exception_ptr thrown;
   };
   void help();
   void run_next(Loop& loop, std::unique_lock<std::mutex>& lock);
+  // The first loop with a body that nobody has begun; null: there is none.
   Loop* open_loop();
 
   // Locked except while a body runs. Bodies take milliseconds, so one lock is enough.
   std::mutex mutex_;
   std::condition_variable begun_, ended_;
-  std::list<Loop> loops_;  // the outermost, which have the largest bodies, first
+  // The outermost loops, which have the largest bodies, come first: helpers prefer them, so few small pieces are left
+  // at the end.
+  std::list<Loop> loops_;
   bool stopping_ = false;
   std::vector<std::thread> helpers_;
 };

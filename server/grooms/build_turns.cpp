@@ -80,6 +80,8 @@ void BuildTurns::poll(std::int64_t now_ns) {
 }
 
 void BuildTurns::feed(std::int64_t now_ns) {
+  // The builder has one job at a time, so that the next is chosen when its turn comes, by what everyone has used by
+  // then.
   if (is_builder_busy_) return;
   const auto found = next(now_ns);
   if (found == builds_.end()) return;
@@ -91,12 +93,14 @@ void BuildTurns::feed(std::int64_t now_ns) {
 
 BuildTurns::Turn BuildTurns::turn_of(const Build& build) const {
   const auto taken = build_ns_.find(shares_->sharer_of(build.owner));
+  // Tuples compare from left to right: whether the owner has left, then the time, then the order of arrival.
   return {!shares_->has(build.owner), taken == build_ns_.end() ? 0 : taken->second, build.order};
 }
 
 BuildTurns::Builds::const_iterator BuildTurns::next(std::int64_t now_ns) const {
   auto next = builds_.end();
   for (auto build = builds_.begin(); build != builds_.end(); ++build) {
+    // A build that has failed by the server's fault waits for its time and holds up nobody.
     if (build->second.job != 0 || build->second.again_ns > now_ns) continue;
     if (next == builds_.end() || turn_of(build->second) < turn_of(next->second)) next = build;
   }
@@ -109,14 +113,17 @@ void BuildTurns::end_turn(std::int64_t now_ns) {
   Build& build = built->second;
   const std::int64_t taken_ns = now_ns - *build.since_ns;
   if (taken_ns < build.turn_ns) return;
+  // The time so far is charged before the comparison, or an endless build would count as nothing until it ends.
   charge(build, taken_ns);
   const auto waiting = next(now_ns);
+  // Nobody with less time waits, so the build goes on: to end it would only lose its work.
   if (waiting == builds_.end() || turn_of(waiting->second) >= turn_of(build)) return;
   build.gives_way = true;
   builder_->drop(build.job);
 }
 
 void BuildTurns::charge(Build& build, std::int64_t taken_ns) {
+  // Only the part since the last charge counts. An owner who has left has no account any more.
   if (taken_ns <= build.charged_ns || !shares_->has(build.owner)) return;
   build_ns_[shares_->sharer_of(build.owner)] += taken_ns - build.charged_ns;
   build.charged_ns = taken_ns;
@@ -126,7 +133,8 @@ BuildTurns::Progress BuildTurns::take(const GroomResult& result, std::int64_t no
   const bool has_ended = result.outcome != GroomResult::Outcome::building;
   if (has_ended) is_builder_busy_ = false;
   const auto found = builds_.find(result.hash);
-  // A dropped groom may have been offered again.
+  // A dropped groom may have been offered again while its former build was ending: the numbers of the jobs tell them
+  // apart.
   if (found == builds_.end() || found->second.job != result.job) return Progress::none;
   Build& build = found->second;
   if (!has_ended) {
@@ -142,6 +150,7 @@ BuildTurns::Progress BuildTurns::take(const GroomResult& result, std::int64_t no
   build.since_ns.reset();
   charge(build, result.build_ns);
   build.charged_ns = 0;
+  // A build may end by itself just when it was told to give way; then its result counts.
   if (std::exchange(build.gives_way, false) && result.fault == BuildFault::dropped) {
     counters_->builds_interrupted.add();
     build.turn_ns *= 2;
@@ -154,7 +163,9 @@ BuildTurns::Progress BuildTurns::take(const GroomResult& result, std::int64_t no
 
 bool BuildTurns::try_again(const GroomResult& failed, Build& build, std::int64_t now_ns) {
   counters_->builds_failed.add();
+  // 1, 2, 4 s with the usual limits: a machine that is short of memory or processes gets time to recover.
   build.again_ns = now_ns + (limits_.build_again_ns << build.failed_count);
+  // Without the file in memory there is nothing to try again with.
   const bool may_try = ++build.failed_count < limits_.build_count_max && build.file;
   spdlog::warn("event=build_failed groom={} detail={} tries={} again={}", log_hash(failed.hash),
                log_text(failed.detail), build.failed_count, may_try);

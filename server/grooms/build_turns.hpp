@@ -15,8 +15,9 @@
 namespace hairnet::server {
 
 // Decides which groom's levels are built next, and for how long. One groom is built at a time: that of the sharer whose
-// builds have taken the least time. A build whose turn has lasted gives way, and begins again later with twice the
-// time. A build that fails by a fault of the server is tried again, later each time. I/O thread.
+// builds have taken the least time, so a client with many or large grooms delays the others little. A build whose turn
+// has lasted gives way, and begins again later with twice the time: a build cannot be paused, but doubled turns let
+// each end at last. A build that fails by a fault of the server is tried again, later each time. I/O thread.
 class BuildTurns {
  public:
   BuildTurns(const GroomStoreLimits& limits, const GroomShares& shares, GroomBuilder& builder, GroomCounters& counters)
@@ -42,11 +43,13 @@ class BuildTurns {
     // The groom has left the queue; the result says how its build ended.
     ended,
   };
+  // Takes a result of the builder, charges its time, and says what has become of the groom.
   Progress take(const GroomResult& result, std::int64_t now_ns);
   // Says why the groom is refused whose build has ended without levels. Counts refusals.
   Refused refusal_of(const GroomResult& result);
 
-  // True when the builder has nothing to do, and no groom may begin.
+  // True when the builder has nothing to do, and no groom may begin. Grooms to prepare begin only then, so that they
+  // delay no session's.
   [[nodiscard]] bool is_idle(std::int64_t now_ns) const;
   // True when no more uploaded grooms may wait.
   [[nodiscard]] bool is_full() const;
@@ -63,12 +66,12 @@ class BuildTurns {
     SessionId owner = 0;
     // Orders grooms by when they came into the queue.
     std::uint64_t order = 0;
-    // Is the file, in pieces until the builder has it, then whole.
+    // The file, in pieces until the builder has it, then whole.
     std::vector<std::vector<std::uint8_t>> chunks;
     std::shared_ptr<const std::vector<std::uint8_t>> file;
-    // Is the size of the file; zero while it is only in the groom cache.
+    // The size of the file; zero while it is only in the groom cache.
     std::size_t bytes = 0;
-    // Is the builder's number while it has the groom, else zero.
+    // The builder's number for the job while it has the groom, else zero.
     std::uint64_t job = 0;
     // It is being built since this time, and need not give way for this long.
     std::optional<std::int64_t> since_ns;

@@ -25,7 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kPartSuffix = ".part-";
-constexpr auto kWriting = std::chrono::hours(1);  // an older partial file was left by a server that died
+// A partial file that is older was left by a server that died: no write takes an hour.
+constexpr auto kWriting = std::chrono::hours(1);
 constexpr std::size_t kHashDigits = 2 * sizeof(wire::GroomHash);
 constexpr std::string_view kDigits = "0123456789abcdef";
 
@@ -57,6 +58,7 @@ std::optional<std::vector<std::uint8_t>> read_all(int descriptor, std::size_t si
   return bytes;
 }
 
+// Only names that begin with a groom's hash belong to a cache, so that a folder with other files loses none of them.
 bool begins_with_hash(std::string_view name) {
   return name.size() >= kHashDigits && name.substr(0, kHashDigits).find_first_not_of(kDigits) == name.npos;
 }
@@ -73,7 +75,8 @@ struct CacheFile {
   fs::file_time_type used;
   fs::path path;
   std::uint64_t bytes = 0;
-  bool whole = true;  // false: being written, or left by a server that died during the write
+  // False: the file is being written, or was left by a server that died during the write.
+  bool whole = true;
 
   [[nodiscard]] bool is_being_written(fs::file_time_type now) const { return !whole && now - used < kWriting; }
 };
@@ -88,7 +91,9 @@ std::vector<CacheFile> files_of(const fs::path& folder, std::string_view suffix)
     const std::string_view rest = std::string_view(name).substr(kHashDigits);
     const bool whole = rest == suffix;
     if (!whole && !(rest.starts_with(suffix) && rest.substr(suffix.size()).starts_with(kPartSuffix))) continue;
-    std::error_code gone;  // another server may remove it meanwhile
+    // Another server may remove the file meanwhile: then it is skipped.
+    std::error_code gone;
+    // Links are not followed: a link in the folder must not make the server remove or count files elsewhere.
     if (!fs::is_regular_file(entry->symlink_status(gone))) continue;
     CacheFile file{entry->last_write_time(gone), entry->path(), 0, whole};
     if (!gone) file.bytes = entry->file_size(gone);
@@ -109,6 +114,8 @@ CacheFolder::CacheFolder(CacheFolderDef def, Counter& written, Counter& writes_f
   if (fs::create_directories(def_.folder, error); error) {
     warn_once(error.message());
   } else {
+    // Others on the machine must not replace everyone's hair. An existing folder keeps the rights that its owner has
+    // chosen.
     fs::permissions(def_.folder, fs::perms::owner_all, error);
   }
 }
@@ -119,7 +126,9 @@ CacheFolder::Found CacheFolder::read(const wire::GroomHash& groom) const {
   if (!file && (errno == ENOENT || errno == ENOTDIR)) return {Outcome::absent, {}};
   struct stat status {};
   if (!file || ::fstat(file.get(), &status) != 0 || !S_ISREG(status.st_mode)) return {Outcome::unreadable, {}};
+  // The size is checked before memory is taken for it.
   if (static_cast<std::uint64_t>(status.st_size) > def_.file_bytes_max) return {Outcome::too_large, {}};
+  // The file may be replaced meanwhile by a rename: the descriptor keeps the old one, which is whole.
   auto bytes = read_all(file.get(), static_cast<std::size_t>(status.st_size));
   if (!bytes) return {Outcome::unreadable, {}};
   return {Outcome::read, std::move(*bytes)};
@@ -166,6 +175,8 @@ fs::path CacheFolder::path_of(const wire::GroomHash& groom) const {
 }
 
 int CacheFolder::write(const fs::path& path, std::span<const std::uint8_t> bytes) const {
+  // The name is random and the file exclusive, so servers that write the same groom do not meet. rename() replaces the
+  // file in one step: readers find the old or the new one, never half of it.
   std::string part = fmt::format("{}{}XXXXXX", path.string(), kPartSuffix);
   Descriptor file(::mkostemp(part.data(), O_CLOEXEC));
   if (!file) return errno;
@@ -177,6 +188,7 @@ int CacheFolder::write(const fs::path& path, std::span<const std::uint8_t> bytes
 }
 
 void CacheFolder::warn_once(std::string_view what) {
+  // A full disk fails every write: one line is enough, and the counter has the rest.
   if (!warned_.exchange(true))
     spdlog::warn("event={} folder={} detail={}", def_.write_failed_event, log_text(def_.folder.string()),
                  log_text(what));
@@ -186,14 +198,17 @@ void CacheFolder::make_room(const fs::path& newest) {
   std::vector<CacheFile> files = files_of(def_.folder, def_.suffix);
   std::ranges::sort(files, {}, [](const CacheFile& file) { return std::tie(file.used, file.path); });
   std::error_code gone;
+  // The clock of the file system, which may be a server's with another time, and not the machine's clock.
   const fs::file_time_type now = fs::last_write_time(newest, gone);
-  if (gone) return;  // another server has made room already
+  // Another server has made room already.
+  if (gone) return;
   std::uint64_t bytes = 0;
   std::size_t count = files.size();
   for (const CacheFile& file : files) bytes += file.bytes;
   for (const CacheFile& file : files) {
     if (bytes <= def_.bytes_max && count <= def_.file_count_max) return;
     std::error_code error;
+    // What was just written stays even if it alone exceeds the bound, and another server's write is not disturbed.
     if (file.path == newest || file.is_being_written(now) || !fs::remove(file.path, error)) continue;
     evicted_->add();
     HAIRNET_ASSERT(bytes >= file.bytes);

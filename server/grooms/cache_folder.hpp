@@ -21,11 +21,11 @@ struct CacheFolderDef {
   std::uint64_t bytes_max = 0;
   // Bounds each file.
   std::size_t file_bytes_max = 0;
-  // Is the log event when a file cannot be written.
+  // The log event when a file cannot be written.
   std::string write_failed_event;
   // Tells the content of its files in log lines.
   std::string contents;
-  // Bounds the files, since every put lists the folder.
+  // Bounds the files, since every put lists the whole folder.
   std::size_t file_count_max = 8192;
 };
 
@@ -41,13 +41,17 @@ class CacheFolder {
   enum class Outcome : std::uint8_t { read, absent, unreadable, too_large };
   struct Found {
     Outcome outcome = Outcome::absent;
-    std::vector<std::uint8_t> bytes;  // when read
+    // The content when the outcome is `read`, else empty.
+    std::vector<std::uint8_t> bytes;
   };
-  // Never blocks, even if a pipe has the file's name.
+  // Never blocks, even if a pipe has the file's name. It does not check the content: a file may be damaged, or another
+  // program's, so the caller does.
   [[nodiscard]] Found read(const wire::GroomHash& groom) const;
-  // Sets the file's last use to now.
+  // Sets the file's last use to now; make_room() goes by it. The modification time holds it, since many disks keep no
+  // time of access.
   void touch(const wire::GroomHash& groom) const;
-  // Replaces an existing file. Makes room by removing other files. False when the file was not stored.
+  // Replaces an existing file. Makes room by removing other files, those first that were used least recently. False
+  // when the file was not stored.
   bool put(const wire::GroomHash& groom, std::span<const std::uint8_t> bytes);
   // Removes regular files only.
   void remove(const wire::GroomHash& groom) const;

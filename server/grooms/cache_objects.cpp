@@ -11,6 +11,8 @@
 namespace hairnet::server {
 namespace {
 
+// Bounds the memory of names. A put that finds no place is counted and left out: the groom is offered again at its next
+// use.
 constexpr std::size_t kWaitingMax = 1024, kNotedMax = 65'536;
 
 // A set that is full forgets everything, which costs a request for each groom again.
@@ -55,6 +57,7 @@ void CacheObjects::reject(const wire::GroomHash& groom, const std::string& detai
 
 void CacheObjects::offer(const wire::GroomHash& groom, Existing existing) {
   const std::lock_guard lock(mutex_);
+  // The store keeps an existing object by default, so a damaged one would stay there for good.
   if (rejected_.contains(groom)) existing = Existing::replace;
   if (existing == Existing::keep && stored_.contains(groom)) return;
   if (waiting_.size() >= kWaitingMax && !waiting_.contains(groom)) return counters_->puts_dropped_full.add();
@@ -81,6 +84,7 @@ void CacheObjects::put(const Wanted& wanted, std::span<const std::uint8_t> bytes
       def_.kept->add();
       return note_stored(wanted.groom);
     case ObjectAnswer::Outcome::unreachable:
+      // The store is away: the file waits again, and take() gives it out when the store takes puts.
       return offer(wanted.groom, wanted.existing);
     case ObjectAnswer::Outcome::refused:
     case ObjectAnswer::Outcome::too_large:

@@ -24,7 +24,7 @@ struct CacheObjectsDef {
 };
 
 // The objects of one cache in the store that servers share: grooms, or levels. A file of the cache's folder that the
-// store may lack waits here to be put. Any thread.
+// store may lack waits here to be put; only its name waits, and the folder keeps the bytes. Any thread.
 class CacheObjects {
  public:
   using Existing = ObjectStore::Existing;
@@ -35,8 +35,9 @@ class CacheObjects {
   // Waits for the store. Nothing when it does not have the object, or gives no answer. The caller checks the bytes, and
   // then accepts or rejects them.
   [[nodiscard]] std::optional<std::vector<std::uint8_t>> get(const wire::GroomHash& groom);
+  // The bytes are valid: the store is known to have the object.
   void accept(const wire::GroomHash& groom, std::size_t bytes);
-  // The next put replaces the object.
+  // The bytes are not valid: the next put replaces the object, where the store usually keeps what it has.
   void reject(const wire::GroomHash& groom, const std::string& detail);
 
   // The folder has a file of this groom. It waits to be put, unless the store is known to have it.
@@ -61,10 +62,10 @@ class CacheObjects {
   CacheObjectsDef def_;
   ObjectStore* store_;
   ObjectCounters* counters_;
-  // Guards the next three.
+  // Guards the next three. It is never held during a call of the store, which may take seconds.
   mutable std::mutex mutex_;
   std::map<wire::GroomHash, Existing> waiting_;
-  // The store is known to have these.
+  // The store is known to have these, so they are not put again.
   std::set<wire::GroomHash> stored_;
   // The objects of these are to be replaced.
   std::set<wire::GroomHash> rejected_;

@@ -28,6 +28,7 @@ std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) 
   bytes.reserve(count);
   for (auto& chunk : chunks) {
     bytes.insert(bytes.end(), chunk.begin(), chunk.end());
+    // Each piece is freed once it is copied, so that a large groom is not in memory twice.
     std::vector<std::uint8_t>().swap(chunk);
   }
   return bytes;
@@ -44,6 +45,7 @@ GroomResult refused(BuildFault fault, std::string detail) {
 
 }  // namespace
 
+// The queues have no bound of their own (0), because only put() is used: the number of grooms, or of jobs, bounds them.
 GroomBuilder::GroomBuilder(const GroomBuilderDef& def) : def_(def), reads_(0), learnt_(0), jobs_(0), results_(0) {
   HAIRNET_ASSERT(def.build_levels);
 }
@@ -90,6 +92,7 @@ void GroomBuilder::give(GroomResult result) {
 }
 
 bool GroomBuilder::poll() {
+  // A refresh is short, and what it finds may make the next job a matter of reading.
   if (refresh_.exchange(false)) {
     def_.grooms->refresh();
     return true;
@@ -98,7 +101,7 @@ bool GroomBuilder::poll() {
     def_.levels->put(learnt.groom, *learnt.levels);
     return true;
   }
-  // In turn: uploads and reads do not wait for all of each other.
+  // Jobs and reads take turns, so that neither uploads nor downloads wait for all of the other.
   is_reading_next_ = !is_reading_next_;
   return is_reading_next_ ? poll_read() || poll_job() : poll_job() || poll_read();
 }
@@ -135,6 +138,7 @@ void GroomBuilder::do_job(GroomJob job) {
     const MemoryReserve::MayFail may_fail;
     result = build(std::move(job));
   } catch (const std::bad_alloc&) {
+    // It is the server's fault and not the groom's, so BuildTurns tries the build again.
     result = refused(BuildFault::server, "the server has no memory left for its build");
   }
   result.job = number;
@@ -156,6 +160,7 @@ GroomResult GroomBuilder::build(GroomJob job) {
   } else if (def_.grooms) {
     building.bytes = def_.grooms->find(job.hash);
   }
+  // The folder has lost the file since it was listed: the session is asked for its bytes.
   if (!building.bytes) {
     building.outcome = Outcome::absent;
     return building;
@@ -164,6 +169,7 @@ GroomResult GroomBuilder::build(GroomJob job) {
   if (file->size() > def_.bytes_max)
     return refused(BuildFault::size,
                    fmt::format("a groom of {} bytes; at most {} are taken", file->size(), def_.bytes_max));
+  // A packed groom may be small and unpack to gigabytes, so the unpacked size is checked before anything is unpacked.
   if (const std::size_t unpacked_bytes = wire::unpacked_bytes(*file, wire::kPackedGroom);
       unpacked_bytes > def_.bytes_max)
     return refused(BuildFault::size, fmt::format("a groom of {} bytes when unpacked; at most {} are taken",
@@ -172,9 +178,11 @@ GroomResult GroomBuilder::build(GroomJob job) {
   if (!groom) return refused(BuildFault::invalid, groom.error());
   if (groom->points.empty()) return refused(BuildFault::invalid, "the groom has no strand points");
   building.strand_count = groom->strand_count();
+  // The I/O thread hears of the valid file before the build, which takes long: the size and the strands are checked
+  // against the limits of its users now.
   give(std::move(building));
   GroomResult result = build(job, *file, *groom);
-  // Cache only grooms that could be built.
+  // Only grooms that could be built are cached: a file that no server can use would cost each restart a build.
   if (result.levels && is_uploaded && def_.grooms) def_.grooms->put(job.hash, *file);
   return result;
 }
@@ -183,6 +191,7 @@ GroomResult GroomBuilder::build(const GroomJob& job, const std::vector<std::uint
   const std::int64_t begun_ns = clock_ns();
   const GoesOn goes_on = [&] {
     if (cancelled_ || dropped_ == job.number) return BuildFault::dropped;
+    // The time counts from the build's begin, after the file was read and decoded.
     return clock_ns() - begun_ns > def_.build.ns_max ? BuildFault::time : BuildFault::none;
   };
   const LevelBuild build = levels_of(job, file, groom, goes_on);
@@ -221,6 +230,8 @@ LevelBuild GroomBuilder::levels_of(const GroomJob& job, const std::vector<std::u
       return {std::move(cached), BuildFault::none, {}};
     }
   }
+  // The estimate costs little beside a build, and refuses what would be killed for its memory after a long time. It
+  // comes after the cache: cached levels need no build.
   const BuildEstimate estimate = estimate_build(groom);
   if (estimate.memory_bytes > def_.build.memory_bytes_max)
     return {nullptr, BuildFault::memory,

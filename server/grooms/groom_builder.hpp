@@ -38,7 +38,7 @@ struct GroomResult {
     // It is the answer to read(); nothing is built.
     read,
   };
-  // Is the job's number; zero: it is the answer to read().
+  // The job's number; zero: the result is the answer to read().
   std::uint64_t job = 0;
   wire::GroomHash hash{};
   Outcome outcome = Outcome::building;
@@ -49,9 +49,9 @@ struct GroomResult {
   std::shared_ptr<const LevelSet> levels;
   std::shared_ptr<const std::vector<std::uint8_t>> basis;
   std::shared_ptr<const std::vector<std::uint8_t>> learnt;
-  // Is the file, when building or read; null when read: the cache does not have it.
+  // The file, when building or read; null when read: the cache does not have it.
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;
-  // Is known when building.
+  // The number of strands, when building; the store checks it against the limits of the groom's users.
   std::size_t strand_count = 0;
   // The builder took this long, when ready or refused.
   std::int64_t build_ns = 0;
@@ -59,7 +59,7 @@ struct GroomResult {
 
 struct GroomBuilderDef {
   LevelBuildDef build;
-  BuildLevels build_levels = build_levels_here;
+  BuildLevels build_levels = build_levels_in_process;
   // Bounds one file.
   std::size_t bytes_max = std::size_t{64} << 20;
   // A cache may be null, and else outlives the builder.
@@ -71,7 +71,7 @@ struct GroomBuilderDef {
 
 // Makes levels of a groom's file: decodes it, estimates the build, and builds the levels or reads them from the cache.
 // That takes about a second, so it runs on a thread of low priority; a build has more such threads, or a process. The
-// I/O thread puts jobs and takes results.
+// I/O thread puts jobs and takes results. It does not choose between jobs: BuildTurns does, and gives one at a time.
 class GroomBuilder {
  public:
   explicit GroomBuilder(const GroomBuilderDef& def);
@@ -94,9 +94,11 @@ class GroomBuilder {
 
   // Does one job or read, on the builder's thread. False when there was none.
   bool poll();
-  void cancel() { cancelled_ = true; }  // refuses the current job soon
+  // Refuses the current job soon, and each later one.
+  void cancel() { cancelled_ = true; }
 
-  std::function<void()> on_job, on_result;  // wake the other side; set before use
+  // They wake the other side's thread. Set them before use.
+  std::function<void()> on_job, on_result;
 
  private:
   static void check(const GroomResult& result);
@@ -113,14 +115,17 @@ class GroomBuilder {
   [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
 
   GroomBuilderDef def_;
-  BoundedQueue<wire::GroomHash> reads_;  // one a groom
+  // One entry for each groom: GroomFiles asks once for all sessions that wait.
+  BoundedQueue<wire::GroomHash> reads_;
   struct Learnt {
     wire::GroomHash groom{};
     std::shared_ptr<const LevelSet> levels;
   };
   BoundedQueue<Learnt> learnt_;
-  BoundedQueue<GroomJob> jobs_;        // the store gives one after the other
-  BoundedQueue<GroomResult> results_;  // at most two a job
+  // The store gives one after the other.
+  BoundedQueue<GroomJob> jobs_;
+  // At most two for each job, and one for each read, so put() needs no bound.
+  BoundedQueue<GroomResult> results_;
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<bool> cancelled_{false}, refresh_{false};
   bool is_reading_next_ = false;

@@ -44,12 +44,14 @@ void GroomCache::refresh() {
   const std::vector<wire::GroomHash> hashes = folder_.hashes();
   std::set<wire::GroomHash> known(hashes.begin(), hashes.end());
   const std::lock_guard lock(mutex_);
+  // The folder is listed without the lock, and the old set is freed after it, so the I/O thread waits for a swap only.
   known_.swap(known);
 }
 
 GroomCache::Bytes GroomCache::find(const wire::GroomHash& groom) {
   Bytes bytes = read_folder(groom);
   if (!bytes) return read_store(groom);
+  // A file that another server has put into a shared folder may not be in the store yet.
   if (objects_) objects_->offer(groom);
   return bytes;
 }
@@ -90,16 +92,19 @@ GroomCache::Bytes GroomCache::read_store(const wire::GroomHash& groom) {
   if (!objects_) return nullptr;
   std::optional<std::vector<std::uint8_t>> bytes = objects_->get(groom);
   if (!bytes) return nullptr;
+  // The store is shared, and other servers write to it: its objects are checked as uploads are.
   if (wire::hash_groom(*bytes) != groom) {
     objects_->reject(groom, "its bytes are not those of its name");
     return nullptr;
   }
   objects_->accept(groom, bytes->size());
+  // The folder gets the groom, so that the next use needs no store; a full folder does no harm here.
   if (folder_.put(groom, *bytes)) refresh();
   return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
 }
 
 bool GroomCache::pull(const wire::GroomHash& groom) {
+  // The groom is of use only from the folder: the build reads it there.
   return read_store(groom) && is_cached(groom);
 }
 
@@ -107,6 +112,8 @@ bool GroomCache::put_next() {
   const std::optional<CacheObjects::Wanted> wanted = objects_ ? objects_->take() : std::nullopt;
   if (!wanted) return false;
   const CacheFolder::Found file = folder_.read(wanted->groom);
+  // The folder's file may have been damaged or evicted since it was offered. A damaged one must not spread to all
+  // servers.
   if (file.outcome == CacheFolder::Outcome::read && wire::hash_groom(file.bytes) == wanted->groom)
     objects_->put(*wanted, file.bytes);
   else
@@ -114,9 +121,9 @@ bool GroomCache::put_next() {
   return true;
 }
 
-void GroomCache::reject(const char* why, const wire::GroomHash& groom, Counter& counter) {
+void GroomCache::reject(const char* error, const wire::GroomHash& groom, Counter& counter) {
   counter.add();
-  spdlog::info("event=groom_cache_rejected file={} detail={}", log_text(folder_.path_of(groom).string()), why);
+  spdlog::info("event=groom_cache_rejected file={} detail={}", log_text(folder_.path_of(groom).string()), error);
   folder_.remove(groom);
   forget(groom);
 }

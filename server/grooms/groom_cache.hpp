@@ -15,9 +15,10 @@
 namespace hairnet::server {
 
 // A cache of uploaded groom files on disk, named by their hashes, so that a groom is uploaded once for all servers and
-// restarts. A file whose bytes do not have the hash of its name is removed and counts as absent. See CacheFolder.
-// With an object store, what the folder lacks is read from there, and what the folder has is put there. Any thread;
-// what may ask the store waits for it.
+// restarts. A file whose bytes do not have the hash of its name is removed and counts as absent: nobody who can write
+// to the folder or the store can slip in another groom under a known name. See CacheFolder. With an object store, what
+// the folder lacks is read from there, and what the folder has is put there. Any thread; what may ask the store waits
+// for it.
 class GroomCache {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
@@ -46,13 +47,15 @@ class GroomCache {
  private:
   Bytes read_folder(const wire::GroomHash& groom);
   Bytes read_store(const wire::GroomHash& groom);
-  void reject(const char* why, const wire::GroomHash& groom, Counter& counter);
+  void reject(const char* error, const wire::GroomHash& groom, Counter& counter);
   void forget(const wire::GroomHash& groom);
 
   CacheFolder folder_;
   GroomCacheCounters* counters_;
   std::unique_ptr<CacheObjects> objects_;
   mutable std::mutex mutex_;
+  // What the folder had when it was last listed: is_cached() answers from it on the I/O thread, which must not wait for
+  // a disk.
   std::set<wire::GroomHash> known_;
 };
 

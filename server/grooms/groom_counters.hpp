@@ -20,7 +20,7 @@ struct GroomCounters : CounterSet {
   Counter grooms_ready{*this, "grooms_ready", "Grooms whose levels became ready."};
   Counter grooms_evicted{*this, "grooms_evicted", "Grooms removed from memory, since it was needed."};
   Counter grooms_learnt{*this, "grooms_learnt", "Grooms whose hair was learnt."};
-  Counter grooms_learnt_adopted{*this, "grooms_learnt_adopted", "Grooms whose files had learnt hair that is good."};
+  Counter grooms_learnt_accepted{*this, "grooms_learnt_accepted", "Grooms whose files had learnt hair that is good."};
   Counter grooms_learnt_file_refused{*this, "grooms_learnt_file_refused",
                                      "Grooms whose files had learnt hair that is not good."};
   Counter grooms_learnt_refused{*this, "grooms_learnt_refused",
@@ -73,7 +73,7 @@ struct LevelCacheCounters : CounterSet {
   Counter level_cache_rejected_version{*this, "level_cache_rejected", "reason", "version"};
   Counter level_cache_rejected_groom{*this, "level_cache_rejected", "reason", "groom"};
   Counter level_cache_rejected_damaged{*this, "level_cache_rejected", "reason", "damaged"};
-  Counter level_cache_rejected_unsound{*this, "level_cache_rejected", "reason", "unsound"};
+  Counter level_cache_rejected_invalid{*this, "level_cache_rejected", "reason", "invalid"};
   Counter level_cache_written{*this, "level_cache_written", "Files written to the cache of levels."};
   Counter level_cache_writes_failed{*this, "level_cache_writes_failed",
                                     "Files that could not be written to the cache of levels."};

@@ -11,7 +11,8 @@
 
 namespace hairnet::server {
 
-// Finds files for clients that draw grooms, by the hash of each file. It asks the builder to read grooms of the cache
+// Finds files for clients that draw grooms, by the hash of each file. It owns no file: it keeps weak pointers, so that
+// an evicted groom's memory is freed once the last download has ended. It asks the builder to read grooms of the cache
 // for sessions. I/O thread.
 class GroomFiles {
  public:
@@ -48,6 +49,7 @@ class GroomFiles {
     auto fetched = fetches_.extract(groom);
     return fetched ? std::move(fetched.mapped()) : std::vector<SessionId>();
   }
+  // The read itself goes on: the builder cannot take it back.
   void forget(SessionId session) {
     for (auto& [groom, waiting] : fetches_) std::erase(waiting, session);
   }
@@ -55,7 +57,7 @@ class GroomFiles {
  private:
   GroomBuilder* builder_;
   std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> files_;
-  // The builder was asked to read these.
+  // The builder was asked to read these, each once, for the sessions that wait.
   std::map<wire::GroomHash, std::vector<SessionId>> fetches_;
 };
 

@@ -15,7 +15,8 @@ namespace hairnet::server {
 // A subject of sessions, or one session: who takes turns with others.
 using Sharer = std::pair<std::uint32_t, SessionId>;
 
-// Knows the share of each session, and who shares with whom. I/O thread.
+// Knows the share of each session, and who shares with whom: all sessions of a subject count as one sharer, so that
+// more connections give no larger share. I/O thread.
 class GroomShares {
  public:
   void open(SessionId session, const GroomShare& share) { shares_[session] = share; }
@@ -34,12 +35,13 @@ class GroomShares {
   }
   [[nodiscard]] Sharer sharer_of(SessionId session) const {
     const std::uint32_t subject = share_of(session).subject;
+    // One of the two is zero: a subject, or a session that shares with none.
     return {subject, subject == 0 ? session : 0};
   }
-  [[nodiscard]] std::vector<SessionId> sessions_of_bearer(std::uint32_t bearer) const {
+  [[nodiscard]] std::vector<SessionId> sessions_of_holder(std::uint32_t token_holder) const {
     std::vector<SessionId> sessions;
     for (const auto& [session, share] : shares_) {
-      if (share.bearer == bearer) sessions.push_back(session);
+      if (share.token_holder == token_holder) sessions.push_back(session);
     }
     return sessions;
   }

@@ -148,7 +148,7 @@ Refused GroomStore::check_strands(SessionId session, Grooms::const_iterator groo
     refused = {ErrorReason::limit_exceeded,
                fmt::format("at most {} strands in all grooms of the session", limits_.strands_per_session_max)};
   else if (share.strand_count_max != GroomShare{}.strand_count_max &&
-           strands_with(shares_.sessions_of_bearer(share.bearer), groom) > share.strand_count_max)
+           strands_with(shares_.sessions_of_holder(share.token_holder), groom) > share.strand_count_max)
     refused = {ErrorReason::limit_exceeded,
                fmt::format("at most {} strands in all grooms of the token", share.strand_count_max)};
   if (refused) counters_->grooms_refused_strands.add();
@@ -546,6 +546,8 @@ void GroomStore::take_learnt(LearningResult result) {
   builder_->cache(result.groom, result.levels);
   commands_->put(GroomReady{result.groom, std::move(result.levels), nullptr, std::nullopt, files_.add(result.file)});
   entry.learnt = std::move(result.file);
+  while (level_bytes_ > limits_.level_bytes_max && evict_one()) {
+  }
 }
 
 // These functions tell users about a groom, and remove it.

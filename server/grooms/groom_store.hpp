@@ -81,6 +81,8 @@ class GroomStore final : public GroomService {
   [[nodiscard]] std::size_t level_bytes() const { return level_bytes_; }
 
  private:
+  // The way of a groom: uploading or searched, then queued, building and ready. A build that gives way goes from
+  // building back to queued; a groom that is refused is erased.
   enum class State : std::uint8_t {
     uploading,
     // It is looked for in the object store.
@@ -91,24 +93,25 @@ class GroomStore final : public GroomService {
     ready,
   };
   struct User {
-    // Is zero when it has not offered the groom, so it cannot upload it.
+    // The size that it has offered; zero: it has not offered the groom, so it cannot upload it.
     std::uint64_t offered_bytes = 0;
     // It was asked for its bytes; those that still come are no fault.
     bool was_asked = false;
   };
   struct Entry {
     State state = State::uploading;
+    // Sessions that have offered or use the groom. It is not evicted while there is one.
     std::map<SessionId, User> users;
     // A user, or the object store, was last asked for the bytes at this time.
     std::int64_t asked_ns = 0;
-    // Is the size of the file, from queued on; zero: it is not known yet.
+    // The size of the file, from queued on; zero: it is not known yet.
     std::uint64_t byte_count = 0;
     // These two are known from building on.
     Bytes bytes;
     std::size_t strand_count = 0;
     // These are the files of its basis and learnt hair, once it is ready; null: none.
     Bytes basis, learnt;
-    // Is set once it is ready.
+    // Set once the groom is ready. Weak, because the tick owns the levels, until ForgetGroom reaches it.
     std::weak_ptr<const LevelSet> levels;
     // Includes the bytes of the files, once it is ready.
     std::size_t level_bytes = 0;
@@ -120,7 +123,7 @@ class GroomStore final : public GroomService {
   static wire::GroomState state_of(const Entry& entry);
   // Says why a session may not use the groom (end(): not in memory) in addition to those it uses. Counts refusals.
   Refused check_retain(SessionId session, Grooms::const_iterator groom);
-  // Says why the strands of the groom are too many in addition to those that the session, or its bearer, uses. Counts
+  // Says why the strands of the groom are too many in addition to those that the session, or its holder, uses. Counts
   // refusals.
   Refused check_strands(SessionId session, Grooms::const_iterator groom);
   // Counts the strands of the groom and of all others that one of the sessions uses.
@@ -173,14 +176,18 @@ class GroomStore final : public GroomService {
   GroomCounters* counters_;
   GroomListener listener_;
   ObjectSync* objects_ = nullptr;
+  // None of the parts below knows the store: it passes on what one has to tell another.
   GroomFiles files_;
   GroomShares shares_;
   GroomUploads uploads_;
   BuildTurns turns_;
   LearningTurns learning_;
   Grooms grooms_;
+  // Grooms of a draining server's rooms, in the order of their use there.
   std::deque<wire::GroomHash> to_prepare_;
+  // The sum of the entries' level_bytes, which level_bytes_max bounds.
   std::size_t level_bytes_ = 0;
+  // Counts uses of grooms: a clock for `used`, which needs no time.
   std::uint64_t uses_ = 0;
   std::int64_t refresh_next_ns_ = 0;
 };

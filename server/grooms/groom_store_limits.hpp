@@ -15,6 +15,7 @@ enum class Learning : std::uint8_t {
   always,
 };
 
+// The limits of grooms. `app/config` fills them from the settings; the values here are the defaults.
 struct GroomStoreLimits {
   // Bounds one groom.
   std::size_t groom_bytes_max = std::size_t{64} << 20;
@@ -31,12 +32,13 @@ struct GroomStoreLimits {
   double upload_burst_bytes = 256.0 * (1 << 20);
   // This many grooms may wait for the builder.
   std::size_t build_queue_max = 64;
-  // The uploads of a session must bring this much together, over each upload_timeout_ns.
+  // The uploads of a session must bring this much together, over each upload_timeout_ns. A session that holds a place
+  // and sends next to nothing would block others.
   double upload_bytes_per_s_min = 8.0 * (1 << 10);
   std::int64_t upload_timeout_ns = 30'000'000'000;
   // After this time a session that waits for another's upload of the same groom is asked for its own.
   std::int64_t upload_patience_ns = 5'000'000'000;
-  // Is long, since the builder has low priority on a machine that may be busy.
+  // A long time, since the builder has low priority on a machine that may be busy.
   std::int64_t build_ns_max = 600'000'000'000;
   std::size_t build_memory_bytes_max = std::size_t{2} << 30;
   // After this time a build gives way to one of a session whose builds have taken less. It begins again later, with

@@ -17,11 +17,13 @@ Refused GroomUploads::begin(const UploadId& id, std::uint64_t byte_count, std::i
   HAIRNET_ASSERT(byte_count > 0);
   const TokenBucket full(limits_.upload_bytes_per_s, limits_.upload_burst_bytes, now_ns);
   Account& own = accounts_.try_emplace(id.session, Account{.bytes = full}).first->second;
+  // The announced size is charged at once: a session cannot announce more than it may upload and hold places with it.
   if (!own.bytes.take(static_cast<double>(byte_count), now_ns)) {
     counters_->grooms_refused_rate.add();
     return {ErrorReason::limit_exceeded,
             fmt::format("more than {:.0f} bytes of grooms a second; try again later", limits_.upload_bytes_per_s)};
   }
+  // The timeout counts over all uploads of the session; it begins with the first.
   if (own.upload_count++ == 0) restart_timeout(id.session, now_ns);
   const auto [upload, is_new] = uploads_.try_emplace(id);
   HAIRNET_ASSERT(is_new);
@@ -33,6 +35,7 @@ void GroomUploads::end(const UploadId& id) {
   const auto upload = uploads_.find(id);
   HAIRNET_ASSERT(upload != uploads_.end());
   bytes_ -= upload->second.received;
+  // The bytes that were announced stay charged: otherwise broken uploads would be free.
   uploads_.erase(upload);
   --accounts_.at(id.session).upload_count;
 }
@@ -78,9 +81,12 @@ Refused GroomUploads::check(SessionId session, const wire::GroomChunk& chunk) co
   const Upload& upload = found->second;
   if (chunk.bytes.empty() || chunk.bytes.size() > wire::kGroomChunkBytesMax)
     return {ErrorReason::limit_exceeded, fmt::format("a chunk of {} bytes", chunk.bytes.size())};
+  // A connection keeps the order of chunks, so a gap is a fault of the client. Chunks that are sent twice after a
+  // resume are taken out before (GroomStore::chunk).
   if (chunk.offset != upload.received)
     return {ErrorReason::unexpected_message,
             fmt::format("a chunk at {}, where {} was expected", chunk.offset, upload.received)};
+  // A subtraction and not a sum: the sum could overflow.
   if (chunk.bytes.size() > upload.byte_count - upload.received)
     return {ErrorReason::limit_exceeded, fmt::format("more than the {} bytes offered", upload.byte_count)};
   return {};
@@ -95,6 +101,7 @@ bool GroomUploads::put(SessionId session, wire::GroomChunk chunk) {
   bytes_ += count;
   counters_->groom_bytes_received.add(count);
   upload.hasher.add(chunk.bytes);
+  // A buffer may have more capacity than bytes, which bytes_ would not count.
   chunk.bytes.shrink_to_fit();
   upload.chunks.push_back(std::move(chunk.bytes));
   return upload.received == upload.byte_count;
@@ -103,6 +110,7 @@ bool GroomUploads::put(SessionId session, wire::GroomChunk chunk) {
 std::optional<GroomUploads::Chunks> GroomUploads::take(const UploadId& id) {
   Upload& upload = uploads_.at(id);
   if (upload.hasher.hash() != id.groom) return std::nullopt;
+  // The hash is right, so the other uploads of the groom have nothing to add and end.
   Chunks chunks = std::move(upload.chunks);
   end_all(id.groom);
   return chunks;
@@ -113,6 +121,8 @@ std::set<SessionId> GroomUploads::take_stalled(std::int64_t now_ns) {
   for (auto& [session, own] : accounts_) {
     if (own.upload_count == 0 || now_ns - own.since_ns <= limits_.upload_timeout_ns) continue;
     const double bytes_min = limits_.upload_bytes_per_s_min * 1e-9 * static_cast<double>(now_ns - own.since_ns);
+    // A session that holds a place and sends a byte now and then would block others; a slow honest line passes with 8
+    // KiB a second by default.
     if (own.received == 0 || static_cast<double>(own.received) < bytes_min) stalled.insert(session);
     restart_timeout(session, now_ns);
   }
@@ -133,6 +143,7 @@ std::optional<UploadId> GroomUploads::to_end_for(SessionId session, Scarce what,
   for (const auto& [id, upload] : uploads_) held[shares_->sharer_of(id.session)] += held_by(upload);
   const std::optional<Sharer> most = shares_->sharer_with_most(std::move(held), session, more);
   for (auto upload = uploads_.begin(); most && upload != uploads_.end(); ++upload) {
+    // An upload that has received nothing would free no bytes.
     if (shares_->sharer_of(upload->first.session) == *most && held_by(upload->second) > 0) return upload->first;
   }
   return std::nullopt;

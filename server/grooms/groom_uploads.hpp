@@ -23,17 +23,20 @@ struct UploadId {
 };
 
 // Receives the uploads of all sessions, from the request for a groom's bytes to the last of them. Each session's bytes
-// stay apart and are hashed as they come. It also says which upload has to end when something is short or too slow;
-// the caller ends it. I/O thread.
+// stay apart and are hashed as they come: with one common buffer, a session could spoil another's upload with wrong
+// bytes. It also says which upload has to end when something is short or too slow; the caller ends it. I/O thread.
 class GroomUploads {
  public:
   using Chunks = std::vector<std::vector<std::uint8_t>>;
   GroomUploads(const GroomStoreLimits& limits, const GroomShares& shares, GroomCounters& counters)
       : limits_(limits), shares_(&shares), counters_(&counters) {}
 
-  // Refuses when the session has uploaded too much lately.
+  // Charges the announced bytes and opens the upload. Refuses when the session has uploaded too much lately. Asserts
+  // that the session does not upload the groom already.
   Refused begin(const UploadId& id, std::uint64_t byte_count, std::int64_t now_ns);
+  // Drops what the upload has received. Asserts that the upload exists.
   void end(const UploadId& id);
+  // Ends the uploads of the groom by all sessions.
   void end_all(const wire::GroomHash& groom);
   // Forgets a session that has no upload any more.
   void close(SessionId session);
@@ -76,6 +79,8 @@ class GroomUploads {
     bytes::ContentHasher hasher;
   };
   using Uploads = std::map<UploadId, Upload>;
+  // What a session's uploads have used together. It outlives the uploads, so that a session cannot refill its bucket by
+  // offering anew.
   struct Account {
     TokenBucket bytes;
     // The session's uploads have brought `received` since this time.

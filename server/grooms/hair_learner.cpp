@@ -4,21 +4,22 @@
 #include <utility>
 
 #include "core/assert.hpp"
-#include "core/learning/adopt_hair.hpp"
+#include "core/learning/accept_given_hair.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "schema/wire/learnt_file.hpp"
 #include "server/threading/memory_reserve.hpp"
 
 namespace hairnet::server {
 
-Result<std::shared_ptr<const LearntHair>> learn_hair_here(const Groom& groom,
-                                                          const std::shared_ptr<const LevelSet>& levels,
-                                                          const BuildCallbacks& callbacks) {
+Result<std::shared_ptr<const LearntHair>> learn_hair_in_process(const Groom& groom,
+                                                                const std::shared_ptr<const LevelSet>& levels,
+                                                                const BuildCallbacks& callbacks) {
   return learn_hair(groom, levels, *levels->modes, callbacks);
 }
 
 void HairLearner::put(LearningJob job) {
   HAIRNET_ASSERT(job.levels && job.levels->modes && job.file);
+  // No job is under way here (LearningTurns), so this cannot undo a drop() of an earlier one.
   dropped_ = false;
   jobs_.put(std::move(job));
   if (on_job) on_job();
@@ -42,13 +43,15 @@ bool HairLearner::poll() {
   return true;
 }
 
-std::shared_ptr<const LearntHair> HairLearner::adopt(const LearningJob& job, const Groom& groom,
-                                                     const BuildCallbacks& callbacks, LearningResult& result) const {
+std::shared_ptr<const LearntHair> HairLearner::accept_given(const LearningJob& job, const Groom& groom,
+                                                            const BuildCallbacks& callbacks,
+                                                            LearningResult& result) const {
+  // Null without an error: the file has no learnt hair, and it is learnt here.
   const Result<std::shared_ptr<const LearntHair>> given = wire::decode_learnt_of_groom(*job.file);
   if (given && !*given) return nullptr;
-  const auto adopted = given ? adopt_hair(groom, job.levels, *job.levels->modes, **given, callbacks) : given;
-  if (!adopted) result.file_detail = adopted.error();
-  return adopted ? *adopted : nullptr;
+  const auto accepted = given ? accept_given_hair(groom, job.levels, *job.levels->modes, **given, callbacks) : given;
+  if (!accepted) result.file_detail = accepted.error();
+  return accepted ? *accepted : nullptr;
 }
 
 LearningResult HairLearner::learn(const LearningJob& job) {
@@ -59,13 +62,15 @@ LearningResult HairLearner::learn(const LearningJob& job) {
     return result;
   }
   BuildCallbacks callbacks;
+  // learn_hair() asks now and then; a no ends it without a result and without an error.
   callbacks.progress = [this](double, std::string_view) { return !dropped_ && !cancelled_; };
-  Result<std::shared_ptr<const LearntHair>> learnt = adopt(job, *groom, callbacks, result);
-  result.is_adopted = *learnt != nullptr;
-  if (!result.is_adopted) learnt = def_.learn(*groom, job.levels, callbacks);
+  Result<std::shared_ptr<const LearntHair>> learnt = accept_given(job, *groom, callbacks, result);
+  result.is_accepted = *learnt != nullptr;
+  if (!result.is_accepted) learnt = def_.learn(*groom, job.levels, callbacks);
   if (!learnt) {
     result.detail = learnt.error();
   } else if (*learnt) {
+    // The tick uses the old set meanwhile, so a copy gets the new level. GroomReady then replaces the set.
     auto levels = std::make_shared<LevelSet>(*job.levels);
     levels->learnt = *learnt;
     result.levels = std::move(levels);

@@ -25,14 +25,14 @@ struct LearningJob {
 
 struct LearningResult {
   wire::GroomHash groom{};
-  // These are the same with the learnt level; null: refused, or dropped.
+  // The levels of the job with the learnt level; null: refused, or dropped.
   std::shared_ptr<const LevelSet> levels;
-  // Has the learnt hair, for clients.
+  // The file of the learnt hair, for clients.
   std::shared_ptr<const std::vector<std::uint8_t>> file;
   // Says in one line why it was refused; empty: it was dropped.
   std::string detail;
-  // The learnt hair is that of the groom's file.
-  bool is_adopted = false;
+  // The learnt hair was in the groom's file, and was measured to be good.
+  bool is_accepted = false;
   // Says in one line why that of the file was not taken; empty: it was taken, or there is none.
   std::string file_detail;
   std::int64_t taken_ns = 0;
@@ -41,18 +41,20 @@ struct LearningResult {
 // learn_hair() with its usual settings, on one thread. Tests learn less.
 using LearnHair = std::function<Result<std::shared_ptr<const LearntHair>>(
     const Groom& groom, const std::shared_ptr<const LevelSet>& levels, const BuildCallbacks& callbacks)>;
-Result<std::shared_ptr<const LearntHair>> learn_hair_here(const Groom& groom,
-                                                          const std::shared_ptr<const LevelSet>& levels,
-                                                          const BuildCallbacks& callbacks);
+Result<std::shared_ptr<const LearntHair>> learn_hair_in_process(const Groom& groom,
+                                                                const std::shared_ptr<const LevelSet>& levels,
+                                                                const BuildCallbacks& callbacks);
 
 struct HairLearnerDef {
   GroomLimits groom;
-  LearnHair learn = learn_hair_here;
+  LearnHair learn = learn_hair_in_process;
   ClockNs now_ns = nullptr;
 };
 
 // Learns the hair of one groom after the other, on a thread of low priority: about a minute each. Hair that is in the
-// groom's file is measured, and taken over where it is good. The I/O thread puts jobs and takes results.
+// groom's file is measured, and taken over where it errs less than the low level, because a client may have sent
+// anything there. A network that errs more than the low level is refused; one that does so in wind alone is learnt for
+// still air. The I/O thread puts jobs and takes results.
 class HairLearner {
  public:
   explicit HairLearner(const HairLearnerDef& def) : def_(def), jobs_(0), results_(0) {}
@@ -67,18 +69,21 @@ class HairLearner {
   bool poll();
   void cancel() { cancelled_ = true; }
 
-  std::function<void()> on_job, on_result;  // wake the other side; set before use
+  // They wake the other side's thread. Set them before use.
+  std::function<void()> on_job, on_result;
 
  private:
   LearningResult learn(const LearningJob& job);
   // Returns the learnt hair of the file; null: there is none that can be taken, or the job was dropped.
-  std::shared_ptr<const LearntHair> adopt(const LearningJob& job, const Groom& groom, const BuildCallbacks& callbacks,
-                                          LearningResult& result) const;
+  std::shared_ptr<const LearntHair> accept_given(const LearningJob& job, const Groom& groom,
+                                                 const BuildCallbacks& callbacks, LearningResult& result) const;
   [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
 
   HairLearnerDef def_;
-  BoundedQueue<LearningJob> jobs_;        // the store gives one after the other
-  BoundedQueue<LearningResult> results_;  // one a job
+  // The store gives one after the other.
+  BoundedQueue<LearningJob> jobs_;
+  // One for each job.
+  BoundedQueue<LearningResult> results_;
   std::atomic<bool> dropped_{false}, cancelled_{false};
 };
 

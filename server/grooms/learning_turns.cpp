@@ -10,7 +10,7 @@
 namespace hairnet::server {
 namespace {
 
-// Characters are raised within a second or two; a shortage that lasts is one.
+// LevelChooser raises characters again within a second or two, so a shortage that lasts longer is a true one.
 constexpr std::int64_t kShortFor_ns = 5'000'000'000;
 
 }  // namespace
@@ -33,6 +33,7 @@ std::optional<wire::GroomHash> LearningTurns::next(const std::function<std::size
     short_since_ns_.reset();
   else if (!short_since_ns_)
     short_since_ns_ = now_ns;
+  // Learning takes a processor for about a minute: by default only a server that is short of time does it.
   const bool is_wanted = when_ == Learning::always || (when_ == Learning::when_short && short_since_ns_ &&
                                                        now_ns - *short_since_ns_ >= kShortFor_ns);
   if (!is_wanted || learning_) return std::nullopt;
@@ -40,10 +41,12 @@ std::optional<wire::GroomHash> LearningTurns::next(const std::function<std::size
   std::size_t most = 0;
   for (const auto& [groom, was_learnt] : was_learnt_) {
     const std::size_t count = was_learnt ? 0 : user_count(groom);
+    // A groom without users counts as none: nobody would see its learnt hair.
     if (count <= most) continue;
     most = count;
     next = groom;
   }
+  // The mark is set before the result: a groom that cannot be learnt must not come up at each poll.
   if (next) was_learnt_[*next] = true;
   return next;
 }
@@ -60,7 +63,8 @@ bool LearningTurns::take(LearningResult& result) {
     learning_.reset();
     const auto groom = was_learnt_.find(result.groom);
     if (groom == was_learnt_.end() || !note(result)) continue;
-    groom->second = true;  // the groom may have come back meanwhile
+    // The groom may have been evicted and come back meanwhile: it has its learnt hair now.
+    groom->second = true;
     return true;
   }
   return false;
@@ -80,13 +84,13 @@ bool LearningTurns::note(const LearningResult& result) const {
   }
   const LearntHair& learnt = *result.levels->learnt;
   counters_->grooms_learnt.add();
-  if (result.is_adopted) counters_->grooms_learnt_adopted.add();
+  if (result.is_accepted) counters_->grooms_learnt_accepted.add();
   if (learnt.wind.weights.empty()) counters_->grooms_learnt_refused_in_wind.add();
   spdlog::info(
       "event=groom_learnt groom={} from={} error={:.3f} low_error={:.3f} wind_error={:.3f} wind_low_error={:.3f} "
       "seconds={:.1f}",
-      log_hash(result.groom), result.is_adopted ? "file" : "motions", learnt.error, learnt.low_error, learnt.wind.error,
-      learnt.wind.low_error, static_cast<double>(result.taken_ns) * 1e-9);
+      log_hash(result.groom), result.is_accepted ? "file" : "motions", learnt.error, learnt.low_error,
+      learnt.wind.error, learnt.wind.low_error, static_cast<double>(result.taken_ns) * 1e-9);
   return true;
 }
 

@@ -13,7 +13,7 @@
 namespace hairnet::server {
 
 // Decides when hair is learnt, and of which groom: of one at a time, that with the most users first, and of each once.
-// Without a learner no hair is learnt. I/O thread.
+// A groom whose hair was refused is not tried again. Without a learner no hair is learnt. I/O thread.
 class LearningTurns {
  public:
   LearningTurns(Learning when, GroomCounters& counters) : when_(when), counters_(&counters) {}
@@ -29,6 +29,7 @@ class LearningTurns {
   // Returns the groom whose turn it is, at most once. Its hair is not learnt unless begin() follows.
   std::optional<wire::GroomHash> next(const std::function<std::size_t(const wire::GroomHash&)>& user_count,
                                       std::int64_t now_ns);
+  // Gives the learner the job. Asserts that none is under way.
   void begin(LearningJob job);
 
  private:
@@ -42,7 +43,7 @@ class LearningTurns {
   std::optional<std::int64_t> short_since_ns_;
   // Has each groom that is ready; true: its hair was learnt or refused, or is being learnt.
   std::map<wire::GroomHash, bool> was_learnt_;
-  // Is the groom of the job under way.
+  // The groom of the job under way. It stays until the result has come, even if the groom is gone.
   std::optional<wire::GroomHash> learning_;
 };
 

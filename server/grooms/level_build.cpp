@@ -10,11 +10,13 @@
 
 namespace hairnet::server {
 
-LevelBuild build_levels_here(const LevelBuildDef& def, const wire::GroomHash&, std::span<const std::uint8_t>,
-                             const Groom& groom, const GoesOn& goes_on) {
+LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHash&, std::span<const std::uint8_t>,
+                                   const Groom& groom, const GoesOn& goes_on) {
   HAIRNET_ASSERT(goes_on);
+  // Several threads of the build may report progress at once.
   std::atomic<BuildFault> fault = BuildFault::none;
   BuildCallbacks callbacks;
+  // The build asks at each piece of its work; any answer but `none` makes it return null.
   callbacks.progress = [&](double, std::string_view) {
     fault = goes_on();
     return fault == BuildFault::none;
@@ -27,6 +29,7 @@ LevelBuild build_levels_here(const LevelBuildDef& def, const wire::GroomHash&, s
     };
     build.levels = build_levels(groom, callbacks, nullptr, parallel_for);
     if (build.levels) {
+      // The modes need the finished levels: their basis comes from motions that these levels simulate.
       auto with_modes = std::make_shared<LevelSet>(*build.levels);
       with_modes->modes = make_modes(groom, build.levels, callbacks, parallel_for, def.training);
       build.levels = with_modes->modes ? std::move(with_modes) : nullptr;

@@ -16,18 +16,26 @@ namespace hairnet::server {
 
 enum class BuildFault : std::uint8_t {
   none,
-  size,     // more bytes than a groom may have
-  invalid,  // no groom, or one without hair
-  time,     // longer than a build may take
-  memory,   // more than a build may take
-  crash,    // the build ended its process without a result, and would again
-  server,   // the server has no process, memory or descriptor for the build now, or somebody ended its process
-  dropped,  // nobody uses the groom any more, or the server stops
+  // The file has more bytes than a groom may have.
+  size,
+  // The file is no groom, or a groom without hair.
+  invalid,
+  // The build takes longer than one may.
+  time,
+  // The build takes more memory than one may.
+  memory,
+  // The build ended its process without a result, and would do so again.
+  crash,
+  // The server has no process, memory or descriptor for the build now, or somebody ended its process.
+  server,
+  // Nobody uses the groom any more, or the server stops.
+  dropped,
 };
 
 // Whether a build may go on: none, time or dropped. Any thread may ask.
 using GoesOn = std::function<BuildFault()>;
 
+// How a build is done, and what it may use.
 struct LevelBuildDef {
   GroomLimits groom;
   std::size_t thread_count = 1;
@@ -38,9 +46,11 @@ struct LevelBuildDef {
 };
 
 struct LevelBuild {
-  std::shared_ptr<const LevelSet> levels;  // null when there is a fault
+  // Null when there is a fault.
+  std::shared_ptr<const LevelSet> levels;
   BuildFault fault = BuildFault::none;
-  std::string detail;  // one line, of a fault
+  // One line about the fault.
+  std::string detail;
 };
 
 // Builds the levels of a groom's file, and its modes. Both give the same bits.
@@ -48,14 +58,15 @@ using BuildLevels = std::function<LevelBuild(const LevelBuildDef& def, const wir
                                              std::span<const std::uint8_t> file, const Groom& groom, const GoesOn&)>;
 
 // On the calling thread and helper threads. A build that is out of memory has the fault `memory`.
-LevelBuild build_levels_here(const LevelBuildDef& def, const wire::GroomHash& hash, std::span<const std::uint8_t> file,
-                             const Groom& groom, const GoesOn& goes_on);
+LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHash& hash,
+                                   std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on);
 
 // In a process of its own: this program, started with kLevelBuildFlag, which its main() answers with
 // run_level_build_process(). Whatever a groom does to a build, more memory or time than allowed or a crash, ends that
-// process only. When the answer of `goes_on` is no, the process is killed.
-LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHash& hash,
-                                   std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on);
+// process only. When the answer of `goes_on` is no, the process is killed. It costs the start of a process, and copies
+// of the file and the levels through a socket.
+LevelBuild build_levels_in_child_process(const LevelBuildDef& def, const wire::GroomHash& hash,
+                                         std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on);
 
 inline constexpr const char* kLevelBuildFlag = "--build-levels-for-parent";
 // Returns the exit status.

@@ -34,6 +34,8 @@ extern char** environ;
 namespace hairnet::server {
 namespace {
 
+// What the parent writes first; the groom's file follows. Both ends are the same program, so the struct travels as its
+// bytes.
 struct Request {
   std::array<char, 8> magic;
   wire::GroomHash hash;
@@ -45,16 +47,22 @@ struct Request {
 };
 static_assert(std::is_trivially_copyable_v<Request>);
 
+// A person who starts the program with the flag by hand gets a message instead of a program that waits for bytes. The
+// number changes with the struct.
 constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '4'};
-constexpr int kLookPeriod_ms = 20;  // how often the parent looks whether the build may go on
+// The parent looks this often whether the build may go on. More often would cost time; more seldom would keep a dropped
+// build alive.
+constexpr int kLookPeriod_ms = 20;
+// The status by which a child says that an allocation failed: it has no memory left to say more.
 constexpr int kExitNoMemory = 3;
 // Beside the memory of the build: the program, a stack and the allocator's own for each thread, and the groom, which is
 // there as a file, unpacked, as integers and decoded.
 constexpr std::uint64_t kProcessBytes = std::uint64_t{64} << 20, kThreadBytes = std::uint64_t{16} << 20,
                         kBytesPerUnpackedByte = 6;
-constexpr std::uint64_t kModeBytes = std::uint64_t{256} << 20;  // what finding the modes takes
+// What finding the modes takes.
+constexpr std::uint64_t kModeBytes = std::uint64_t{256} << 20;
 
-// A child that is killed and reaped at the latest when this ends.
+// A child that is killed and reaped at the latest when this ends, whichever way the build is left.
 class Child {
  public:
   explicit Child(pid_t id) : id_(id) {}
@@ -84,8 +92,11 @@ int spawn(int socket, pid_t& child) {
   posix_spawn_file_actions_init(&files);
   posix_spawn_file_actions_adddup2(&files, socket, STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&files, socket, STDOUT_FILENO);
+  // The child gets neither the server's sockets nor its files: a groom that took the child over would hold nothing but
+  // its own socket and standard error.
   posix_spawn_file_actions_addclosefrom_np(&files, STDERR_FILENO + 1);
   posix_spawnattr_init(&attributes);
+  // The server blocks and handles signals in its own way; the child begins with none blocked and all at their default.
   sigset_t none, all;
   sigemptyset(&none);
   sigfillset(&all);
@@ -96,13 +107,16 @@ int spawn(int socket, pid_t& child) {
   std::array<char, 16> name{"hairnet-build"};
   std::string flag = kLevelBuildFlag;
   std::array<char*, 3> arguments{name.data(), flag.data(), nullptr};
+  // The same file as this program, even if a new version has replaced it on disk meanwhile. posix_spawn and not fork:
+  // fork of a large process with many threads is slow, and may copy a held lock.
   const int error = posix_spawn(&child, "/proc/self/exe", &files, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   return error;
 }
 
-// Sends the request and the file while it receives the answer.
+// Sends the request and the file while it receives the answer. It does both at once, because a child that ends early
+// stops reading: a parent that only wrote would block.
 BuildFault exchange(int socket, std::span<const std::uint8_t> request, std::span<const std::uint8_t> file,
                     std::vector<std::uint8_t>& answer, const GoesOn& goes_on) {
   std::array<std::uint8_t, 1 << 16> piece;
@@ -111,14 +125,17 @@ BuildFault exchange(int socket, std::span<const std::uint8_t> request, std::span
     std::span<const std::uint8_t>& next = request.empty() ? file : request;
     pollfd look{socket, static_cast<short>(next.empty() ? POLLIN : POLLIN | POLLOUT), 0};
     if (::poll(&look, 1, kLookPeriod_ms) <= 0) continue;
+    // MSG_NOSIGNAL: a child that has ended must not end the server by SIGPIPE.
     if (look.revents & POLLOUT) {
       const ssize_t sent = ::send(socket, next.data(), next.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       if (sent > 0) next = next.subspan(static_cast<std::size_t>(sent));
     }
     if (!(look.revents & (POLLIN | POLLHUP | POLLERR))) continue;
     const ssize_t received = ::recv(socket, piece.data(), piece.size(), MSG_DONTWAIT);
+    // The child has closed its end: its status says the rest.
     if (received == 0 || (received < 0 && errno != EAGAIN && errno != EINTR)) return BuildFault::none;
     if (received > 0) answer.insert(answer.end(), piece.begin(), piece.begin() + received);
+    // The child's answer is not trusted either: it may not fill the server's memory. One byte is the fault's code.
     if (answer.size() > wire::kLevelFileBytesMax + 1) return BuildFault::memory;
   }
 }
@@ -139,6 +156,7 @@ std::string how_it_ended(int status) {
 // Not by what the groom did to the build: the kernel is out of memory, a person or a supervisor ended the process, or
 // it could not be loaded.
 bool is_from_outside(int status) {
+  // A program that the loader cannot load ends with this status.
   constexpr int kExitNotLoaded = 127;
   if (WIFEXITED(status)) return WEXITSTATUS(status) == kExitNotLoaded;
   const std::array<int, 5> from_outside{SIGKILL, SIGTERM, SIGINT, SIGHUP, SIGQUIT};
@@ -159,17 +177,22 @@ void limit(__rlimit_resource resource, std::uint64_t value) {
 }
 
 void confine(const Request& request) {
+  // A build whose server has died would go on for minutes for nobody.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
+  // A crash leaves no core file, and the child can make no file grow.
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 0);
+  // The processor's time counts over all threads. It ends a build even if the parent stands still.
   limit(RLIMIT_CPU, 2 + static_cast<std::uint64_t>(request.ns_max) / 1'000'000'000 * request.thread_count);
+// A sanitizer takes far more memory than the build itself.
 #ifndef HAIRNET_SANITIZE_ON
   limit(RLIMIT_DATA, kProcessBytes + kThreadBytes * request.thread_count + request.file_bytes +
                          kBytesPerUnpackedByte * request.unpacked_bytes + kModeBytes + request.memory_bytes_max);
 #endif
-  // When the machine itself is out of memory, this process ends first.
+  // When the machine itself is out of memory, the kernel ends this process first and not the server.
   if (const Descriptor score(::open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC)); score)
     static_cast<void>(!::write(score.get(), "1000", 4));
+  // A failed allocation ends the process at once, wherever it happens; the status tells the parent.
   std::set_new_handler(end_without_memory);
 }
 
@@ -184,6 +207,8 @@ bool receive_all(void* to, std::size_t size) {
   return true;
 }
 
+// The answer is one byte, the fault, and then the levels, or a line of text about the fault. The end of the stream ends
+// it.
 int answer(BuildFault fault, std::span<const std::uint8_t> bytes) {
   const auto code = static_cast<std::uint8_t>(fault);
   bool is_sent = ::send(STDOUT_FILENO, &code, 1, MSG_NOSIGNAL) == 1;
@@ -201,8 +226,9 @@ int answer(BuildFault fault, const std::string& detail) {
 
 }  // namespace
 
-LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHash& hash,
-                                   std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on) {
+LevelBuild build_levels_in_child_process(const LevelBuildDef& def, const wire::GroomHash& hash,
+                                         std::span<const std::uint8_t> file, const Groom& groom,
+                                         const GoesOn& goes_on) {
   HAIRNET_ASSERT(goes_on);
   HAIRNET_ASSERT(!file.empty());
   std::array<int, 2> pair{-1, -1};
@@ -214,6 +240,7 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
   if (const int error = spawn(theirs.get(), id); error != 0)
     return faulty(BuildFault::server, fmt::format("no process for its build: {}", std::strerror(error)));
   Child child(id);
+  // Only the child holds the other end now, so its death ends the stream.
   theirs.close();
   const Request request{kMagic,
                         hash,
@@ -228,7 +255,10 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
   const BuildFault fault =
       exchange(ours.get(), {reinterpret_cast<const std::uint8_t*>(&request), sizeof(request)}, file, answer, goes_on);
   if (fault != BuildFault::none) return faulty(fault, fault == BuildFault::memory ? memory_detail(def) : "");
+  // The child has closed its socket, so it is about to end.
   const int status = child.wait();
+  // The order of these checks is from the surest sign to the least sure: a status of our own, the kernel's limit of
+  // time, then any other end.
   if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoMemory) return faulty(BuildFault::memory, memory_detail(def));
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return faulty(BuildFault::time);
   if (!WIFEXITED(status) || WEXITSTATUS(status) != EXIT_SUCCESS || answer.empty())
@@ -238,10 +268,13 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
   if (answer[0] != static_cast<std::uint8_t>(BuildFault::none))
     return faulty(answer[0] == static_cast<std::uint8_t>(BuildFault::invalid) ? BuildFault::invalid : BuildFault::crash,
                   std::string(rest.begin(), rest.end()));
+  // The levels are decoded and validated as a cache's file is: a child that a groom has taken over can give valid
+  // levels only.
   wire::DecodedLevels decoded = wire::decode_levels(rest, hash);
   if (!decoded.levels) return faulty(BuildFault::crash, "its build gave no levels: " + decoded.detail);
   if (!decoded.levels->modes) return faulty(BuildFault::crash, "its build gave no modes");
   BuildPool pool(def.thread_count);
+  // The maps between levels are not in the file: they are cheap to make, and large.
   make_level_maps(groom, *decoded.levels, [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
     pool.parallel_for(count, body);
   });
@@ -255,6 +288,7 @@ int run_level_build_process() {
                stderr);
     return 2;
   }
+  // The limits come before the groom's first byte is read.
   confine(request);
   std::vector<std::uint8_t> file(request.file_bytes);
   if (!receive_all(file.data(), file.size())) return EXIT_FAILURE;
@@ -262,9 +296,10 @@ int run_level_build_process() {
   if (!groom) return answer(BuildFault::invalid, groom.error());
   if (groom->points.empty()) return answer(BuildFault::invalid, std::string("the groom has no strand points"));
   LevelBuildDef def;
+  // The child checks neither time nor drops: the parent kills it.
   def.thread_count = request.thread_count;
   def.training = request.training;
-  const LevelBuild build = build_levels_here(def, request.hash, file, *groom, [] { return BuildFault::none; });
+  const LevelBuild build = build_levels_in_process(def, request.hash, file, *groom, [] { return BuildFault::none; });
   if (!build.levels) return kExitNoMemory;
   return answer(BuildFault::none, wire::encode_levels(request.hash, *build.levels));
 }

@@ -15,6 +15,7 @@ std::size_t bytes_of(const std::vector<T>& items) {
   return items.size() * sizeof(T);
 }
 
+// Sizes and not capacities count, so the sum is a lower bound.
 std::size_t bytes_of(const Stiffeners& s) {
   return bytes_of(s.begin) + bytes_of(s.nodes) + bytes_of(s.weights) + bytes_of(s.stiffness) + bytes_of(s.damping) +
          bytes_of(s.rest);
@@ -51,6 +52,7 @@ std::size_t bytes_of(const Modes& modes) {
 }  // namespace
 
 std::size_t level_bytes(const LevelSet& set) {
+  // All levels of a set share one skin, so it counts once.
   HAIRNET_ASSERT(set.levels.front().skin);
   std::size_t bytes = bytes_of(*set.levels.front().skin);
   for (const Level& level : set.levels) bytes += bytes_of(level);

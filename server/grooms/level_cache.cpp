@@ -12,7 +12,8 @@
 
 namespace hairnet::server {
 
-// Servers of different builds may share a store: each has names of its own.
+// Servers of different builds may share a store, so each build has names of its own: with common names, each would
+// reject and replace the other's levels all the time.
 CacheObjectsDef LevelCache::objects_def(ObjectCounters& c) {
   return {.suffix = fmt::format("-{}{}", kBuildVersion, wire::kLevelFileSuffix),
           .bytes_max = wire::kLevelFileBytesMax,
@@ -83,12 +84,13 @@ std::shared_ptr<LevelSet> LevelCache::read_folder(const wire::GroomHash& groom) 
     case wire::LevelFileFault::damaged:
       count(decoded.detail, groom, counters_->level_cache_rejected_damaged);
       return nullptr;
-    case wire::LevelFileFault::unsound:
-      count(decoded.detail, groom, counters_->level_cache_rejected_unsound);
+    case wire::LevelFileFault::invalid:
+      count(decoded.detail, groom, counters_->level_cache_rejected_invalid);
       return nullptr;
   }
   HAIRNET_ASSERT(decoded.levels);
   counters_->level_cache_hits.add();
+  // The file was used, so it is removed later than others.
   folder_.touch(groom);
   return std::move(decoded.levels);
 }

@@ -28,6 +28,8 @@ class LevelCache {
 
   // Null when there are no valid ones. Without the maps between the levels (make_level_maps). May ask the store.
   [[nodiscard]] std::shared_ptr<LevelSet> find(const wire::GroomHash& groom);
+  // Writes the levels, with what was learnt, to the folder. A failure is counted and logged there; the caller goes on
+  // with the levels that it has.
   void put(const wire::GroomHash& groom, const LevelSet& set);
 
   // Puts one file that waits into the store. False when there is none, or the store takes none now.

@@ -7,6 +7,8 @@
 namespace hairnet::server {
 namespace {
 
+// With more at once, a slow store would delay uploads that could have begun: beyond it the session is asked for the
+// bytes.
 constexpr std::size_t kWantedMax = 64;
 
 }  // namespace
@@ -15,6 +17,7 @@ ObjectSync::ObjectSync(GroomCache* grooms, LevelCache* levels, ObjectStore& stor
     : grooms_(grooms), levels_(levels), store_(&store), counters_(&counters), wanted_(kWantedMax), found_(0) {}
 
 bool ObjectSync::find(const wire::GroomHash& groom) {
+  // Several sessions may offer the groom while it is looked for: one answer serves all.
   if (under_way_.contains(groom)) return true;
   if (!grooms_ || !store_->takes_gets()) return false;
   wire::GroomHash item = groom;
@@ -40,6 +43,7 @@ void ObjectSync::wake() const {
 bool ObjectSync::poll() {
   try {
     const MemoryReserve::MayFail may_fail;
+    // Lookups come first, because a client waits for them; nobody waits for a put.
     return poll_find() || poll_put();
   } catch (const std::bad_alloc&) {
     return false;
@@ -52,6 +56,7 @@ bool ObjectSync::poll_find() {
   try {
     found.is_cached = grooms_->pull(found.groom);
   } catch (const std::bad_alloc&) {
+    // The I/O thread waits for an answer to each find(), so it gets one even now.
     found.is_cached = false;
   }
   found_.put(found);

@@ -15,8 +15,8 @@
 namespace hairnet::server {
 
 // Brings grooms from the object store to the folder of the groom cache when a session offers them, and files of both
-// caches to the store. A thread of its own, since it waits for the store: builds and joins do not. The I/O thread asks
-// and takes results.
+// caches to the store. It has a thread of its own, since it waits for the store: builds and joins do not wait for it.
+// The I/O thread asks and takes results.
 class ObjectSync {
  public:
   // Caches may be null; else they use this store. Everything must outlive it.
@@ -24,7 +24,8 @@ class ObjectSync {
 
   struct Found {
     wire::GroomHash groom{};
-    bool is_cached = false;  // the folder has it
+    // The folder of the groom cache has it now.
+    bool is_cached = false;
   };
   // Looks for the groom, unless that is under way. Returns false when that cannot be now: the store is left alone after
   // a failure, or too many grooms wait. I/O thread.
@@ -38,7 +39,8 @@ class ObjectSync {
   // Ends the call under way soon, and every later one at once. Any thread.
   void cancel() { store_->cancel(); }
 
-  std::function<void()> on_job, on_result;  // wake the other side; set before use
+  // They wake the other side's thread. Set them before use.
+  std::function<void()> on_job, on_result;
 
  private:
   bool poll_find();
@@ -49,7 +51,8 @@ class ObjectSync {
   ObjectStore* store_;
   ObjectCounters* counters_;
   BoundedQueue<wire::GroomHash> wanted_;
-  BoundedQueue<Found> found_;  // one for each that was wanted
+  // One for each groom that was wanted.
+  BoundedQueue<Found> found_;
   // The I/O thread waits for these.
   std::set<wire::GroomHash> under_way_;
 };

@@ -4,14 +4,15 @@
 
 #include "core/assert.hpp"
 #include "schema/http3/capsule.hpp"
+#include "schema/http3/control_stream.hpp"
 #include "schema/http3/field_section.hpp"
 #include "schema/http3/opening.hpp"
-#include "schema/http3/settings.hpp"
 #include "schema/http3/stream_type.hpp"
 
 namespace hairnet::http3 {
 namespace {
 
+// Browsers send a few settings; a long list would only be stored.
 constexpr std::size_t kSettingsBytesMax = 1024;
 
 bool is_of_client(StreamId id) {
@@ -26,12 +27,15 @@ bool is_unidirectional(StreamId id) {
 
 void Connection::start(StreamId stream) {
   HAIRNET_ASSERT(!is_of_client(stream) && is_unidirectional(stream));
+  // A server's control stream stays open as long as the connection (RFC 9114, section 6.2.1).
   owner_->send(stream, control_stream_begin(), false);
 }
 
 void Connection::on_bytes(StreamId id, std::span<const std::uint8_t> bytes, bool is_last) {
   HAIRNET_ASSERT(id >= 0);
+  // Our one-way streams bring no bytes, and after a failure QUIC is about to end.
   if (has_failed_ || !is_of_client(id)) return;
+  // QUIC bounds how many streams a peer has open, and on_stream_closed() removes each, so the map stays small.
   Stream& stream = streams_[id];
   if (stream.kind == Kind::unknown) bytes = take_type(id, stream, bytes);
   if (!has_failed_ && !bytes.empty()) take_bytes(id, stream, bytes);
@@ -39,6 +43,7 @@ void Connection::on_bytes(StreamId id, std::span<const std::uint8_t> bytes, bool
 }
 
 std::span<const std::uint8_t> Connection::take_type(StreamId id, Stream& stream, std::span<const std::uint8_t> bytes) {
+  // Bytes may come one by one, so the type is gathered until it is whole. It takes at most 8 bytes.
   while (!bytes.empty()) {
     stream.begin.push_back(bytes[0]);
     bytes = bytes.subspan(1);
@@ -58,6 +63,7 @@ std::span<const std::uint8_t> Connection::take_type(StreamId id, Stream& stream,
       bool& has_one = type.value == kControlStream   ? has_control_
                       : type.value == kEncoderStream ? has_encoder_
                                                      : has_decoder_;
+      // A second one could contradict the first (RFC 9114, section 6.2.1).
       if (std::exchange(has_one, true)) fail(ErrorCode::stream_creation_error, "a second stream of its kind");
       stream.kind = type.value == kControlStream   ? Kind::control
                     : type.value == kEncoderStream ? Kind::encoder
@@ -79,9 +85,12 @@ std::span<const std::uint8_t> Connection::take_session_signal(StreamId id, Strea
     const Varint session = read_varint(std::span(stream.begin).subspan(signal.bytes));
     if (session.bytes != 0) {
       stream.begin.clear();
-      if (session.value % 4 != 0) {  // only a client's bidirectional stream carries a CONNECT
+      // Only a client's bidirectional stream carries a CONNECT, and its number is a multiple of four.
+      if (session.value % 4 != 0) {
         fail(ErrorCode::id_error, "a stream of a session that cannot be");
       } else if (!session_ || session_ended_ || session.value != static_cast<std::uint64_t>(*session_)) {
+        // A stream may overtake the CONNECT of its session. It is rejected, not kept: storing early streams would let
+        // strangers fill the memory.
         reject(id, stream, ErrorCode::session_unknown);
       } else if (is_unidirectional(id) || channel_) {
         reject(id, stream, ErrorCode::session_error);
@@ -103,6 +112,7 @@ void Connection::take_bytes(StreamId id, Stream& stream, std::span<const std::ui
     case Kind::control:
       return stream.frames.feed(bytes, [&](const FrameReader::Piece& piece) { return take_control(stream, piece); });
     case Kind::encoder:
+      // Our settings allow no dynamic table, so an encoder has nothing to insert.
       if (!is_valid_encoder_stream(bytes)) fail(ErrorCode::encoder_stream_error, "there is no dynamic table");
       return;
     case Kind::request:
@@ -122,6 +132,7 @@ void Connection::take_bytes(StreamId id, Stream& stream, std::span<const std::ui
 bool Connection::take_control(Stream& stream, const FrameReader::Piece& piece) {
   if (!stream.has_settings) {
     if (piece.type != kSettingsFrame) return fail(ErrorCode::missing_settings, "settings come first");
+    // The announced length is checked before bytes are stored.
     if (piece.length > kSettingsBytesMax) return fail(ErrorCode::excessive_load, "too many settings");
     stream.begin.insert(stream.begin.end(), piece.bytes.begin(), piece.bytes.end());
     if (!piece.is_last) return true;
@@ -129,6 +140,7 @@ bool Connection::take_control(Stream& stream, const FrameReader::Piece& piece) {
     stream.begin = {};
     return stream.has_settings = true;
   }
+  // RFC 9114, section 7.2, says which frame may come where. Unknown types are allowed and skipped (section 9).
   const bool is_misplaced = piece.type == kSettingsFrame || piece.type == kDataFrame || piece.type == kHeadersFrame ||
                             piece.type == kPushPromiseFrame || is_forbidden_frame(piece.type);
   return is_misplaced ? fail(ErrorCode::frame_unexpected, "a frame on the wrong stream") : true;
@@ -168,6 +180,7 @@ bool Connection::take_fields(StreamId id, Stream& stream) {
     return false;
   }
   int status = 404;
+  // A second session on the connection is refused as one too many.
   if (request->asks_for_session()) status = session_ ? 429 : owner_->on_request(*request);
   if (status == 200) {
     HAIRNET_ASSERT(!session_);
@@ -177,6 +190,7 @@ bool Connection::take_fields(StreamId id, Stream& stream) {
   respond(id, status);
   if (status == 200) return true;
   stream.kind = Kind::ignored;
+  // The answer is complete, so the rest of the request is not wanted (RFC 9114, section 4.1).
   owner_->stop_reading(id, ErrorCode::no_error);
   return false;
 }
@@ -188,6 +202,7 @@ void Connection::respond(StreamId id, int status) {
 }
 
 bool Connection::take_capsule(const FrameReader::Piece& piece) {
+  // Unknown capsules must be skipped (RFC 9297, section 3.2).
   if (piece.type != kCloseSessionCapsule) return true;
   if (piece.length < 4 || piece.length > 4 + kCloseReasonBytesMax)
     return fail(ErrorCode::message_error, "a capsule is not valid");
@@ -200,6 +215,7 @@ void Connection::take_end(StreamId id, Stream& stream) {
     case Kind::control:
     case Kind::encoder:
     case Kind::decoder:
+      // Without its control and QPACK streams the peer could not go on (RFC 9114, section 6.2.1).
       fail(ErrorCode::closed_critical_stream, "a critical stream has ended");
       return;
     case Kind::request:
@@ -255,10 +271,13 @@ void Connection::on_stream_closed(StreamId id) {
 DatagramFate Connection::on_datagram(std::span<const std::uint8_t> bytes) {
   if (has_failed_) return DatagramFate::malformed;
   const Varint quarter = read_varint(bytes);
+  // A datagram begins with a quarter of its request's number, since those are multiples of four (RFC 9297, section
+  // 2.1).
   if (quarter.bytes == 0 || quarter.value > kVarintMax / 4) {
     fail(ErrorCode::datagram_error, "a datagram without its stream");
     return DatagramFate::malformed;
   }
+  // A datagram may overtake the CONNECT; poses are sent again, so it is dropped and not kept.
   if (!session_ || session_ended_) return DatagramFate::no_session;
   if (4 * quarter.value != static_cast<std::uint64_t>(*session_)) return DatagramFate::other_session;
   owner_->on_datagram(bytes.subspan(quarter.bytes));
@@ -279,6 +298,7 @@ Bytes Connection::one_way_begin() const {
 
 void Connection::close_session(std::uint32_t code, std::string_view reason) {
   if (has_failed_ || !session_ || std::exchange(session_ended_, true)) return;
+  // The capsule is the last of the stream, whose end the client takes for the session's.
   owner_->send(*session_, close_session_capsule(code, reason), true);
 }
 
@@ -292,11 +312,12 @@ void Connection::reject(StreamId id, Stream& stream, ErrorCode code) {
   stream.kind = Kind::ignored;
   stream.begin = {};
   owner_->stop_reading(id, code);
+  // A one-way stream of the peer has no direction in which we could send.
   if (!is_unidirectional(id)) owner_->reset(id, code);
 }
 
-bool Connection::fail(ErrorCode code, std::string_view why) {
-  if (!std::exchange(has_failed_, true)) owner_->fail(code, why);
+bool Connection::fail(ErrorCode code, std::string_view error) {
+  if (!std::exchange(has_failed_, true)) owner_->fail(code, error);
   return false;
 }
 

@@ -21,12 +21,15 @@ class Owner {
  public:
   virtual ~Owner() = default;
   virtual void send(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) = 0;
-  virtual void stop_reading(StreamId stream, ErrorCode code) = 0;  // asks the peer to send no more there
-  virtual void reset(StreamId stream, ErrorCode code) = 0;         // sends no more there, and drops what waits
+  // Asks the peer to send no more on the stream.
+  virtual void stop_reading(StreamId stream, ErrorCode code) = 0;
+  // Sends no more on the stream, and drops what waits there.
+  virtual void reset(StreamId stream, ErrorCode code) = 0;
   // The peer broke the protocol: the QUIC connection has to end. Nothing follows.
-  virtual void fail(ErrorCode code, std::string_view why) = 0;
+  virtual void fail(ErrorCode code, std::string_view error) = 0;
   // The peer asks for a session. Returns the response's status: 200 opens it.
   virtual int on_request(const Request& request) = 0;
+  // The session's first bidirectional stream has come; later ones are rejected.
   virtual void on_channel_open(StreamId stream) = 0;
   virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
@@ -38,7 +41,9 @@ enum class DatagramFate : std::uint8_t { delivered, no_session, other_session, m
 
 // The server's side of HTTP/3, as far as one WebTransport session needs it: an extended CONNECT opens the session,
 // whose datagrams and first bidirectional stream, its channel, are passed on. Other requests are refused, and the
-// session's other streams are rejected. No I/O.
+// session's other streams are rejected. No I/O. One thread. It keeps a state for each open stream of the peer, whose
+// number QUIC bounds, and stores bytes only of a stream's type, settings and fields, each bounded. It does not serve
+// requests for pages, and opens no second session, because clients need one each.
 class Connection {
  public:
   explicit Connection(Owner& owner) : owner_(&owner) {}
@@ -47,9 +52,12 @@ class Connection {
   void start(StreamId stream);
   // Bytes of a stream in order. `is_last`: the stream ends behind them.
   void on_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last);
-  void on_reset(StreamId stream);          // the peer sends no more there
-  void on_stop(StreamId stream);           // the peer reads no more there
-  void on_stream_closed(StreamId stream);  // in both directions: its number is forgotten
+  // The peer sends no more on the stream.
+  void on_reset(StreamId stream);
+  // The peer reads no more of the stream.
+  void on_stop(StreamId stream);
+  // The stream has ended in both directions, and its number is forgotten.
+  void on_stream_closed(StreamId stream);
   DatagramFate on_datagram(std::span<const std::uint8_t> bytes);
 
   // What a datagram of the session begins with. Asserts that there is one.
@@ -60,6 +68,7 @@ class Connection {
   [[nodiscard]] std::optional<StreamId> channel() const { return channel_; }
   // Ends the session, with a code and one line for the peer. Without a session nothing happens.
   void close_session(std::uint32_t code, std::string_view reason);
+  // Tests check with it that a peer cannot make the connection store much.
   [[nodiscard]] std::size_t buffered_bytes() const;
 
  private:
@@ -78,24 +87,31 @@ class Connection {
 
   // Reads the stream's type, and returns the bytes behind it.
   std::span<const std::uint8_t> take_type(StreamId id, Stream& stream, std::span<const std::uint8_t> bytes);
+  // Reads the number of the session behind the signal of a WebTransport stream, and decides what becomes of the stream.
   std::span<const std::uint8_t> take_session_signal(StreamId id, Stream& stream, const Varint& signal,
                                                     std::span<const std::uint8_t> bytes);
   void take_bytes(StreamId id, Stream& stream, std::span<const std::uint8_t> bytes);
+  // The next four return false when the stream or the connection takes no more.
   bool take_control(Stream& stream, const FrameReader::Piece& piece);
   bool take_request(StreamId id, Stream& stream, const FrameReader::Piece& piece);
   bool take_fields(StreamId id, Stream& stream);
   bool take_capsule(const FrameReader::Piece& piece);
+  // The peer has ended its side of the stream.
   void take_end(StreamId id, Stream& stream);
   void respond(StreamId id, int status);
+  // Refuses one stream; the connection goes on.
   void reject(StreamId id, Stream& stream, ErrorCode code);
-  bool fail(ErrorCode code, std::string_view why);  // false
+  // Tells the owner of the first failure only. Returns false, so that callers can return it.
+  bool fail(ErrorCode code, std::string_view error);
   void end_session();
 
   Owner* owner_;
   std::map<StreamId, Stream> streams_;
-  std::optional<StreamId> session_, channel_;  // session_: the stream of its CONNECT
+  // session_ is the stream of the session's CONNECT, and channel_ its first bidirectional stream.
+  std::optional<StreamId> session_, channel_;
   bool has_failed_ = false, has_control_ = false, has_encoder_ = false, has_decoder_ = false;
-  bool session_ended_ = false;  // on_session_end() or close_session() was called
+  // on_session_end() or close_session() was called, and neither follows again.
+  bool session_ended_ = false;
 };
 
 }  // namespace hairnet::http3

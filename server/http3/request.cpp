@@ -7,12 +7,14 @@
 namespace hairnet::http3 {
 namespace {
 
+// Capital letters make a field malformed in HTTP/3 (RFC 9114, section 4.2).
 bool is_valid_name(std::string_view name) {
   const std::string_view plain = name.starts_with(':') ? name.substr(1) : name;
   return !plain.empty() &&
          std::ranges::all_of(plain, [](char c) { return c > 0x20 && c < 0x7f && c != ':' && !(c >= 'A' && c <= 'Z'); });
 }
 
+// These characters would begin another field where somebody passes the value on as HTTP/1.1.
 bool is_valid_value(std::string_view value) {
   return std::ranges::none_of(value, [](char c) { return c == '\0' || c == '\r' || c == '\n'; });
 }
@@ -41,6 +43,8 @@ Result<Request> read_request(std::span<const Field> fields) {
       request.origin = field.value;
       continue;
     }
+    // Order and number of pseudo-fields are checked strictly: two readers of one request must not see two different
+    // requests.
     if (has_ordinary) return Refusal("a pseudo-field follows others");
     const auto* const found = std::ranges::find(pseudo, field.name, [](const auto& entry) { return entry.first; });
     if (found == pseudo.end()) return Refusal("a pseudo-field is unknown");
@@ -51,6 +55,7 @@ Result<Request> read_request(std::span<const Field> fields) {
   if (request.method.empty()) return Refusal("the method is missing");
   const bool is_connect = request.method == "CONNECT";
   if (!request.protocol.empty() && !is_connect) return Refusal("only CONNECT has a protocol");
+  // A plain CONNECT names only an authority; an extended one has scheme and path, like other requests (RFC 9220).
   const bool is_plain_connect = is_connect && request.protocol.empty();
   if (is_plain_connect != (request.scheme.empty() && request.path.empty()))
     return Refusal("scheme or path is missing, or not expected");

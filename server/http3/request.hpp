@@ -11,8 +11,10 @@ namespace hairnet::http3 {
 
 // What a request's fields say, as far as it matters here.
 struct Request {
+  // These are pseudo-fields; an absent one is empty.
   std::string method, protocol, scheme, authority, path;
-  std::string origin;  // empty: the request does not come from a page
+  // Empty: the request does not come from a page.
+  std::string origin;
 
   // An extended CONNECT (RFC 9220) for a WebTransport session.
   [[nodiscard]] bool asks_for_session() const;

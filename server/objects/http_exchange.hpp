@@ -9,16 +9,19 @@
 
 namespace hairnet::server {
 
+// One request. The body must stay valid until call() returns.
 struct ExchangeRequest {
   enum class Method : std::uint8_t { get, head, put };
   Method method = Method::get;
+  // The path as the request line has it, encoded.
   std::string target;
   // These are the header's.
   std::vector<std::pair<std::string, std::string>> fields = {};
   std::span<const std::uint8_t> body = {};
 };
 
-// Why a request has no answer.
+// Why a request has no answer. Unreachable: no connection. Timeout: it took too long. Broken: the connection ended
+// early. Malformed: not HTTP. Oversize: more than was asked for. Cancelled: cancel() was called.
 enum class ExchangeFault : std::uint8_t { none, unreachable, timeout, broken, malformed, oversize, cancelled };
 
 struct ExchangeAnswer {

@@ -26,6 +26,7 @@ Digest hmac(std::span<const std::uint8_t> key, std::string_view text) {
   crypto_auth_hmacsha256_init(&state, key.data(), key.size());
   crypto_auth_hmacsha256_update(&state, bytes_of(text).data(), text.size());
   crypto_auth_hmacsha256_final(&state, digest.data());
+  // The state holds the key.
   sodium_memzero(&state, sizeof(state));
   return digest;
 }
@@ -49,11 +50,13 @@ std::string s3_authorization(const S3Request& request, const S3Keys& keys, std::
     fields += fmt::format("{}:{}\n", name, value);
     names += fmt::format("{}{}", names.empty() ? "" : ";", name);
   }
+  // The empty part between path and fields is the query, which these requests do not have.
   const std::string canonical =
       fmt::format("{}\n{}\n\n{}\n{}\n{}", request.method, request.path, fields, names, request.payload_hash);
   const std::string_view day = date.substr(0, 8);
   const std::string scope = fmt::format("{}/{}/s3/aws4_request", day, region);
   const std::string text = fmt::format("AWS4-HMAC-SHA256\n{}\n{}\n{}", date, scope, sha256_hex(bytes_of(canonical)));
+  // The key of a signature is good for one day, one region and one service; the secret itself signs nothing.
   const Digest key = hmac(hmac(hmac(hmac(bytes_of("AWS4" + keys.secret), day), region), "s3"), "aws4_request");
   return fmt::format("AWS4-HMAC-SHA256 Credential={}/{},SignedHeaders={},Signature={}", keys.access, scope, names,
                      hex(hmac(key, text)));

@@ -16,6 +16,7 @@ namespace {
 
 using Outcome = ObjectAnswer::Outcome;
 
+// S3's codes are short words; a longer one is not S3's.
 constexpr std::size_t kCodeBytesMax = 64;
 
 const char* verb_of(ExchangeRequest::Method method) {
@@ -65,6 +66,7 @@ Failure failure_of(const ExchangeAnswer& answer, ObjectCounters& c) {
     case ExchangeFault::none:
       break;
   }
+  // The store is there, and cannot answer now. Later statuses say that it will not, whatever is tried again soon.
   if (answer.status >= 500 || answer.status == 429) return {"error", &c.requests_failed_error, Outcome::unreachable};
   if (answer.status == 401 || answer.status == 403) return {"denied", &c.requests_failed_denied, Outcome::refused};
   if (answer.status >= 300 && answer.status < 400)
@@ -83,8 +85,10 @@ S3Store::S3Store(S3StoreDef def, HttpExchange& exchange, ObjectCounters& counter
 
 ObjectAnswer S3Store::get(std::string_view name, std::size_t bytes_max) {
   const std::lock_guard lock(mutex_);
+  // It is asked again behind the lock: the call before may have found the store dead.
   if (!takes_gets()) return skip();
   ExchangeAnswer answer = call(ExchangeRequest::Method::get, name, {}, bytes_max);
+  // The store works; its object is foreign and too large.
   if (answer.fault == ExchangeFault::oversize && answer.status == 200) {
     succeed(gets_);
     return {Outcome::too_large, {}, fmt::format("more than {} bytes", bytes_max)};
@@ -93,6 +97,7 @@ ObjectAnswer S3Store::get(std::string_view name, std::size_t bytes_max) {
     succeed(gets_);
     return {Outcome::read, std::move(answer.body), {}};
   }
+  // A missing object is usual; a missing bucket is a fault of the settings, with the same status.
   if (answer.fault == ExchangeFault::none && answer.status == 404 && code_of(answer.body) != "NoSuchBucket") {
     succeed(gets_);
     return {Outcome::absent, {}, {}};
@@ -103,6 +108,8 @@ ObjectAnswer S3Store::get(std::string_view name, std::size_t bytes_max) {
 ObjectAnswer S3Store::put(std::string_view name, std::span<const std::uint8_t> bytes, Existing existing) {
   const std::lock_guard lock(mutex_);
   if (!takes_puts()) return skip();
+  // Asking costs a small request; sending a groom that is there costs its megabytes. Two servers may still both send
+  // it, which does no harm: objects of one name serve alike.
   if (existing == Existing::keep) {
     const ExchangeAnswer answer = call(ExchangeRequest::Method::head, name, {}, 0);
     if (answer.fault == ExchangeFault::none && answer.status == 200) {
@@ -129,9 +136,12 @@ bool S3Store::is_open(const Calls& calls) const {
 ExchangeAnswer S3Store::call(ExchangeRequest::Method method, std::string_view name, std::span<const std::uint8_t> body,
                              std::size_t bytes_max) {
   counters_->requests.add();
+  // Each call is signed for its own time: the store refuses a signature that is some minutes old.
   const std::string date = s3_date(def_.unix_time_s());
   ExchangeRequest request{.method = method, .target = def_.path + std::string(name), .fields = {}, .body = body};
   const std::string payload_hash = sha256_hex(body);
+  // The signature covers these fields and the body's hash, sorted by name. Fields that the client adds later are not
+  // covered.
   request.fields = {{"host", def_.host}, {"x-amz-content-sha256", payload_hash}, {"x-amz-date", date}};
   const std::string authorization = s3_authorization(
       {.method = verb_of(method), .path = request.target, .fields = request.fields, .payload_hash = payload_hash},
@@ -153,6 +163,7 @@ ObjectAnswer S3Store::fail(Calls& calls, const ExchangeAnswer& answer) {
   const std::string detail = answer.fault != ExchangeFault::none
                                  ? answer.detail
                                  : fmt::format("status {}{}{}", answer.status, code.empty() ? "" : " ", code);
+  // A refusal is an answer, so the store can be reached.
   if (failure.outcome == Outcome::refused) succeed(all_);
   close(failure.outcome == Outcome::refused ? calls : all_, failure.reason, detail);
   return {failure.outcome, {}, std::string(failure.reason) + ": " + detail};
@@ -161,6 +172,7 @@ ObjectAnswer S3Store::fail(Calls& calls, const ExchangeAnswer& answer) {
 void S3Store::close(Calls& calls, const std::string& reason, const std::string& detail) {
   calls.closed_until_ns = def_.now_ns() + def_.pause_ns;
   counters_->gauges.object_store_up.set(0);
+  // The same failure again is counted and not logged.
   if (std::exchange(calls.failure, reason) == reason) return;
   spdlog::warn("event=object_store_failed store={} calls={} reason={} detail={}", log_text(def_.url), calls.name,
                reason, log_text(detail));
@@ -171,6 +183,7 @@ void S3Store::succeed(Calls& calls) {
     if (!std::exchange(answered->failure, {}).empty())
       spdlog::warn("event=object_store_reached store={} calls={}", log_text(def_.url), answered->name);
   }
+  // The gauge stays 0 while gets or puts alone are refused.
   counters_->gauges.object_store_up.set(gets_.failure.empty() && puts_.failure.empty() ? 1 : 0);
 }
 

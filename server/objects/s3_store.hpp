@@ -46,9 +46,12 @@ class S3Store final : public ObjectStore {
  private:
   // Calls that fail together.
   struct Calls {
-    const char* name;                           // for the log
-    std::atomic<std::int64_t> closed_until_ns;  // not made until then
-    std::string failure = {};                   // as the log knows it; empty: none
+    // The log names the calls by it.
+    const char* name;
+    // The calls are not made until this time. Any thread reads it without the lock.
+    std::atomic<std::int64_t> closed_until_ns;
+    // The reason that the log has; empty: the calls work.
+    std::string failure = {};
   };
 
   [[nodiscard]] bool is_open(const Calls& calls) const;
@@ -56,15 +59,21 @@ class S3Store final : public ObjectStore {
                       std::size_t bytes_max);
   // The answer to a call that has brought none of the good ones.
   ObjectAnswer fail(Calls& calls, const ExchangeAnswer& answer);
+  // The answer to a call that is not made.
   ObjectAnswer skip();
   void close(Calls& calls, const std::string& reason, const std::string& detail);
+  // The store has answered as it should: ends the failure of these calls, and of all.
   void succeed(Calls& calls);
 
   S3StoreDef def_;
   HttpExchange* exchange_;
   ObjectCounters* counters_;
-  std::mutex mutex_;  // one call at a time
+  // Makes calls one by one, as the exchange takes one at a time. A call may wait for its turn behind another one's
+  // time-outs.
+  std::mutex mutex_;
   std::atomic<bool> cancelled_{false};
+  // A store that does not answer closes all calls; one that refuses closes gets or puts alone, as a key may allow only
+  // one of the two.
   Calls all_{"all", 0}, gets_{"get", 0}, puts_{"put", 0};
 };
 

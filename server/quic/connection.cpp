@@ -9,8 +9,11 @@
 namespace hairnet::quic {
 namespace {
 
+// A closed connection costs memory while it answers late packets. RFC 9000 asks for three probe time-outs, which a slow
+// peer could make long.
 constexpr std::int64_t kClosing_ns_max = 1'000'000'000;
-constexpr std::int64_t kHeldBack_ns = 1'000'000'000;  // so long the window counts as the limit
+// The congestion window counts as the limit for this long after it held something back.
+constexpr std::int64_t kHeldBack_ns = 1'000'000'000;
 
 constexpr std::uint64_t value_of(http3::ErrorCode code) {
   return static_cast<std::uint64_t>(code);
@@ -36,7 +39,8 @@ void Connection::receive(const Path& path, std::uint8_t ecn, std::span<const std
                          std::int64_t now_ns) {
   if (state_ == State::over) return;
   if (state_ == State::closing) {
-    // The peer has not read it yet. A stranger's address gets no more bytes than came from there.
+    // The peer has not read CONNECTION_CLOSE yet, so it is repeated whenever as many bytes have come as it has. A
+    // stranger's address gets no more bytes than came from there.
     closing_bytes_ += packet.size();
     if (close_packet_.empty() || closing_bytes_ < close_packet_.size()) return;
     closing_bytes_ = 0;
@@ -44,8 +48,9 @@ void Connection::receive(const Path& path, std::uint8_t ecn, std::span<const std
     return;
   }
   now_ns_ = now_ns;
+  // A path that has changed, and ECN's mark of congestion, are answered at once: the peer's pace depends on it.
   constexpr std::uint8_t kCongested = 3;
-  if (path != path_ || ecn == kCongested) answer_.hasten();
+  if (path != path_ || ecn == kCongested) answer_.send_soon();
   path_ = path;
   Path copy = path;
   const ngtcp2_path native{copy.local.native(), copy.remote.native(), nullptr};
@@ -66,6 +71,7 @@ void Connection::poll(std::int64_t now_ns) {
       state_ = State::over;
       return;
     }
+    // The peer has not acknowledged the last bytes in time.
     if (state_ == State::finishing) return cut(now_ns);
     if (!sink_) {
       counters_->closed_opening_timeout.add();
@@ -96,6 +102,8 @@ bool Connection::on_handshake_done() {
   }
   counters_->handshakes_done.add();
   deadline_ns_ = now_ns_ + options_.opening_timeout_ns;
+  // The end of the handshake proves that the peer reads at its address; only now it takes a place among the
+  // connections.
   if (!is_verified_ && !host_->on_verified(*this, now_ns_)) {
     failure_ = Failure::refused;
     return false;
@@ -104,6 +112,7 @@ bool Connection::on_handshake_done() {
   const std::vector<std::uint8_t> token = host_->make_address_token(remote_, now_ns_);
   if (!token.empty()) ngtcp2_conn_submit_new_token(quic_, token.data(), token.size());
   http3::StreamId control = 0;
+  // HTTP/3 demands a control stream of the server; a client that allows none cannot be served.
   if (ngtcp2_conn_open_uni_stream(quic_, &control, nullptr) != 0) {
     fail(http3::ErrorCode::stream_creation_error, "the client allows no control stream");
     return false;
@@ -113,7 +122,7 @@ bool Connection::on_handshake_done() {
 }
 
 void Connection::on_stream_bytes(http3::StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) {
-  answer_.hasten();
+  answer_.send_soon();
   http3_.on_bytes(stream, bytes, is_last);
   // All bytes are taken at once.
   ngtcp2_conn_extend_max_stream_offset(quic_, stream, bytes.size());
@@ -124,6 +133,7 @@ void Connection::on_stream_closed(http3::StreamId stream) {
   forget_download(stream);
   http3_.on_stream_closed(stream);
   queues_.erase(stream);
+  // A closed stream of the peer gives it the right to open another one.
   if (ngtcp2_conn_is_local_stream(quic_, stream)) return;
   if (ngtcp2_is_bidi_stream(stream))
     ngtcp2_conn_extend_max_streams_bidi(quic_, 1);
@@ -164,11 +174,11 @@ void Connection::reset(http3::StreamId stream, http3::ErrorCode code) {
   touch();
 }
 
-void Connection::fail(http3::ErrorCode code, std::string_view why) {
+void Connection::fail(http3::ErrorCode code, std::string_view error) {
   if (failure_ != Failure::none) return;
   failure_ = Failure::http3;
   http3_error_ = code;
-  why_ = why;
+  error_ = error;
 }
 
 int Connection::on_request(const http3::Request& request) {
@@ -178,6 +188,7 @@ int Connection::on_request(const http3::Request& request) {
 
 void Connection::on_channel_open(http3::StreamId stream) {
   HAIRNET_ASSERT(!sink_);
+  // Makes the channel's queue before the session is asked, so that send() finds it at once.
   queues_.stream(stream);
   if (state_ != State::open) return;
   queues_.set_datagram_prefix(http3_.datagram_prefix());
@@ -187,6 +198,7 @@ void Connection::on_channel_open(http3::StreamId stream) {
 }
 
 void Connection::on_channel_bytes(std::span<const std::uint8_t> bytes) {
+  // The copy keeps the sink alive while it runs: it may close the connection from within.
   if (const auto sink = sink_) sink->on_bytes(bytes, now_ns_);
 }
 
@@ -199,7 +211,7 @@ void Connection::on_session_end() {
   end("the peer closed", now_ns_);
   if (state_ != State::open) return;
   has_peer_ended_ = true;
-  // Nothing is left to send; the connection ends once the peer has our acknowledgements.
+  // Nothing is left to send but the acknowledgements, which the next flush writes before it ends the connection.
   state_ = State::finishing;
   deadline_ns_ = now_ns_;
 }
@@ -229,6 +241,7 @@ void Connection::send_datagram(std::vector<std::uint8_t> bytes) {
 
 // Downloads do not count: a peer that does not read one still reads the channel.
 bool Connection::is_writable() const {
+  // Unsent bytes delay new frames; unacknowledged ones only cost memory, so more of them are allowed.
   const SendBuffer* buffer = queues_.find(http3_.channel().value_or(-1));
   const std::size_t unsent = buffer ? buffer->unsent_bytes() : 0, kept = buffer ? buffer->kept_bytes() : 0;
   return takes_datagrams() && queues_.datagrams().bytes() + unsent < kUnsentBytesMax && kept < kKeptBytesMax;
@@ -240,6 +253,7 @@ std::optional<http3::StreamId> Connection::open_download() {
   was_download_refused_ =
       downloads_.size() >= kDownloadsMax || ngtcp2_conn_open_uni_stream(quic_, &stream, nullptr) != 0;
   if (was_download_refused_) return std::nullopt;
+  // The stream says first to which session it belongs.
   queues_.add_bulk_stream(stream).push(http3_.one_way_begin());
   downloads_[stream];
   counters_->downloads_opened.add();
@@ -259,6 +273,7 @@ void Connection::send_download(http3::StreamId download, std::vector<std::uint8_
   buffer.push(std::move(bytes));
   if (is_last) buffer.end();
   found->second.is_ended = is_last;
+  // tell_of_downloads() reports room only where it was missing.
   found->second.was_full = !is_last && !is_writable(download);
   touch();
 }
@@ -288,7 +303,9 @@ void Connection::close(std::string_view reason, std::int64_t now_ns) {
   if (state_ != State::open) return;
   state_ = State::finishing;
   close_reason_ = reason;
+  // Frames that wait are worthless to a client that is told goodbye.
   queues_.drop_datagrams();
+  // Downloads are not worth the wait; the channel has the Goodbye.
   for (const auto& [stream, download] : downloads_) reset(stream, http3::ErrorCode::session_gone);
   downloads_.clear();
   deadline_ns_ = now_ns + options_.linger_ns;
@@ -308,6 +325,7 @@ void Connection::cut(std::int64_t now_ns) {
   ngtcp2_connection_close_error error;
   ngtcp2_connection_close_error_default(&error);
   ngtcp2_connection_close_error_set_application_error(&error, value_of(http3::ErrorCode::no_error), nullptr, 0);
+  // A connection without a session was counted as an opening time-out or a refusal already.
   if (!is_opening()) (has_peer_ended_ ? counters_->closed_by_peer : counters_->closed_by_server).add();
   begin_closing(error, now_ns);
   end("closed", now_ns);
@@ -327,18 +345,18 @@ void Connection::advance_finish(std::int64_t now_ns) {
 
 // How it ends.
 
-void Connection::end(std::string_view why, std::int64_t now_ns) {
-  if (const auto sink = std::exchange(sink_, nullptr)) sink->on_closed(why, now_ns);
+void Connection::end(std::string_view error, std::int64_t now_ns) {
+  if (const auto sink = std::exchange(sink_, nullptr)) sink->on_closed(error, now_ns);
 }
 
 void Connection::end_with_error(int ngtcp2_error, std::int64_t now_ns) {
   if (state_ == State::closing || state_ == State::over) return;
   ngtcp2_connection_close_error error;
   ngtcp2_connection_close_error_default(&error);
-  const auto leave = [&](server::Counter& counter, std::string_view why) {
+  const auto leave = [&](server::Counter& counter, std::string_view reason) {
     counter.add();
     state_ = State::over;
-    end(why, now_ns);
+    end(reason, now_ns);
   };
   switch (ngtcp2_error) {
     case NGTCP2_ERR_DRAINING:
@@ -355,23 +373,24 @@ void Connection::end_with_error(int ngtcp2_error, std::int64_t now_ns) {
     default:
       break;
   }
-  std::string_view why = "the QUIC connection broke";
+  std::string_view reason = "the QUIC connection broke";
   if (failure_ == Failure::http3) {
-    ngtcp2_connection_close_error_set_application_error(&error, value_of(http3_error_),
-                                                        const_cast<std::uint8_t*>(bytes_of(why_).data()), why_.size());
+    ngtcp2_connection_close_error_set_application_error(
+        &error, value_of(http3_error_), const_cast<std::uint8_t*>(bytes_of(error_).data()), error_.size());
     counters_->closed_http3_error.add();
-    why = why_;
+    reason = error_;
   } else if (failure_ == Failure::refused) {
     ngtcp2_connection_close_error_set_transport_error(&error, NGTCP2_CONNECTION_REFUSED, nullptr, 0);
-    why = "refused";
+    reason = "refused";
   } else if (failure_ == Failure::alpn) {
-    constexpr std::uint8_t kNoApplicationProtocol = 120;  // TLS' alert
+    // TLS has this alert for a client without a protocol in common.
+    constexpr std::uint8_t kNoApplicationProtocol = 120;
     ngtcp2_connection_close_error_set_transport_error_tls_alert(&error, kNoApplicationProtocol, nullptr, 0);
     counters_->refused_protocol.add();
-    why = "not HTTP/3";
+    reason = "not HTTP/3";
   } else if (failure_ == Failure::no_memory) {
     ngtcp2_connection_close_error_set_transport_error(&error, NGTCP2_INTERNAL_ERROR, nullptr, 0);
-    why = "no memory was left";
+    reason = "no memory was left";
   } else if (ngtcp2_error == NGTCP2_ERR_CRYPTO) {
     ngtcp2_connection_close_error_set_transport_error_tls_alert(&error, ngtcp2_conn_get_tls_alert(quic_), nullptr, 0);
     counters_->closed_tls.add();
@@ -380,7 +399,7 @@ void Connection::end_with_error(int ngtcp2_error, std::int64_t now_ns) {
     counters_->closed_quic_error.add();
   }
   begin_closing(error, now_ns);
-  end(why, now_ns);
+  end(reason, now_ns);
 }
 
 void Connection::begin_closing(const ngtcp2_connection_close_error& error, std::int64_t now_ns) {
@@ -415,6 +434,7 @@ void Connection::write(Outgoing& out, std::int64_t now_ns) {
     return;
   }
   const std::size_t packets_max =
+      // Pacing: so many packets may leave together; the next ones wait for the time that ngtcp2 names as its expiry.
       std::max<std::size_t>(1, ngtcp2_conn_get_send_quantum(quic_) / ngtcp2_conn_get_max_tx_udp_payload_size(quic_));
   was_full_ = was_full_ || !is_writable();
   std::size_t packets = 0;
@@ -427,6 +447,7 @@ void Connection::write(Outgoing& out, std::int64_t now_ns) {
   tell_of_downloads();
   if (!queues_.datagrams().empty() && ngtcp2_conn_get_cwnd_left(quic_) < ngtcp2_conn_get_max_tx_udp_payload_size(quic_))
     held_back_ns_ = now_ns;
+  // An error while writing has made a CONNECTION_CLOSE, which leaves in the same flush.
   if (state_ == State::closing) return write(out, now_ns);
   if (state_ != State::over) ngtcp2_conn_update_pkt_tx_time(quic_, static_cast<ngtcp2_tstamp>(now_ns));
 }
@@ -483,11 +504,12 @@ bool Connection::on_stopped(http3::StreamId stream) {
 }
 
 void Connection::widen() {
+  // Together with kStreamBytesMax this makes 512 KiB, so that an upload is not held up on a long line.
   constexpr std::uint64_t kMore = std::uint64_t{448} << 10;
   if (state_ != State::open) return;
   if (const auto id = http3_.channel()) ngtcp2_conn_extend_max_stream_offset(quic_, *id, kMore);
   ngtcp2_conn_extend_max_offset(quic_, kMore);
-  answer_.hasten();
+  answer_.send_soon();
   touch();
 }
 

@@ -13,10 +13,10 @@
 #include <string_view>
 #include <vector>
 
-#include "schema/quic/address.hpp"
 #include "schema/quic/answer_delay.hpp"
 #include "schema/quic/parameters.hpp"
 #include "schema/quic/send_queues.hpp"
+#include "schema/quic/socket_address.hpp"
 #include "server/http3/connection.hpp"
 #include "server/quic/credentials.hpp"
 #include "server/quic/outgoing.hpp"
@@ -54,26 +54,34 @@ class SessionSink {
   // Bytes of the channel, downloads or datagrams were sent; counters need this.
   virtual void on_sent(std::size_t bytes) = 0;
   // The session is over, and with it the Connection; the last call. Does not follow Connection::close().
-  virtual void on_closed(std::string_view why, std::int64_t now_ns) = 0;
+  virtual void on_closed(std::string_view error, std::int64_t now_ns) = 0;
 };
 
-// What a Connection asks of its Endpoint.
+// What a Connection asks of its Endpoint. Its calls come from within a Connection's, so it must not destroy the
+// Connection there: the endpoint does so afterwards, once is_over().
 class ConnectionHost {
  public:
   virtual ~ConnectionHost() = default;
+  // Packets with this ID belong to the connection from now on; a peer uses a new one when its address changes.
   virtual void add_id(const ngtcp2_cid& id, Connection& connection) = 0;
   virtual void remove_id(const ngtcp2_cid& id) = 0;
+  // Writes the token by which a later server of this port can end connections that it does not know (stateless reset).
   virtual void make_reset_token(const ngtcp2_cid& id, std::uint8_t* token) = 0;
   // The peer's address is verified. False: the connection is refused.
   virtual bool on_verified(Connection& connection, std::int64_t now_ns) = 0;
+  // Makes a token with which this address needs no Retry next time; empty: none.
   virtual std::vector<std::uint8_t> make_address_token(const Address& remote, std::int64_t now_ns) = 0;
+  // Returns the status of the response: 200 opens the session.
   virtual int on_request(Connection& connection, const http3::Request& request, std::int64_t now_ns) = 0;
   // Null: no session is opened, and the connection ends.
   virtual std::shared_ptr<SessionSink> on_session(Connection& connection, std::int64_t now_ns) = 0;
+  // The connection has something to send at the next flush.
   virtual void want_write(Connection& connection) = 0;
 };
 
-// One QUIC connection of the server's side, its HTTP/3 and its session. No I/O: packets in, packets out.
+// One QUIC connection of the server's side, its HTTP/3 and its session. No I/O: packets in, packets out. The endpoint
+// owns it and calls it on one thread. Its session holds a plain pointer, which is valid until SessionSink::on_closed or
+// close().
 class Connection final : private http3::Owner, private SendObserver {
  public:
   // Bytes that may wait to be sent before is_writable() is false; more would only delay a slow peer's frames. Of
@@ -83,14 +91,18 @@ class Connection final : private http3::Owner, private SendObserver {
   static constexpr std::size_t kKeptBytesMax = std::size_t{1} << 20;
   // What may wait to be sent on one download. All together keep as much as the channel.
   static constexpr std::size_t kDownloadUnsentBytesMax = std::size_t{32} << 10;
+  // Our connection IDs are as long as this: random, so that nobody guesses one of another client.
   static constexpr std::size_t kIdBytes = 16;
 
+  // What the endpoint knows of a first packet.
   struct Opening {
     Path path;
     ngtcp2_cid client_source{}, client_destination{};
-    std::optional<ngtcp2_cid> original_destination;  // a Retry was sent: that of the first packet
+    // Is set after a Retry: the destination of the packet that was answered by it. The client checks it.
+    std::optional<ngtcp2_cid> original_destination;
     std::uint32_t version = 0;
-    bool is_verified = false;  // the peer has answered at its address before
+    // The peer has answered at its address before, so nobody else's address can be meant.
+    bool is_verified = false;
   };
 
   // Null when there is no memory or TLS refuses.
@@ -103,24 +115,31 @@ class Connection final : private http3::Owner, private SendObserver {
 
   // The endpoint's side. A connection that is_over() is to be destroyed.
   void receive(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet, std::int64_t now_ns);
-  void poll(std::int64_t now_ns);  // when due_ns() has come
+  // Call it when due_ns() has come.
+  void poll(std::int64_t now_ns);
+  // Writes packets while congestion control and its pace allow. Calls the sink when there is room again.
   void write(Outgoing& out, std::int64_t now_ns);
   [[nodiscard]] std::int64_t due_ns() const;
-  // Whether it need not be written before due_ns(): it has nothing to send but acknowledgements.
+  // Whether writing may wait until due_ns(): the connection has nothing to send but acknowledgements.
   [[nodiscard]] bool may_wait(std::int64_t now_ns) const { return is_quiet() && answer_.holds(now_ns); }
   [[nodiscard]] bool is_over() const { return state_ == State::over; }
   [[nodiscard]] bool is_verified() const { return is_verified_; }
   [[nodiscard]] bool is_opening() const { return state_ == State::open && !sink_; }
   [[nodiscard]] const std::vector<ngtcp2_cid>& ids() const { return ids_; }
-  void set_ticket(std::shared_ptr<void> ticket) { ticket_ = std::move(ticket); }  // held until the connection ends
+  // The ticket is released when the connection ends.
+  void set_ticket(std::shared_ptr<void> ticket) { ticket_ = std::move(ticket); }
   [[nodiscard]] const std::shared_ptr<void>& ticket() const { return ticket_; }
 
   // The session's side.
-  void send(std::vector<std::uint8_t> bytes);           // on the channel
-  void send_datagram(std::vector<std::uint8_t> bytes);  // asserts that it has at most datagram_bytes_max()
+
+  // Queues bytes on the channel.
+  void send(std::vector<std::uint8_t> bytes);
+  // Queues a datagram; asserts that it has at most datagram_bytes_max().
+  void send_datagram(std::vector<std::uint8_t> bytes);
   [[nodiscard]] bool is_writable() const;
   [[nodiscard]] bool takes_datagrams() const { return state_ == State::open && !queues_.datagrams().is_full(); }
-  [[nodiscard]] std::size_t datagram_bytes_max() const;  // 0: the peer takes none
+  // The largest payload of a datagram; 0: the peer takes none.
+  [[nodiscard]] std::size_t datagram_bytes_max() const;
   // A download is a unidirectional stream of the session. None: the peer allows no further one now, or does not have
   // all of the last kDownloadsMax yet.
   static constexpr std::size_t kDownloadsMax = 4;
@@ -128,11 +147,14 @@ class Connection final : private http3::Owner, private SendObserver {
   [[nodiscard]] bool is_writable(http3::StreamId download) const;
   void send_download(http3::StreamId download, std::vector<std::uint8_t> bytes, bool is_last);
   void reset_download(http3::StreamId download);
-  void widen();  // the peer is no stranger any more: it may send more before it is read
+  // The session has joined, so the peer is no stranger any more: it may send more before it is read.
+  void widen();
   // Sends what waits on the channel, for up to linger_ns, then ends the session and the connection. `reason`: one line.
   void close(std::string_view reason, std::int64_t now_ns);
-  void cut(std::int64_t now_ns);                        // at once
-  void abandon() { end("the server stops", now_ns_); }  // tells the sink; nothing is sent
+  // Ends the connection at once, and drops what waits.
+  void cut(std::int64_t now_ns);
+  // Tells the sink, and sends nothing.
+  void abandon() { end("the server stops", now_ns_); }
   [[nodiscard]] const Address& remote() const { return remote_; }
   [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }
   [[nodiscard]] ngtcp2_conn_stat statistics() const;
@@ -142,7 +164,10 @@ class Connection final : private http3::Owner, private SendObserver {
 
  private:
   friend struct ConnectionCallbacks;
+  // Open: until the session or the connection ends. Finishing: the channel's last bytes leave. Closing:
+  // CONNECTION_CLOSE is on its way. Over: the endpoint destroys the connection.
   enum class State : std::uint8_t { open, finishing, closing, over };
+  // Why a callback has failed ngtcp2's call; end_with_error() makes the peer's error code of it.
   enum class Failure : std::uint8_t { none, http3, refused, alpn, no_memory };
 
   Connection(ConnectionHost& host, const ConnectionOptions& options, QuicCounters& counters);
@@ -152,7 +177,7 @@ class Connection final : private http3::Owner, private SendObserver {
   void send(http3::StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) override;
   void stop_reading(http3::StreamId stream, http3::ErrorCode code) override;
   void reset(http3::StreamId stream, http3::ErrorCode code) override;
-  void fail(http3::ErrorCode code, std::string_view why) override;
+  void fail(http3::ErrorCode code, std::string_view error) override;
   int on_request(const http3::Request& request) override;
   void on_channel_open(http3::StreamId stream) override;
   void on_channel_bytes(std::span<const std::uint8_t> bytes) override;
@@ -177,14 +202,19 @@ class Connection final : private http3::Owner, private SendObserver {
     return state_ == State::open && sink_ && !was_full_ && !was_download_refused_ && stopped_downloads_.empty() &&
            queues_.is_idle();
   }
+  // Tells the session once when the channel has room after it had none.
   void tell_writable();
-  void tell_of_downloads();                      // what has changed
-  void forget_download(http3::StreamId stream);  // the peer has all of it, or wants no more
+  // Tells the session which downloads the peer has stopped, and that there is room for more.
+  void tell_of_downloads();
+  // The peer has all of the download, or wants no more.
+  void forget_download(http3::StreamId stream);
+  // Takes the next step of an orderly end, when the peer has acknowledged the last one.
   void advance_finish(std::int64_t now_ns);
   void end_with_error(int ngtcp2_error, std::int64_t now_ns);
   // Sends CONNECTION_CLOSE, and sends it again to packets that still come.
   void begin_closing(const ngtcp2_connection_close_error& error, std::int64_t now_ns);
-  void end(std::string_view why, std::int64_t now_ns);  // tells the sink
+  // Tells the sink of the end, once.
+  void end(std::string_view error, std::int64_t now_ns);
   void touch() { host_->want_write(*this); }
   SendBuffer* channel();
 
@@ -204,6 +234,9 @@ class Connection final : private http3::Owner, private SendObserver {
   Address remote_;
   // The last packet came this way.
   Path path_;
+  // ngtcp2 0.12 alone would acknowledge each pose by a packet of its own. A connection with only datagrams on the way
+  // therefore waits for AnswerDelay, for some datagrams, or for a frame that takes the acknowledgements along. Bytes of
+  // streams, a changed path and ECN's marks are answered at once.
   AnswerDelay answer_;
   SendQueues queues_;
   struct Download {
@@ -216,7 +249,7 @@ class Connection final : private http3::Owner, private SendObserver {
   // The peer allowed no further one.
   bool was_download_refused_ = false;
   std::vector<std::uint8_t> close_packet_;
-  // close_packet_ is to be sent (again).
+  // close_packet_ must be sent, or sent again.
   bool is_close_due_ = false;
   // This many came since close_packet_ was sent.
   std::size_t closing_bytes_ = 0;
@@ -224,7 +257,7 @@ class Connection final : private http3::Owner, private SendObserver {
   Failure failure_ = Failure::none;
   http3::ErrorCode http3_error_ = http3::ErrorCode::no_error;
   // Describes the failure.
-  std::string why_;
+  std::string error_;
   // Is set while finishing.
   std::string close_reason_;
   // The close capsule has been queued, while finishing.
@@ -235,7 +268,7 @@ class Connection final : private http3::Owner, private SendObserver {
   std::optional<std::int64_t> held_back_ns_;
   // Opening, finishing or closing ends at this time; zero: never.
   std::int64_t deadline_ns_ = 0;
-  // ngtcp2 calls us.
+  // Is true while ngtcp2 calls us.
   bool is_in_quic_ = false;
   bool is_verified_ = false, was_full_ = false, has_peer_ended_ = false;
 };

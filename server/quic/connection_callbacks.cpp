@@ -12,9 +12,13 @@
 namespace hairnet::quic {
 namespace {
 
+// A stranger's bytes that wait for earlier, lost ones take no more memory than this. widen() adds to it once the
+// session has joined.
 constexpr std::uint64_t kStreamBytesMax = std::uint64_t{64} << 10, kConnectionBytesMax = kStreamBytesMax;
+// One-way streams of a client carry settings alone here.
 constexpr std::uint64_t kOneWayBytesMax = 4096;
-// The peer may have this many streams open at a time.
+// The peer may have this many streams open at a time. A client needs few: its control and QPACK streams, the session
+// and the channel.
 constexpr std::uint64_t kStreamsMax = 8, kOneWayStreamsMax = 8;
 
 }  // namespace
@@ -23,7 +27,8 @@ constexpr std::uint64_t kStreamsMax = 8, kOneWayStreamsMax = 8;
 struct ConnectionCallbacks {
   static Connection& of(void* user) { return *static_cast<Connection*>(user); }
 
-  // Runs `task`. The code of a failure if it throws, or has failed the connection.
+  // Runs `task`, and returns the code of a failure if it throws, or has failed the connection. ngtcp2 is C: an
+  // exception through its frames would be undefined. A failure is kept, and end_with_error() explains it to the peer.
   template <class Task>
   static int guard(void* user, const Task& task) {
     Connection& connection = of(user);
@@ -46,6 +51,7 @@ struct ConnectionCallbacks {
   }
   static int acked_stream_data_offset(ngtcp2_conn*, std::int64_t stream, std::uint64_t offset, std::uint64_t count,
                                       void* user, void*) {
+    // ngtcp2 reads bytes from our buffer again when a packet is lost, so they are freed only here.
     if (SendBuffer* buffer = of(user).queues_.find(stream)) buffer->acknowledge(offset + count);
     return 0;
   }
@@ -117,6 +123,7 @@ bool Connection::begin(const Opening& opening, std::shared_ptr<const Credentials
   ngtcp2_settings settings;
   ngtcp2_settings_default(&settings);
   settings.initial_ts = static_cast<ngtcp2_tstamp>(now_ns);
+  // ngtcp2 ends the connection by itself after this time, also if the client sends packets all the while.
   settings.handshake_timeout = static_cast<ngtcp2_duration>(options_.handshake_timeout_ns);
 
   ngtcp2_transport_params params;
@@ -129,13 +136,15 @@ bool Connection::begin(const Opening& opening, std::shared_ptr<const Credentials
   params.max_idle_timeout = static_cast<ngtcp2_duration>(options_.idle_timeout_ns);
   params.max_datagram_frame_size = kDatagramFrameBytesMax;
   params.active_connection_id_limit = 4;
-  params.max_ack_delay = static_cast<ngtcp2_duration>(AnswerDelay::kToldDelay_ns);
+  // Peers must know our delay, or they would take late acknowledgements for a longer round trip.
+  params.max_ack_delay = static_cast<ngtcp2_duration>(AnswerDelay::kAnnouncedDelay_ns);
   ngtcp2_cid own{};
   own.datalen = kIdBytes;
   gnutls_rnd(GNUTLS_RND_RANDOM, own.data, own.datalen);
   params.stateless_reset_token_present = 1;
   host_->make_reset_token(own, params.stateless_reset_token);
   if (opening.original_destination) {
+    // Both IDs prove to the client that the Retry was ours, and not of somebody on the path (RFC 9000, section 7.3).
     params.original_dcid = *opening.original_destination;
     params.retry_scid = opening.client_destination;
     params.retry_scid_present = 1;
@@ -152,6 +161,7 @@ bool Connection::begin(const Opening& opening, std::shared_ptr<const Credentials
   }
   ngtcp2_conn_set_keep_alive_timeout(quic_, static_cast<ngtcp2_duration>(options_.keep_alive_ns));
 
+  // Session tickets of TLS are not sent: a returning client does a full handshake and needs no state here.
   if (gnutls_init(&tls_, GNUTLS_SERVER | GNUTLS_NO_AUTO_SEND_TICKET | GNUTLS_NO_END_OF_EARLY_DATA) != 0) {
     tls_ = nullptr;
     return false;
@@ -170,6 +180,7 @@ bool Connection::begin(const Opening& opening, std::shared_ptr<const Credentials
   gnutls_session_set_ptr(tls_, &reference_);
   ngtcp2_conn_set_tls_native_handle(quic_, tls_);
 
+  // Until the client has learnt our ID its packets carry the one that it chose at random.
   ids_ = {own, opening.client_destination};
   for (const ngtcp2_cid& id : ids_) host_->add_id(id, *this);
   return true;

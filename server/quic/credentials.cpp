@@ -23,7 +23,9 @@ struct Delete {
 int sign(gnutls_x509_crt_t certificate, gnutls_x509_privkey_t key, std::int64_t begin_s, std::int64_t end_s) {
   std::array<std::uint8_t, 16> serial{};
   gnutls_rnd(GNUTLS_RND_NONCE, serial.data(), serial.size());
-  serial[0] = static_cast<std::uint8_t>(serial[0] & 0x7f);  // positive
+  // A serial number must be positive (RFC 5280, section 4.1.2.2).
+  serial[0] = static_cast<std::uint8_t>(serial[0] & 0x7f);
+  // Each step runs only after the ones before it; the first code that is not 0 is the result.
   int code = gnutls_x509_crt_set_version(certificate, 3);
   if (code == 0) code = gnutls_x509_crt_set_serial(certificate, serial.data(), serial.size());
   if (code == 0) code = gnutls_x509_crt_set_activation_time(certificate, begin_s);
@@ -74,6 +76,7 @@ Result<std::shared_ptr<const Credentials>> Credentials::make(std::int64_t begin_
   if (code == 0) code = gnutls_certificate_set_x509_key(made->native_, &made_certificate, 1, key.get());
   std::size_t bytes = made->hash_.size();
   if (code >= 0)
+    // Pages name this hash of the whole certificate to the browser (serverCertificateHashes).
     code = gnutls_x509_crt_get_fingerprint(certificate.get(), GNUTLS_DIG_SHA256, made->hash_.data(), &bytes);
   if (code < 0) return Refusal(std::string("no certificate can be made: ") + gnutls_strerror(code));
   return made;

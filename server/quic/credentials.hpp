@@ -11,7 +11,8 @@
 
 namespace hairnet::quic {
 
-// The certificate and key that the server's side of TLS shows.
+// The certificate and key that the server's side of TLS shows. Connections share it; it lives until the last one that
+// began with it has ended.
 class Credentials {
  public:
   // PEM files. One line for unusable ones.
@@ -24,6 +25,7 @@ class Credentials {
   ~Credentials();
 
   [[nodiscard]] gnutls_certificate_credentials_t native() const { return native_; }
+  // The SHA-256 of a made certificate, which pages name. Zero for a loaded one, which an authority has signed.
   [[nodiscard]] const CertificateHash& hash() const { return hash_; }
 
  private:

@@ -11,9 +11,11 @@
 namespace hairnet::quic {
 namespace {
 
+// A client answers a Retry at once; an address token serves one that comes back within the hour.
 constexpr std::uint64_t kRetryTokenLife_ns = 10'000'000'000, kAddressTokenLife_ns = 3'600'000'000'000;
 // With more the oldest are forgotten. Gates let in fewer within a token's life.
 constexpr std::size_t kUsedRetriesMax = 16'384;
+// A flood of wrong packets from forged addresses makes the server send no more than this to their owners.
 constexpr double kStatelessPerS = 200, kStatelessBurst = 200;
 // A smaller packet cannot be told from one of a connection (RFC 9000, section 10.3).
 constexpr std::size_t kResetBytesMin = 41;
@@ -43,10 +45,13 @@ Endpoint::Endpoint(const EndpointOptions& options, std::shared_ptr<const Credent
       }),
       stateless_(kStatelessPerS, kStatelessBurst, now_ns) {
   HAIRNET_ASSERT(credentials_);
+  // Tokens of an earlier server prove nothing to this one, and are treated like none.
   gnutls_rnd(GNUTLS_RND_KEY, token_secret_.data(), token_secret_.size());
   gnutls_rnd(GNUTLS_RND_KEY, reset_secret_.data(), reset_secret_.size());
   if (options_.identity.empty()) return;
   constexpr std::string_view kUse = "hairnet stateless reset";
+  // The key of resets must outlive the process, as only the next server sends resets for it. The hash keeps the
+  // machine's name itself out of what is used on the wire.
   const int error = gnutls_hmac_fast(GNUTLS_MAC_SHA256, options_.identity.data(), options_.identity.size(), kUse.data(),
                                      kUse.size(), reset_secret_.data());
   HAIRNET_ASSERT(error == 0);
@@ -66,6 +71,7 @@ void Endpoint::receive(const Path& path, std::uint8_t ecn, std::span<const std::
   const int error = ngtcp2_pkt_decode_version_cid(&header, packet.data(), packet.size(), Connection::kIdBytes);
   if (error == NGTCP2_ERR_VERSION_NEGOTIATION) return negotiate_version(path, packet, header, now_ns);
   if (error != 0 || header.dcidlen > NGTCP2_MAX_CIDLEN) return counters_->dropped_malformed.add();
+  // The ID decides and not the address: a client that changes its network keeps its connection.
   const auto found = by_id_.find(Id::of(header.dcid, header.dcidlen));
   if (found == by_id_.end()) return take_stranger(path, ecn, packet, header, now_ns);
   Connection& connection = *found->second;
@@ -78,11 +84,13 @@ void Endpoint::receive(const Path& path, std::uint8_t ecn, std::span<const std::
 
 void Endpoint::take_stranger(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet,
                              const ngtcp2_version_cid& header, std::int64_t now_ns) {
+  // A short header belongs to a finished handshake: this peer talks to a server that has died.
   const bool is_long = (packet[0] & 0x80) != 0;
   if (!is_long) return send_reset(path, packet, header, now_ns);
   ngtcp2_pkt_hd initial{};
   if (ngtcp2_accept(&initial, packet.data(), packet.size()) != 0 || initial.type != NGTCP2_PKT_INITIAL)
     return counters_->dropped_unknown.add();
+  // A server that stops takes no newcomers, and does not answer them.
   if (is_closed_) return counters_->dropped_closed.add();
   if (!gate_->may_begin(now_ns)) return counters_->dropped_rate.add();
   Connection::Opening opening{path, initial.scid, initial.dcid, std::nullopt, initial.version, false};
@@ -91,6 +99,7 @@ void Endpoint::take_stranger(const Path& path, std::uint8_t ecn, std::span<const
     counters_->refused_token.add();
     return send_refusal(path, initial, NGTCP2_INVALID_TOKEN);
   }
+  // The endpoint now stores nothing of a new client until it has shown that it reads at its address.
   if (check == TokenCheck::none && unverified_count_ >= options_.unverified_max)
     return send_retry(path, initial, now_ns);
   opening.is_verified = check == TokenCheck::verified;
@@ -102,6 +111,7 @@ void Endpoint::take_stranger(const Path& path, std::uint8_t ecn, std::span<const
   auto made = Connection::create(*this, options_.connection, opening, credentials_, *counters_, now_ns);
   if (!made) return counters_->dropped_unknown.add();
   Connection& connection = *made;
+  // Only a connection that was made uses its token up; a client that was refused may try again.
   if (opening.original_destination) remember_used(Id::of(initial.dcid.data, initial.dcid.datalen), now_ns);
   unverified_count_ += opening.is_verified ? 0 : 1;
   connection.set_ticket(ticket);
@@ -121,17 +131,18 @@ Endpoint::TokenCheck Endpoint::check_token(const ngtcp2_pkt_hd& header, Path pat
     if (ngtcp2_crypto_verify_retry_token(&original, header.token.base, header.token.len, token_secret_.data(),
                                          token_secret_.size(), header.version, &path.remote.any, path.remote.bytes,
                                          &header.dcid, kRetryTokenLife_ns, time) != 0 ||
+        // The connection ID that we chose in the Retry names the token; a copied packet has the same one.
         used_retries_.contains(Id::of(header.dcid.data, header.dcid.datalen)))
       return TokenCheck::wrong;
     opening.original_destination = original;
     return TokenCheck::verified;
   }
   // A token of an earlier connection. A wrong one, or one of an earlier server, is like none.
-  const bool is_sound = header.token.base[0] == NGTCP2_CRYPTO_TOKEN_MAGIC_REGULAR &&
+  const bool is_valid = header.token.base[0] == NGTCP2_CRYPTO_TOKEN_MAGIC_REGULAR &&
                         ngtcp2_crypto_verify_regular_token(header.token.base, header.token.len, token_secret_.data(),
                                                            token_secret_.size(), &path.remote.any, path.remote.bytes,
                                                            kAddressTokenLife_ns, time) == 0;
-  return is_sound ? TokenCheck::verified : TokenCheck::none;
+  return is_valid ? TokenCheck::verified : TokenCheck::none;
 }
 
 void Endpoint::remember_used(const Id& retry, std::int64_t now_ns) {
@@ -173,6 +184,8 @@ void Endpoint::send_refusal(const Path& path, const ngtcp2_pkt_hd& header, std::
 
 void Endpoint::negotiate_version(const Path& path, std::span<const std::uint8_t> packet,
                                  const ngtcp2_version_cid& header, std::int64_t now_ns) {
+  // A first packet must be padded. A smaller one may be forged, to make this server send more than it got to somebody
+  // else.
   if (packet.size() < NGTCP2_MAX_UDP_PAYLOAD_SIZE) return counters_->dropped_malformed.add();
   if (!stateless_.take(1, now_ns)) return counters_->dropped_rate.add();
   const std::uint32_t ours = NGTCP2_PROTO_VER_V1;
@@ -194,6 +207,8 @@ void Endpoint::send_reset(const Path& path, std::span<const std::uint8_t> packet
   ngtcp2_cid_init(&id, header.dcid, header.dcidlen);
   std::array<std::uint8_t, NGTCP2_STATELESS_RESET_TOKENLEN> token{};
   make_reset_token(id, token.data());
+  // A reset looks like any short packet to those who do not have the token. It is shorter than the packet that it
+  // answers, so two servers cannot answer each other without end.
   std::array<std::uint8_t, kResetBytesMin - NGTCP2_STATELESS_RESET_TOKENLEN> noise{};
   gnutls_rnd(GNUTLS_RND_NONCE, noise.data(), noise.size());
   const std::span<std::uint8_t> room = out_.room();
@@ -207,6 +222,7 @@ void Endpoint::send_reset(const Path& path, std::span<const std::uint8_t> packet
 // What goes out.
 
 void Endpoint::flush(std::int64_t now_ns) {
+  // The loop ends: each turn moves one entry to a later time.
   while (!timers_.empty() && timers_.begin()->first <= now_ns) {
     Connection* connection = timers_.begin()->second;
     std::int64_t due_ns = connection->due_ns();
@@ -232,6 +248,7 @@ void Endpoint::settle(Connection& connection) {
   const auto found = connections_.find(&connection);
   HAIRNET_ASSERT(found != connections_.end());
   std::int64_t& entered_ns = found->second.second;
+  // The connection leaves all tables before it is destroyed, so no packet or timer finds it.
   if (connection.is_over()) {
     timers_.erase({entered_ns, &connection});
     for (const ngtcp2_cid& id : connection.ids()) remove_id(id);
@@ -280,6 +297,7 @@ bool Endpoint::on_verified(Connection& connection, std::int64_t now_ns) {
 
 std::vector<std::uint8_t> Endpoint::make_address_token(const Address& remote, std::int64_t now_ns) {
   std::vector<std::uint8_t> token(NGTCP2_CRYPTO_MAX_REGULAR_TOKENLEN);
+  // ngtcp2 takes a pointer that is not const.
   Address copy = remote;
   const ngtcp2_ssize bytes =
       ngtcp2_crypto_generate_regular_token(token.data(), token_secret_.data(), token_secret_.size(), &copy.any,

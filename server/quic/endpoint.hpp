@@ -19,15 +19,16 @@ namespace hairnet::quic {
 
 struct EndpointOptions {
   ConnectionOptions connection;
-  // Connections whose peer has not answered at its address: when there are so many, a newcomer has to come again with a
-  // token that only its address gets (Retry).
+  // Connections whose peer has not answered at its address: when there are so many, a new client has to come again with
+  // a token that only its address gets (Retry).
   std::size_t unverified_max = 64;
   // What is secret, and the same at the server's next start: clients of a server that died then learn so from the next
   // one, at their first packet. Empty: they wait for their idle time-out.
   std::string identity;
 };
 
-// Who decides about connections and sessions: what surrounds the endpoint.
+// Who decides about connections and sessions: what surrounds the endpoint. Every call must return soon: it comes from
+// within receive() or flush(). It keeps the rules of admission out of QUIC.
 class Gate {
  public:
   virtual ~Gate() = default;
@@ -48,8 +49,10 @@ class Endpoint final : private ConnectionHost {
   // `gate` and `counters` must outlive it.
   Endpoint(const EndpointOptions& options, std::shared_ptr<const Credentials> credentials, Gate& gate,
            QuicCounters& counters, Outgoing::Writer writer, std::int64_t now_ns);
-  ~Endpoint() override;  // tells the sessions
+  // Tells all sessions of their end; peers hear nothing.
+  ~Endpoint() override;
 
+  // New connections show this certificate; existing ones keep theirs.
   void set_credentials(std::shared_ptr<const Credentials> credentials) { credentials_ = std::move(credentials); }
   // A UDP datagram. What it causes to be sent waits for flush().
   void receive(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet, std::int64_t now_ns);
@@ -84,17 +87,23 @@ class Endpoint final : private ConnectionHost {
   // Takes a packet of no known connection.
   void take_stranger(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet,
                      const ngtcp2_version_cid& header, std::int64_t now_ns);
+  // None also stands for a token that proves nothing and harms nobody. A wrong one is of a Retry that was forged, old
+  // or used.
   enum class TokenCheck : std::uint8_t { none, verified, wrong };
   TokenCheck check_token(const ngtcp2_pkt_hd& header, Path path, Connection::Opening& opening,
                          std::int64_t now_ns) const;
+  // A Retry token lets a client take a place before its handshake, so it is good once: anyone who has read it on the
+  // way could use it for a flood.
   void remember_used(const Id& retry, std::int64_t now_ns);
   void send_retry(const Path& path, const ngtcp2_pkt_hd& header, std::int64_t now_ns);
   void send_refusal(const Path& path, const ngtcp2_pkt_hd& header, std::uint64_t error);
   void negotiate_version(const Path& path, std::span<const std::uint8_t> packet, const ngtcp2_version_cid& header,
                          std::int64_t now_ns);
+  // Answers a packet of no known connection, so that a client of a server that has died learns of it at once.
   void send_reset(const Path& path, std::span<const std::uint8_t> packet, const ngtcp2_version_cid& header,
                   std::int64_t now_ns);
-  void settle(Connection& connection);  // enters its new time-out if it is earlier, or destroys it
+  // Enters the connection's new time-out if it is earlier, or destroys a connection that is over.
+  void settle(Connection& connection);
 
   EndpointOptions options_;
   std::shared_ptr<const Credentials> credentials_;
@@ -102,14 +111,17 @@ class Endpoint final : private ConnectionHost {
   QuicCounters* counters_;
   Outgoing out_;
   std::array<std::uint8_t, 32> token_secret_{}, reset_secret_{};
-  server::TokenBucket stateless_;  // answers without a connection
-  std::map<const Connection*, std::pair<std::unique_ptr<Connection>, std::int64_t>> connections_;  // with due time
+  // Limits answers without a connection, since anyone can cause them in anyone's name.
+  server::TokenBucket stateless_;
+  // Each connection with the time at which timers_ has it.
+  std::map<const Connection*, std::pair<std::unique_ptr<Connection>, std::int64_t>> connections_;
   std::map<Id, Connection*> by_id_;
   std::set<std::pair<std::int64_t, Connection*>> timers_;
   std::set<Connection*> dirty_;
   // The connection IDs that we gave with Retry tokens that were used, until these expire: a token is good once.
   std::set<Id> used_retries_;
-  std::deque<std::pair<std::int64_t, Id>> used_until_;  // the same, in order of time
+  // The same IDs in the order in which their tokens expire.
+  std::deque<std::pair<std::int64_t, Id>> used_until_;
   std::size_t unverified_count_ = 0;
   bool is_closed_ = false;
 };

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "schema/quic/address.hpp"
+#include "schema/quic/socket_address.hpp"
 
 namespace hairnet::quic {
 
@@ -20,12 +20,14 @@ struct Burst {
   std::uint8_t ecn = 0;
 };
 
-// Gathers the packets of a wake-up, and hands them over when it is full or told to.
+// Gathers the packets of a wake-up, and hands them over when it is full or told to. A system call costs more than most
+// packets, so packets of all connections leave together. One thread.
 class Outgoing {
  public:
   static constexpr std::size_t kPacketBytesMax = 1500;
   // UDP_SEGMENT takes no more.
   static constexpr std::size_t kBurstPacketsMax = 64;
+  // A burst goes through the system as one IP packet until it is cut, and an IP packet has fewer than 65 536 bytes.
   static constexpr std::size_t kBurstBytesMax = 65'000;
 
   using Writer = std::function<void(std::span<const Burst>)>;
@@ -35,6 +37,7 @@ class Outgoing {
   std::span<std::uint8_t> room();
   // The packet is written at the begin of room().
   void add(const Path& path, std::size_t bytes, std::uint8_t ecn);
+  // Hands all bursts to the writer, which must be done with their memory when it returns.
   void flush();
 
  private:

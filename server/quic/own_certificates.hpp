@@ -15,8 +15,11 @@ namespace hairnet::quic {
 class OwnCertificates {
  public:
   static constexpr std::int64_t kDay_s = 86'400;
-  static constexpr std::int64_t kBefore_s = kDay_s / 2;  // valid so long before it is made: clocks differ
-  static constexpr std::int64_t kValid_s = 13 * kDay_s, kShown_s = 10 * kDay_s, kTold_s = kDay_s;
+  // A certificate is valid for this long before it is made, since clocks of clients differ.
+  static constexpr std::int64_t kBefore_s = kDay_s / 2;
+  // One day below the 14 that browsers allow, and shown for so much less that a client's slow or fast clock still finds
+  // it valid.
+  static constexpr std::int64_t kValid_s = 13 * kDay_s, kShown_s = 10 * kDay_s, kAnnounced_s = kDay_s;
 
   // Times are seconds since 1970.
   static Result<OwnCertificates> make(std::int64_t now_s);
@@ -29,8 +32,10 @@ class OwnCertificates {
   OwnCertificates(std::shared_ptr<const Credentials> current, std::int64_t now_s)
       : current_(std::move(current)), shown_until_s_(now_s + kShown_s) {}
 
-  std::shared_ptr<const Credentials> current_, next_;  // next_: null until it is told
-  std::int64_t shown_until_s_;                         // current_
+  // next_ is null until its hash is told, a day before it is shown.
+  std::shared_ptr<const Credentials> current_, next_;
+  // current_ is replaced at this time.
+  std::int64_t shown_until_s_;
 };
 
 }  // namespace hairnet::quic

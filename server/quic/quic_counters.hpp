@@ -4,6 +4,7 @@
 
 namespace hairnet::quic {
 
+// All counters of QUIC's folder. Any thread may read them; the endpoint's thread adds.
 struct QuicCounters : server::CounterSet {
   using Counter = server::Counter;
 
@@ -26,8 +27,9 @@ struct QuicCounters : server::CounterSet {
   // The system did not take them.
   Counter dropped_unsent{*this, "quic_packets_dropped", "reason", "unsent"};
 
+  // The token is another address's, expired or used.
   Counter refused_token{*this, "quic_connections_refused", "reason", "token",
-                        "Connections of QUIC refused, by reason."};  // another address's, expired or used
+                        "Connections of QUIC refused, by reason."};
   Counter refused_admission{*this, "quic_connections_refused", "reason", "admission"};
   Counter refused_protocol{*this, "quic_connections_refused", "reason", "alpn"};
 
@@ -35,7 +37,8 @@ struct QuicCounters : server::CounterSet {
   Counter closed_by_server{*this, "quic_connections_closed", "reason", "server"};
   Counter closed_idle{*this, "quic_connections_closed", "reason", "idle"};
   Counter closed_handshake_timeout{*this, "quic_connections_closed", "reason", "handshake_timeout"};
-  Counter closed_opening_timeout{*this, "quic_connections_closed", "reason", "opening_timeout"};  // no session began
+  // No session began in time.
+  Counter closed_opening_timeout{*this, "quic_connections_closed", "reason", "opening_timeout"};
   Counter closed_tls{*this, "quic_connections_closed", "reason", "tls"};
   Counter closed_quic_error{*this, "quic_connections_closed", "reason", "quic"};
   Counter closed_http3_error{*this, "quic_connections_closed", "reason", "http3"};
@@ -47,9 +50,12 @@ struct QuicCounters : server::CounterSet {
   Counter datagrams_received{*this, "quic_datagrams_received", "Datagrams of sessions received."};
   Counter datagrams_sent{*this, "quic_datagrams_sent", "Datagrams of sessions sent."};
   Counter datagrams_lost{*this, "quic_datagrams_lost", "Datagrams of sessions sent that probably did not arrive."};
+  // The session had not begun, or had ended.
   Counter datagrams_dropped_early{*this, "quic_datagrams_dropped", "reason", "no_session",
                                   "Datagrams of sessions dropped, by reason."};
+  // The datagram names another session than the connection's.
   Counter datagrams_dropped_other{*this, "quic_datagrams_dropped", "reason", "other_session"};
+  // The path or the peer takes no datagram of this size.
   Counter datagrams_dropped_unsent{*this, "quic_datagrams_dropped", "reason", "too_large"};
 };
 

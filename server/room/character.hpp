@@ -18,62 +18,97 @@
 
 namespace hairnet::server {
 
-// One coding of a character's frame of this tick; several observers share it.
+// One coding of a character's frame of this tick. Observers that want the same error share it, so a frame is not coded
+// once for each observer.
 struct FrameVariant {
-  std::uint8_t tolerance = 0;  // a rung of the ladder in publish.cpp
+  // A rung of the ladder of errors in publish.cpp.
+  std::uint8_t tolerance = 0;
   codec::Detail detail;
   std::vector<std::uint8_t> content;
 };
 
-// A character on the tick thread; its lattice is in the World.
+// A character on the tick thread; its lattice is in the World. Rooms owns it, and its address stays until it is
+// removed. Workers may change the characters of their own share of a loop, and no others.
 struct Character {
   CharacterKey key = 0;
-  std::uint32_t room = 0;       // index
-  std::uint32_t slot = 0;       // in its room; the member number minus one
-  std::uint8_t generation = 0;  // the slot's, modulo 256: frames that overtake a MemberJoined say whose they are
-  std::uint32_t subject = 0;    // its owner's; pays for it in the budget
+  // The index of its room.
+  std::uint32_t room = 0;
+  // Its slot in the room; the member number that clients see is one more.
+  std::uint32_t slot = 0;
+  // The slot's generation, modulo 256. A frame in a datagram may overtake the MemberJoined of a new character in an old
+  // slot; the generation says whose it is.
+  std::uint8_t generation = 0;
+  // Its owner's subject, whose part of the budget pays for it.
+  std::uint32_t subject = 0;
   wire::GroomHash groom{};
-  LevelIndex requested_level = LevelIndex::high;  // the finest level that its owner asked for
+  // The finest level that its owner asked for.
+  LevelIndex requested_level = LevelIndex::high;
   MaterialScale material;
-  std::string tag;  // this and the next: as its owner last set them
+  // Tag and appearance as its owner last set them.
+  std::string tag;
   std::optional<wire::Appearance> appearance;
-  std::uint64_t appearance_told_next = 0;  // first tick at which a change may be told to others
-  TouchRule touch_rule;                    // as its owner last set it
-  std::uint64_t touch_rule_told_next = 0;  // first tick at which a change of it may be told
-  std::optional<wire::HairState> state;    // sent by its owner; reset once the World has it
-  std::uint64_t state_ticks = 0;           // ticks that it has waited for its levels
+  // The first tick at which others may be told of a change: an owner who changes it all the time would flood the room.
+  std::uint64_t appearance_announced_next = 0;
+  // Who may touch its hair, as its owner last set it.
+  TouchRule touch_rule;
+  // The first tick at which others may be told of a change of the rule.
+  std::uint64_t touch_rule_announced_next = 0;
+  // The hair's motion that its owner sent along, for example after a move to this server; reset once the World has it.
+  std::optional<wire::HairState> state;
+  // Counts the ticks that the state has waited for the levels.
+  std::uint64_t state_ticks = 0;
   PoseInbox inbox;
-  std::vector<std::uint8_t> joined_packet;  // the encoded MemberJoined that announces it to other sessions
+  // The encoded MemberJoined that announces it to other sessions.
+  std::vector<std::uint8_t> joined_packet;
 
-  bool in_world = false;                                           // in the World, from its first pose on
-  LevelIndex level = LevelIndex::rigid;                            // current level in the World
-  int stride = 1;                                                  // current stride in the World
-  bool suspended = false;                                          // no observer sees it: the World does not step it
-  Pose pose;                                                       // the last pose given to the World
-  bool pose_changed = false, pose_teleport = false;                // at this tick
-  float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;  // smoothed
-  bool lod_chosen = false;                                         // a Lod was chosen at least once
-  std::uint64_t lod_since = 0;             // tick at which level, stride or suspension last changed
-  std::optional<std::uint64_t> held_tick;  // the last tick after which a hand held its hair
-  std::uint64_t learnt_next = 0;           // first tick at which it may be on the learnt level again
+  // It is in the World from its first pose on: without a pose there is no head space to place its lattice in.
+  bool in_world = false;
+  // Its level and stride in the World now.
+  LevelIndex level = LevelIndex::rigid;
+  int stride = 1;
+  // No observer sees it, and the World does not step it.
+  bool suspended = false;
+  // The last pose that the World was given.
+  Pose pose;
+  bool pose_changed = false, pose_teleport = false;  // at this tick
+  // Smoothed speeds of the head.
+  float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;
+  // A Lod was chosen at least once.
+  bool lod_chosen = false;
+  // The tick at which level, stride or suspension last changed.
+  std::uint64_t lod_since = 0;
+  // The last tick after which a hand held its hair: the level stays then, because another one would end the hold.
+  std::optional<std::uint64_t> held_tick;
+  // The first tick at which it may be on the learnt level again, after its motion was outside of what the network has
+  // learnt.
+  std::uint64_t learnt_next = 0;
 
-  // The character in the views of its observers, at the current tick.
-  float screen_height = 0;  // the largest
+  // The next four are about the views of its observers, at the current tick: the largest height on an observer's
+  // screen.
+  float screen_height = 0;
   bool seen = true;
-  std::uint64_t unseen_ticks = 0;    // ticks without being seen
-  std::uint32_t observer_count = 0;  // observers that get its frames
+  // Counts the ticks since somebody has seen it.
+  std::uint64_t unseen_ticks = 0;
+  // Counts the observers that get its frames.
+  std::uint32_t observer_count = 0;
 
-  // This tick's frame.
-  bool changed = false;  // there is something to send
+  // All that follows is about this tick's frame. There is something to send.
+  bool changed = false;
   bool asleep = false;
-  bool discontinuous = false;            // a teleport or a reset
-  LevelIndex shown = LevelIndex::rigid;  // level of the lattice that is sent; a change to rigid takes several ticks
-  LatticeView lattice;                   // in the World, until its next step
-  std::vector<FrameVariant> variants;    // only the first variant_count belong to this tick
+  // A teleport or a reset lies before this frame.
+  bool discontinuous = false;
+  // The level of the lattice that is sent. A change to rigid takes several ticks.
+  LevelIndex shown = LevelIndex::rigid;
+  // Points into the World: valid until its next step.
+  LatticeView lattice;
+  // Only the first variant_count belong to this tick; the others keep their memory for later ticks.
+  std::vector<FrameVariant> variants;
   std::size_t variant_count = 0;
-  std::int64_t encode_ns = 0;  // time to encode these, the mean of its batch
+  // The time to encode these: the mean of its batch.
+  std::int64_t encode_ns = 0;
   CoefficientTrack coefficients;
-  codec::EncodedFrame coded;  // the last one
+  // The last frame as it was coded.
+  codec::EncodedFrame coded;
 };
 
 }  // namespace hairnet::server

@@ -22,7 +22,9 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
   std::vector<float>& next = next_;
   const std::span<const float> own = motion.coefficients.first(std::min(motion.coefficients.size(), mode_count));
   next.assign(own.begin(), own.end());
+  // Without a map, coefficients come from a network; without both, the hair is at rest on the rigid level.
   const bool is_learnt = !motion.map && !own.empty();
+  // After a gap or a teleport the former coefficients say nothing about the present ones.
   const bool is_continued = !is_first && !discontinuous && tick - last_.tick <= kGapMax_ticks;
   if (!is_continued) {
     fading_.clear();
@@ -34,9 +36,11 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
   was_learnt_ = is_learnt;
   const double age = static_cast<double>(tick - faded_from_) * tick_s / kFade_s;
   if (age >= 1) fading_.clear();
+  // Smoothstep has no speed at both ends, so the speed of the hair does not jump where the fade begins or ends.
   const auto left = static_cast<float>(1 - smoothstep(std::min(age, 1.0)));
   next.resize(std::max(next.size(), fading_.size()));
   for (std::size_t k = 0; k < fading_.size(); ++k) next[k] += left * fading_[k];
+  // A second call at the same tick must not count as a step of the motion.
   if (is_continued && tick > last_.tick) {
     std::swap(before_, last_);
     has_before_ = true;
@@ -46,7 +50,8 @@ std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, c
   return last_.coefficients;
 }
 
-// What was shown would have gone on as it went.
+// The difference is taken from where the shown hair would be now if it had gone on at its last speed. Taken from its
+// last place instead, hair in motion would stand still for a moment.
 void CoefficientTrack::begin_fade(std::uint64_t tick, std::span<const float> next) {
   float onwards = 0;
   if (has_before_) {
@@ -59,6 +64,7 @@ void CoefficientTrack::begin_fade(std::uint64_t tick, std::span<const float> nex
   const std::span<const float> last = last_.coefficients, before = before_.coefficients;
   fading_.resize(std::max({last.size(), next.size(), has_before_ ? before.size() : 0}));
   for (std::size_t k = 0; k < fading_.size(); ++k) {
+    // `speed` is a change per interval of the last two samples; `onwards` counts such intervals.
     const float speed = onwards > 0 ? at(last, k) - at(before, k) : 0;
     fading_[k] = at(last, k) + onwards * speed - at(next, k);
   }

@@ -8,7 +8,7 @@
 
 namespace hairnet::server {
 
-// The hair of a character on its level. Nothing: it is at rest.
+// The hair of a character on its level, as coefficients of the groom's modes. An empty one is hair at rest.
 struct HairMotion {
   // Belongs to the lattice's level, where the coefficients are from; null: they are from a network.
   const ModeMap* map = nullptr;
@@ -16,8 +16,9 @@ struct HairMotion {
   std::span<const float> coefficients = {};
 };
 
-// The coefficients of one character's hair from tick to tick. When the level changes, they come from elsewhere: the
-// difference that the change makes is added back and fades out, so that hair never jumps. Tick thread and workers.
+// The coefficients of one character's hair from tick to tick. Each level has its own solution, so at a change of the
+// level the coefficients jump. The track adds the difference back and fades it out within 0.4 s, so that hair never
+// jumps. A teleport is not faded: there the jump is right. Tick thread and workers.
 class CoefficientTrack {
  public:
   // As many first coefficients as the motion or a fade has, at a later tick, or the same; the others of the basis,
@@ -39,7 +40,7 @@ class CoefficientTrack {
 
   // These are as they were shown.
   Sample last_, before_;
-  // before_ was shown, and the hair went on from it.
+  // before_ was shown, and the hair went on from it without a gap or a teleport: the two samples give a speed.
   bool has_before_ = false;
   // Belongs to the last basis; zero: nothing was shown.
   std::size_t mode_count_ = 0;
@@ -47,7 +48,7 @@ class CoefficientTrack {
   // This and the next belong to the last motion.
   const ModeMap* map_ = nullptr;
   bool was_learnt_ = false;
-  // Is the difference that the switch made, which fades; empty: nothing fades.
+  // The difference that the switch made, which fades; empty: nothing fades.
   std::vector<float> fading_;
   std::uint64_t faded_from_ = 0;
 };

@@ -18,10 +18,11 @@ constexpr std::array<Rung, 6> kRungs{{{0, 1, 1}, {1, 1, 0.7}, {2, 1, 0.7}, {3, 1
 constexpr int kCoarsest = kRungs.size() - 1;
 // A finer rung must take less than this share of the bytes, so that it does not go back at once.
 constexpr double kReserve = 0.9;
+// After a loss the connection is taken to carry this share of what was sent.
 constexpr double kLostShare = 0.7;
 // Frames may take this share of what the network carries: messages, files and the headers of packets need the rest.
 constexpr double kNetworkShare = 0.8;
-// Frames for less than this are too few to tell a rate.
+// A shorter window has too few frames to tell a rate; a longer one reacts late.
 constexpr double kWindow_s = 0.4;
 // A connection that loses frames carries less than was sent; nobody knows how much less. It is tried with a little more
 // in each window: with twice as much after 6 s.
@@ -30,6 +31,8 @@ constexpr double kGrowth = 1.05;
 }  // namespace
 
 void FrameThrottle::on_lost_frames() {
+  // The window under way may have begun with a burst, or the last one may be old: the larger rate keeps one loss from
+  // pushing the estimate too low.
   carried_bytes_per_s_ = kLostShare * std::max(rate_, window_s_ > 0 ? window_bytes_ / window_s_ : 0.0);
   rung_ = std::min(rung_ + 1, kCoarsest);
   window_s_ = window_bytes_ = 0;
@@ -50,13 +53,17 @@ void FrameThrottle::end_window(double client_bytes_per_s, double network_bytes_p
   window_s_ = window_bytes_ = 0;
   carried_bytes_per_s_ *= kGrowth;
   double most = 0;  // unknown
+  // The smallest known bound counts; 0 means unknown for each of them.
   for (const double bound : {client_bytes_per_s, carried_bytes_per_s_, kNetworkShare * network_bytes_per_s}) {
     if (bound > 0) most = most > 0 ? std::min(most, bound) : bound;
   }
   if (most > 0 && rate_ > most) {
     rung_ = std::min(rung_ + 1, kCoarsest);
   } else if (most == 0 || rate_ < kReserve * kRungs[static_cast<std::size_t>(rung_)].share * most) {
+    // The next finer rung takes 1 / share times the bytes of this one. It is taken only if that fits with a reserve, or
+    // the rung would change in each window.
     rung_ = std::max(rung_ - 1, 0);
+    // At the finest rung nothing is held back, so the estimate has no more use; a new loss makes a new one.
     if (rung_ == 0) carried_bytes_per_s_ = 0;
   }
 }

@@ -8,6 +8,7 @@
 namespace hairnet::server {
 namespace {
 
+// A hand is named by the number of its first shape, which is below 32.
 std::uint32_t bit_of(const Hand& hand) {
   static_assert(kHandShapesMax <= 32);
   return std::uint32_t{1} << hand.first_number;
@@ -47,12 +48,14 @@ HandsInbox::Put HandsInbox::put(const wire::HandsSample& sample, std::int64_t no
     const wire::HandsSample& newest = samples_.back();
     if (!wire::is_newer_sequence(sample.sequence, newest.sequence) ||
         sample.capture_time_ns <= newest.capture_time_ns) {
-      // A newer sample has overtaken it on the way.
+      // A newer sample has overtaken it on the way. The newer sample does not tell of this jump, so it would move the
+      // hand through everything between the two places.
       if (wire::is_newer_sequence(newest.sequence, sample.sequence)) late_jumps_ |= jumps_of(sample.hands);
       return Put::out_of_order;
     }
   }
   if (samples_.size() == kSamplesMax) {
+    // The inbox is full: the oldest sample goes, and its jumps pass to the next.
     add_jumps(jumps_of(samples_[0].hands), samples_[1].hands);
     samples_.erase(samples_.begin());
   }
@@ -61,6 +64,7 @@ HandsInbox::Put HandsInbox::put(const wire::HandsSample& sample, std::int64_t no
   add_jumps(std::exchange(late_jumps_, 0), next.hands);
   if (!samples_.empty()) {
     const wire::HandsSample& before = samples_.back();
+    // A hand that comes back after such a gap may be anywhere: it must not sweep through the hair on its way.
     const bool were_gone = next.capture_time_ns - before.capture_time_ns > kGone_ns;
     for (Hand& hand : next.hands) hand.has_jumped = hand.has_jumped || were_gone || !find_same(hand, before.hands);
   }
@@ -74,13 +78,16 @@ std::vector<Hand> HandsInbox::sample(std::int64_t time_ns) {
   const auto after = std::ranges::upper_bound(samples_, time_ns, {}, &wire::HandsSample::capture_time_ns);
   if (after == samples_.begin()) {
     std::vector<Hand> hands = after->hands;
-    for (Hand& hand : hands) hand.has_jumped = false;  // it does so at its capture time
+    // The hand jumps at its capture time, which is still to come.
+    for (Hand& hand : hands) hand.has_jumped = false;
     return hands;
   }
   std::uint32_t jumps = 0;
   for (auto passed = samples_.begin(); passed != after; ++passed) jumps |= jumps_of(passed->hands);
+  // The sample that is now in force stays as the first, because later calls move from it.
   const auto now = samples_.erase(samples_.begin(), std::prev(after));
   for (Hand& hand : now->hands) hand.has_jumped = false;
+  // A client that falls silent must not leave its hands in someone's hair.
   if (time_ns - now->capture_time_ns > kGone_ns) return {};
   std::vector<Hand> hands = now->hands;
   add_jumps(jumps, hands);
@@ -99,6 +106,7 @@ bool HandsInbox::is_newer_than(std::int64_t time_ns) const {
 
 void HandsInbox::end() {
   if (samples_.empty()) return;
+  // The newest sample stays, without hands: its sequence and time still refuse older samples that come late.
   samples_.erase(samples_.begin(), std::prev(samples_.end()));
   samples_.back().hands.clear();
   late_jumps_ = 0;

@@ -9,7 +9,8 @@
 
 namespace hairnet::server {
 
-// The last few samples of one session's hands, which the tick samples at any time. No clock, no I/O. Tick thread.
+// The last few samples of one session's hands, which the tick samples at any time. It does not extrapolate as PoseInbox
+// does: after the newest sample, hands stay where they are and are soon gone. No clock, no I/O. Tick thread.
 class HandsInbox {
  public:
   // As many as of poses: the tick samples both at the same times.
@@ -40,7 +41,7 @@ class HandsInbox {
   // Their capture times and sequences rise. A hand that the sample before did not have has jumped; what has been
   // reported has not.
   std::vector<wire::HandsSample> samples_;
-  // Bits of the first numbers of hands that jumped in samples which came too late.
+  // Has a bit for the first number of each hand that jumped in samples which came too late.
   std::uint32_t late_jumps_ = 0;
 };
 

@@ -16,9 +16,10 @@ struct Distance {
   std::size_t index = 0;
 };
 
-constexpr std::size_t kTreeLeast = 16;  // a plain loop over fewer points is as fast as a tree
+// A plain loop over fewer points is as fast as a tree.
+constexpr std::size_t kTreeLeast = 16;
 
-// nanoflann's names.
+// The interface that nanoflann asks for; the names are nanoflann's.
 struct PointCloud {
   std::span<const Vec3> points;
   [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
@@ -44,6 +45,8 @@ class NearestPoint {
       std::uint32_t nearest = 0;
       double m2 = 0;
       tree_->knnSearch(head.data(), 1, &nearest, &m2);
+      // The distance is computed as the plain loop does it, so that both give the same bits, whatever nanoflann's order
+      // of sums.
       return (head - cloud_.points[nearest]).squaredNorm();
     }
     double least = std::numeric_limits<double>::infinity();
@@ -53,7 +56,7 @@ class NearestPoint {
 
  private:
   PointCloud cloud_;
-  // Is made for many points only.
+  // A tree is made for many points only.
   std::optional<PointTree> tree_;
 };
 
@@ -63,12 +66,14 @@ std::vector<Distance> distances(const wire::Observe& observe, std::span<const Me
     from.push_back(observe.from->cast<double>());
   } else {
     for (const MemberHead& head : heads) {
+      // A member without a pose has no place yet.
       if (head.own && head.has_pose) from.push_back(head.head);
     }
   }
   const NearestPoint nearest(from);
   std::vector<Distance> all;
   for (std::size_t i = 0; i < heads.size(); ++i) {
+    // A session's own members take none of the `count` places: it always gets them.
     if (!heads[i].own && heads[i].has_pose) all.push_back({nearest.distance2(heads[i].head), heads[i].member, i});
   }
   return all;
@@ -83,6 +88,7 @@ void choose_members(const wire::Observe& observe, std::span<const MemberHead> he
   if (observe.mode == wire::ObserveMode::list) {
     for (const std::uint32_t member : observe.members) {
       const auto head = std::ranges::lower_bound(heads, member, {}, &MemberHead::member);
+      // A number that names nobody yet is no fault: the member may have left meanwhile.
       if (head != heads.end() && head->member == member) wanted[static_cast<std::size_t>(head - heads.begin())] = true;
     }
   } else if (observe.mode != wire::ObserveMode::all) {
@@ -90,6 +96,8 @@ void choose_members(const wire::Observe& observe, std::span<const MemberHead> he
     std::size_t count = 0;
     if (observe.mode == wire::ObserveMode::nearest) {
       count = std::min<std::size_t>(observe.count, others.size());
+      // The nearest `count` are needed in no order, so a full sort is not. The member number breaks ties: the choice is
+      // the same in each run.
       std::ranges::nth_element(others, others.begin() + static_cast<std::ptrdiff_t>(count), {},
                                [](const Distance& d) { return std::pair(d.m2, d.member); });
     } else {

@@ -13,8 +13,10 @@ namespace hairnet::server {
 struct MemberHead {
   std::uint32_t member = 0;
   Vec3 head = Vec3::Zero();  // world, m
-  bool own = false;          // belongs to the observing session
-  bool has_pose = false;     // false: no pose has come yet, and `head` is undefined
+  // It belongs to the observing session.
+  bool own = false;
+  // False: no pose has come yet, and `head` is undefined.
+  bool has_pose = false;
 };
 
 // Chooses the members whose frames a session gets: `wanted` has one entry a head. A session always gets its own

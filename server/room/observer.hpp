@@ -20,15 +20,16 @@ struct Character;
 
 // One session's view of one member: whether the session wants it, and which of its frames were sent to the session.
 struct View {
-  // Is that of the room's slot when the view began; zero: no view yet.
+  // The generation of the room's slot when the view began; zero: there is no view yet. Another generation is another
+  // character.
   std::uint32_t generation = 0;
   // The session's Observe wants it.
   bool wanted = true;
-  // These are as last reported; a negative height: never.
+  // These two are as the client last reported; a negative height: it never has.
   bool in_view = true;
   float screen_height = -1;
 
-  // Is the tick of the last frame.
+  // The tick of the last frame that was sent.
   std::optional<std::uint64_t> sent;
   // Its frames have been of the learnt level since this tick, with no gap that a network would notice.
   std::optional<std::uint64_t> learnt_since;
@@ -37,6 +38,7 @@ struct View {
   // The session has not received a discontinuity yet.
   bool discontinuity_pending = false;
 
+  // The client may not have the last frames, so the next one is marked as discontinuous.
   void forget_sent() {
     discontinuity_pending = discontinuity_pending || sent.has_value();
     sent.reset();
@@ -46,8 +48,8 @@ struct View {
 };
 
 // What a session knows of the learnt hair of a groom.
-struct LearntTold {
-  // Was announced to the session.
+struct LearntAnnounced {
+  // The file of the learnt hair that was announced to the session.
   wire::GroomHash file{};
   // The client evaluates that hair itself since this tick.
   std::optional<std::uint64_t> evaluated_since;
@@ -59,7 +61,7 @@ struct Observer {
   std::uint32_t room = 0;
   // Its session belongs to this subject.
   std::uint32_t subject = 0;
-  // Is null while its connection is lost.
+  // Null while the session's connection is lost.
   std::shared_ptr<ObserverSink> sink;
   wire::Observe observe;
   // The members that it wants are not chosen yet; a choice by place does not look at this.
@@ -72,17 +74,17 @@ struct Observer {
   // Views are by slot, the files that the session knows by groom.
   std::vector<View> views;
   std::set<wire::GroomHash> bases_sent;
-  std::map<wire::GroomHash, LearntTold> learnt_told;
+  std::map<wire::GroomHash, LearntAnnounced> learnt_announced;
   FrameThrottle throttle;
 
   HandsInbox inbox;
-  // Are those of the last tick.
+  // The hands of the last tick.
   std::vector<Hand> hands;
   // A moderator may forbid it.
   bool may_touch_others = true;
-  // The session knows hands of these others; ascend.
+  // The session knows hands of these others; ascending.
   std::vector<SessionId> hands_shown;
-  // Go with this tick's frames: hands of others.
+  // Hands of others that go with this tick's frames.
   std::vector<FramePacket> hand_packets;
 
   // This tick's frames.
@@ -92,9 +94,9 @@ struct Observer {
     bool discontinuous = false;
   };
   std::vector<Request> requests;
-  // Their packets have this many bytes.
+  // The packets of this tick's frames have this many bytes.
   std::size_t sent_bytes = 0;
-  // They took this time, without encoding.
+  // The frames took this time, without encoding.
   std::int64_t send_ns = 0;
 
   [[nodiscard]] bool knows(std::uint32_t slot) const { return !unannounced_from || slot < *unannounced_from; }
@@ -103,7 +105,7 @@ struct Observer {
   }
   void forget_files(const wire::GroomHash& groom) {
     bases_sent.erase(groom);
-    learnt_told.erase(groom);
+    learnt_announced.erase(groom);
   }
   // The last frames that were sent may not have arrived.
   void forget_sent() {

@@ -10,6 +10,7 @@ namespace {
 
 // A slope spans at least this time: over two close poses, jitter would be extrapolated too far.
 constexpr std::int64_t kSlopeLeast_ns = 8'000'000;
+// Poses that are further apart tell nothing about the present speed.
 constexpr std::int64_t kSlopeMost_ns = 250'000'000;
 
 double fraction(std::int64_t from_ns, std::int64_t to_ns, std::int64_t at_ns) {
@@ -19,6 +20,7 @@ double fraction(std::int64_t from_ns, std::int64_t to_ns, std::int64_t at_ns) {
 }
 
 void shift(const Vec3& by, Pose& pose) {
+  // All bones move alike: the person rides as a whole.
   for (RigidTransform& bone : pose.bones) bone.position += by;
 }
 
@@ -29,18 +31,21 @@ void PoseInbox::check_invariants() const {
   for (std::size_t i = 1; i < poses_.size(); ++i) {
     HAIRNET_VALIDATE(poses_[i].sample.capture_time_ns > poses_[i - 1].sample.capture_time_ns);
     HAIRNET_VALIDATE(wire::is_newer_sequence(poses_[i].sample.sequence, poses_[i - 1].sample.sequence));
+    // sample() marks every pose that its time has passed, so marked poses come first.
     HAIRNET_VALIDATE(poses_[i - 1].teleport_reported || !poses_[i].teleport_reported);
   }
 }
 
 PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_ns) {
+  // A pose far in the future would make all later ones out of order, and freeze the head until then.
   if (sample.capture_time_ns > now_ns + kLeadMax_ns) return Put::future;
   if (sample.capture_time_ns < now_ns - kAgeMax_ns) return Put::stale;
   if (!poses_.empty()) {
     const wire::PoseSample& newest = poses_.back().sample;
     if (!wire::is_newer_sequence(sample.sequence, newest.sequence) ||
         sample.capture_time_ns <= newest.capture_time_ns) {
-      // A newer pose has overtaken it on the way.
+      // A newer pose has overtaken this one on the way. Its place has no more use, but its teleport has: without it the
+      // two poses around it would be joined by a fast motion.
       if (sample.teleport && wire::is_newer_sequence(newest.sequence, sample.sequence)) has_late_teleport_ = true;
       return Put::out_of_order;
     }
@@ -59,6 +64,7 @@ PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_n
 
 PoseInbox::Sample PoseInbox::sample(std::int64_t time_ns) {
   if (poses_.empty()) return {};
+  // The tick's times rise, so what is older is never asked for again.
   forget_before(time_ns - kHistory_ns);
   HAIRNET_ASSERT(!poses_.empty());
   const auto after = std::find_if(poses_.begin(), poses_.end(),
@@ -73,9 +79,11 @@ PoseInbox::Sample PoseInbox::sample(std::int64_t time_ns) {
     sample.teleport = sample.teleport || teleport;
     return sample;
   }
+  // Before the first pose nothing is known, and a guess backwards would move a head that has just come.
   if (after == poses_.begin()) return {Kind::clamped, teleport, after->sample.pose};
   const wire::PoseSample& a = std::prev(after)->sample;
   const wire::PoseSample& b = after->sample;
+  // The head stands at its last place until the teleport's own time: there is no way between the two places.
   if (b.teleport) return {Kind::clamped, teleport, a.pose};
   return {Kind::interpolated, teleport,
           interpolate(a.pose, b.pose, fraction(a.capture_time_ns, b.capture_time_ns, time_ns))};
@@ -85,9 +93,12 @@ PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) {
   HAIRNET_ASSERT(!poses_.empty());
   const wire::PoseSample& newest = poses_.back().sample;
   HAIRNET_ASSERT(time_ns >= newest.capture_time_ns);
+  // At exactly its time the newest pose needs no second one.
   if (time_ns == newest.capture_time_ns) return {Kind::interpolated, false, newest.pose};
   const std::int64_t to_ns = std::min(time_ns, newest.capture_time_ns + kExtrapolationMax_ns);
   const Kind kind = to_ns == time_ns ? Kind::extrapolated : Kind::stale;
+  // The slope is taken from the newest pose backwards, to the first one that is far enough away for a steady slope. A
+  // teleport on the way ends the search, because a slope across it means nothing.
   bool crosses_teleport = newest.teleport;
   for (std::size_t i = poses_.size() - 1; i-- > 0 && !crosses_teleport;) {
     const wire::PoseSample& before = poses_[i].sample;

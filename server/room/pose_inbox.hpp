@@ -9,17 +9,23 @@
 
 namespace hairnet::server {
 
-// The last few poses of one character, which the tick samples at any time. No clock, no I/O. Tick thread.
+// The last few poses of one character, which the tick samples at any time. The tick samples a little in the past (pose
+// delay), so that it usually stands between two poses although the network jitters. No clock, no I/O. Tick thread.
 class PoseInbox {
  public:
+  // As many poses as fit: at 72 Hz they are 0.4 s. More would serve only a client that floods the server.
   static constexpr std::size_t kPosesMax = 32;
+  // A pose that is older than this is refused, and so is one that claims to be further in the future.
   static constexpr std::int64_t kAgeMax_ns = 1'000'000'000;
   static constexpr std::int64_t kLeadMax_ns = 1'000'000'000;
+  // Lost poses are bridged for so long. Much longer, a head that has stopped in truth would fly on and then jump back.
   static constexpr std::int64_t kExtrapolationMax_ns = 50'000'000;
-  // A head that is faster than anyone runs rides: it goes on, since a stop that is none would fling its hair.
+  // A head that is faster than anyone runs rides: it goes on while poses are missing, since a stop that is none would
+  // fling its hair.
   static constexpr double kRideLeast_m_per_s = 13;
   static constexpr std::int64_t kRideMax_ns = 1'000'000'000;
-  static constexpr std::int64_t kHistory_ns = 100'000'000;  // age up to which poses are stored, for extrapolation
+  // Poses are stored up to this age, for extrapolation.
+  static constexpr std::int64_t kHistory_ns = 100'000'000;
 
   enum class Put : std::uint8_t { accepted, stale, out_of_order, future };
   // The capture time is on the server's clock, as `now_ns` is. The teleport of a pose that comes after a newer one
@@ -31,7 +37,8 @@ class PoseInbox {
     // none: no pose has come yet. clamped: before the first pose, or before a teleport: the nearest pose as it is.
     // stale: more than kExtrapolationMax_ns after the newest pose.
     Kind kind = Kind::none;
-    bool teleport = false;  // a teleport lies between the last sample and this one
+    // A teleport lies between the last sample and this one.
+    bool teleport = false;
     Pose pose;
   };
   // Between two poses: interpolates, except that a teleport jumps at its capture time. Before the first pose: returns
@@ -47,14 +54,18 @@ class PoseInbox {
  private:
   struct Entry {
     wire::PoseSample sample;
-    bool teleport_reported = false;  // by a Sample
-    bool ride_ended = false;         // likewise: the head stopped after kRideMax_ns without a newer pose
+    // A Sample has reported its teleport, or has passed a pose without one: each teleport is reported once.
+    bool teleport_reported = false;
+    // A Sample has reported that the head stopped after kRideMax_ns without a newer pose.
+    bool ride_ended = false;
   };
   Sample beyond_newest(std::int64_t time_ns);
   void forget_before(std::int64_t time_ns);
   void check_invariants() const;
 
-  std::vector<Entry> poses_;  // capture_time_ns and sequence rise
+  // Their capture times and sequences rise.
+  std::vector<Entry> poses_;
+  // A pose with a teleport came too late; the next pose carries it.
   bool has_late_teleport_ = false;
 };
 

@@ -21,6 +21,8 @@ void Rooms::check_invariants(const Room& room) {
 
 Room& Rooms::room_named(const std::string& name) {
   if (const auto found = by_name_.find(name); found != by_name_.end()) return rooms_[found->second];
+  // Sessions are refused before by the same limit (Entry::check_room), so the rooms beyond it are empty ones in their
+  // grace.
   if (by_name_.size() >= room_count_max_) forget_longest_empty();
   auto index = static_cast<std::uint32_t>(rooms_.size());
   if (free_rooms_.empty()) {
@@ -33,13 +35,15 @@ Room& Rooms::room_named(const std::string& name) {
   HAIRNET_ASSERT(index < kEnvironmentCountMax);
   Room& room = rooms_[index];
   HAIRNET_ASSERT(!room.in_use);
+  // The World may still have bodies of the earlier room with this index: they must be replaced, although the new room
+  // has none.
   const bool is_touch_in_world = room.touch.is_in_world;
   room = {};
   room.touch.is_in_world = room.touch.is_changed = is_touch_in_world;
   room.index = index;
   room.in_use = true;
   room.name = name;
-  room.wind = room.wind_told.wind = wind_;
+  room.wind = room.wind_announced.wind = wind_;
   by_name_.emplace(name, index);
   counters_->rooms_opened.add();
   check_invariants();
@@ -64,16 +68,19 @@ void Rooms::close(SessionId session, std::int64_t now_ns) {
   const auto found = observers_.find(session);
   if (found == observers_.end()) return;
   const auto first = characters_.lower_bound(character_key(session, 0));
+  // Keys of one session are adjacent, so the first key from its number on tells whether it has any character.
   HAIRNET_ASSERT(first == characters_.end() || session_of(first->first) != session);
   Room& room = rooms_[found->second.room];
   end_hands(found->second);
   const std::size_t erased = std::erase(room.observers, &found->second);
   HAIRNET_ASSERT(erased == 1);
   observers_.erase(found);
+  // No wind outlives the stay of the last observer, whoever has set it, an earlier server's client included. The next
+  // change need not wait: nobody's hair is there to wake.
   if (room.observers.empty()) {
-    forget_wind(room);  // also one of an earlier server's client
-    room.wind_told = {room.wind, 0};
-    room.wind_changes_next = 0;  // there is nobody's hair to wake
+    forget_wind(room);
+    room.wind_announced = {room.wind, 0};
+    room.wind_changes_next = 0;
   }
   note_empty(room, now_ns);
 }
@@ -106,6 +113,7 @@ Character* Rooms::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex
   Room::Slot& slot = room.slots[character.slot];
   HAIRNET_ASSERT(!slot.character);
   slot.character = &character;
+  // The generation counts from 1, so a View's 0 matches none.
   ++slot.generation;
   character.generation = static_cast<std::uint8_t>(slot.generation);
   ++room.member_count;
@@ -121,6 +129,7 @@ void Rooms::remove(CharacterKey key, std::int64_t now_ns) {
   HAIRNET_ASSERT(room.slots[found->second.slot].character == &found->second);
   HAIRNET_ASSERT(room.member_count > 0);
   room.slots[found->second.slot].character = nullptr;
+  // The slot's generation stays, for its next character.
   room.free_slots.push_back(found->second.slot);
   --room.member_count;
   characters_.erase(found);
@@ -157,6 +166,7 @@ void Rooms::forget(Room& room) {
   room.in_use = false;
   HAIRNET_ASSERT(room.touch.touchers.empty());
   room.touch.props.clear();
+  // What the World has of this room must go.
   room.touch.is_changed = room.touch.is_in_world;
   free_rooms_.push_back(room.index);
   counters_->rooms_closed.add();
@@ -221,6 +231,7 @@ void Rooms::put(const PutHands& hands) {
   }
   counters_->hands_accepted.add();
   std::vector<Observer*>& touchers = rooms_[observer->room].touch.touchers;
+  // The list ascends by session: the World must get hands in the same order in every run.
   const auto at = std::ranges::lower_bound(touchers, observer->session, {}, &Observer::session);
   if (at == touchers.end() || *at != observer) touchers.insert(at, observer);
 }

@@ -20,11 +20,13 @@
 
 namespace hairnet::server {
 
-// Characters that can see each other. Its index identifies the room in the World and in recordings.
+// Characters that can see each other. Its index identifies the room in the World, which has one environment for each
+// room, and in recordings. Indices are used again, so a new room may find what the World has of an earlier one.
 struct Room {
   struct Slot {
     Character* character = nullptr;
-    // Counts the characters that have had this slot.
+    // Counts the characters that have had this slot: a member number alone does not tell an old character from its
+    // successor.
     std::uint32_t generation = 0;
   };
   std::uint32_t index = 0;
@@ -34,27 +36,28 @@ struct Room {
   std::vector<std::uint32_t> free_slots;
   std::size_t member_count = 0;
   std::vector<Observer*> observers;
-  // Is the wind that was set last, while who has set it is in the room.
+  // The wind that was set last, while the session that has set it is in the room.
   Wind wind;
-  // Has set the wind; zero: the server's setting has, or an earlier server's client.
+  // The session that has set the wind; zero: the server's setting has, or an earlier server's client.
   SessionId wind_session = 0;
-  // Its observers know this one.
-  wire::RoomWind wind_told;
-  // The World has this one; none: it has an earlier room's.
+  // The wind that its observers know.
+  wire::RoomWind wind_announced;
+  // The wind that the World has for this room; none: it still has that of an earlier room with this index.
   std::optional<Wind> wind_in_world;
-  // The World may get another wind from this tick on.
+  // The World may get another wind from this tick on: each change wakes the hair of the whole room.
   std::uint64_t wind_changes_next = 0;
   RoomTouch touch;
-  // Is the largest stride of the frames for its observers.
+  // The largest stride of the frames for its observers.
   int stride_max = 1;
-  // Is zero while the room is not empty.
+  // The room is empty since this time; zero: it is not.
   std::int64_t empty_since_ns = 0;
 
   [[nodiscard]] bool is_empty() const { return member_count == 0 && observers.empty(); }
 };
 
-// All rooms, their characters and observers. Characters and observers are ordered by key, so that every run processes
-// them in the same order. Tick thread.
+// All rooms, their characters and observers. Characters and observers are in maps ordered by key, so that every run
+// processes them in the same order, and so that their addresses stay while others come and go. It has no lock: the tick
+// thread alone changes it, and workers only sample the poses of their own share of characters.
 class Rooms {
  public:
   // With more than `room_count_max` rooms, the room that has been empty longest is closed before its grace ends.
@@ -63,11 +66,15 @@ class Rooms {
 
   // Adds the session's observer, and asserts that it has none; creates the room if no room has that name.
   Observer& open(SessionId session, const std::string& room, std::shared_ptr<ObserverSink> sink);
-  void close(SessionId session, std::int64_t now_ns);  // asserts that its characters are gone
-  void forget_wind(Room& room);                        // it becomes the server's setting
+  // Ends the session's observer. Asserts that its characters are gone: the caller removes them first.
+  void close(SessionId session, std::int64_t now_ns);
+  // The room's wind becomes the server's setting.
+  void forget_wind(Room& room);
   // Null when the session is not known. Asserts that the character does not exist.
   Character* add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest);
   void remove(CharacterKey key, std::int64_t now_ns);
+  // Put poses, or hands, into the inboxes, and count what the inboxes refuse. A character or session that is gone
+  // meanwhile is no fault.
   void put(const PutPoses& batch);
   void put(const PutHands& hands);
   // The session has no hands until it sends some again.
@@ -89,7 +96,8 @@ class Rooms {
   [[nodiscard]] std::span<Character* const> everyone();
   [[nodiscard]] std::map<SessionId, Observer>& observers() { return observers_; }
   [[nodiscard]] const std::map<SessionId, Observer>& observers() const { return observers_; }
-  [[nodiscard]] std::deque<Room>& rooms() { return rooms_; }  // including unused ones
+  // Includes rooms that are not in use.
+  [[nodiscard]] std::deque<Room>& rooms() { return rooms_; }
   [[nodiscard]] const std::deque<Room>& rooms() const { return rooms_; }
   [[nodiscard]] std::size_t room_count() const { return by_name_.size(); }
 
@@ -110,15 +118,19 @@ class Rooms {
   std::int64_t grace_ns_;
   std::size_t room_count_max_;
   std::map<CharacterKey, Character> characters_;
+  // Finds a character by its key faster than the map: poses ask for one each.
   std::unordered_map<CharacterKey, Character*> by_key_;
   std::vector<Character*> everyone_;
-  bool is_everyone_current_ = true;  // everyone_ is current
+  // everyone_ has the characters of characters_.
+  bool is_everyone_current_ = true;
   std::map<SessionId, Observer> observers_;
+  // A deque, so that references to rooms stay when rooms are added. Rooms are never erased from it, only reused.
   std::deque<Room> rooms_;
   std::vector<std::uint32_t> free_rooms_;
   std::map<std::string, std::uint32_t> by_name_;
 };
 
+// The number by which the clients in the room name the character. 0 names no member.
 constexpr std::uint32_t member_of(const Character& character) {
   return character.slot + 1;
 }

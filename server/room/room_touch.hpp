@@ -10,14 +10,14 @@ namespace hairnet::server {
 
 struct Observer;
 
-// What there is in a room that touches hair. Nothing: nothing of it costs anything.
+// What there is in a room that touches hair: props and hands. An empty one costs nothing.
 struct RoomTouch {
   Props props;
   // The observers and the World do not know these yet.
   std::set<std::uint8_t> props_changed;
-  // The room has had props: who comes back may know some.
+  // The room has had props: a client that comes back may know some that are gone.
   bool had_props = false;
-  // Have hands, or will have some; ascend by session.
+  // Observers that have hands, or will have some; ascending by session.
   std::vector<Observer*> touchers;
   // The World has other bodies, also where no hand moves.
   bool is_changed = false;

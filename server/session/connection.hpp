@@ -17,7 +17,8 @@ inline constexpr std::size_t kHelloPacketBytesMax = std::size_t{16} << 10;
 // A stream beside a connection's ordered packets, for one download. Its own packets are in order.
 using DownloadStream = std::int64_t;
 
-// The socket level as a session sees it. I/O thread.
+// The socket level as a session sees it. I/O thread. It never blocks: what the network does not take waits in a bounded
+// queue, and writable() says whether the queue has room.
 class Connection {
  public:
   virtual ~Connection() = default;
@@ -49,6 +50,7 @@ class Connection {
   virtual void reset_download(DownloadStream) {}
   // Sends the queued packets, for up to two seconds, and closes. The sink is not called again. `reason` is for the log.
   virtual void close(std::string_view reason) = 0;
+  // The peer's address and port, for the log only.
   [[nodiscard]] virtual std::string_view peer() const = 0;
   // The peer's IPv4 address or IPv6 /64 network, for limits; empty when no limits of one address apply.
   [[nodiscard]] virtual std::string_view network() const { return {}; }
@@ -60,16 +62,21 @@ class Connection {
 class PacketSink {
  public:
   virtual ~PacketSink() = default;
+  // A whole packet without its size prefix, in the order of sending. The bytes are valid during the call only.
   virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) = 0;
   // A packet that may have overtaken others, or come after them.
   virtual void on_datagram(std::span<const std::uint8_t> packet, std::int64_t now_ns) { on_packet(packet, now_ns); }
-  virtual void on_broken_stream(std::int64_t now_ns) = 0;  // an impossible size prefix: nothing more can be read
+  // The size prefix of the next packet is impossible. Nothing more can be read, since nobody knows where a packet
+  // begins.
+  virtual void on_broken_stream(std::int64_t now_ns) = 0;
+  // The send queue has room again after writable() was false.
   virtual void on_writable(std::int64_t now_ns) = 0;
+  // A download's stream has room again, or the peer allows one more stream.
   virtual void on_streams_writable(std::int64_t) {}
   // The peer does not want the rest of the download; the stream has ended.
   virtual void on_download_stopped(DownloadStream, std::int64_t) {}
-  virtual void on_closed(std::string_view reason,
-                         std::int64_t now_ns) = 0;  // by the peer or the network; the last call
+  // The peer or the network has closed the connection. This is the last call; close() by the session itself makes none.
+  virtual void on_closed(std::string_view reason, std::int64_t now_ns) = 0;
 };
 
 }  // namespace hairnet::server

@@ -26,8 +26,11 @@ void Downloads::check_invariants() const {
 }
 
 Refused Downloads::add(const wire::GroomRequest& request) {
+  // A repeated request costs its price only: a client that asks in a loop does not get the file twice.
   if (std::ranges::any_of(waiting_, [&](const Download& d) { return d.hash == request.hash; })) return {};
   auto bytes = groom_service_->bytes(request.hash);
+  // The cache is asked from memory here, without the disk. The file itself is read when its turn comes, so that many
+  // requests do not fill the memory.
   if (!bytes && !groom_service_->is_cached(request.hash)) return {ErrorReason::groom_unavailable, kNotHere};
   if (bytes && request.offset > bytes->size()) return {ErrorReason::groom_unavailable, kBeyondEnd};
   if (waiting_.size() >= limits_->downloads_per_session_max)
@@ -40,6 +43,7 @@ Refused Downloads::add(const wire::GroomRequest& request) {
 bool Downloads::has_answer(Download& download, SessionId session) {
   if (download.is_fetching) return false;
   if (download.bytes || download.is_gone) return true;
+  // The groom may have come into memory since the request, for example because another session has uploaded it.
   download.bytes = groom_service_->bytes(download.hash);
   if (!download.bytes) download.is_fetching = groom_service_->fetch(session, download.hash);
   return !download.is_fetching;
@@ -57,6 +61,7 @@ std::optional<wire::GroomData> Downloads::take_piece(Download& download, std::in
   wire::GroomData data{download.hash, download.bytes->size(), download.offset, {}};
   const auto rest = std::span(*download.bytes).subspan(download.offset);
   const auto piece = rest.first(std::min(rest.size(), kPiece_bytes));
+  // A piece that the bucket refuses stays where it is: the next poll or flush tries again, and nothing is lost.
   if (!bytes_.take(static_cast<double>(piece.size()), now_ns)) {
     counters_->downloads_delayed.add();
     return std::nullopt;
@@ -69,6 +74,7 @@ std::optional<wire::GroomData> Downloads::take_piece(Download& download, std::in
 }
 
 std::optional<wire::Message> Downloads::next(SessionId session, std::int64_t now_ns) {
+  // A groom that is read from disk holds up those behind it, so that grooms come in the order of their requests.
   if (waiting_.empty() || !has_answer(waiting_.front(), session)) return std::nullopt;
   Download& download = waiting_.front();
   if (auto refusal = refusal_of(download)) {
@@ -84,6 +90,7 @@ std::optional<wire::Message> Downloads::next(SessionId session, std::int64_t now
 std::optional<std::variant<Downloads::Piece, wire::Error>> Downloads::next_on_stream(Connection& connection,
                                                                                      SessionId session,
                                                                                      std::int64_t now_ns) {
+  // Only the first kStreamsMax downloads take part, in turn, so one slow stream holds up none of the others.
   const std::size_t count = std::min(waiting_.size(), kStreamsMax);
   for (std::size_t tried = 0; tried < count; ++tried) {
     const std::size_t at = turn_++ % count;
@@ -100,6 +107,7 @@ std::optional<std::variant<Downloads::Piece, wire::Error>> Downloads::next_on_st
     }
     if (!download.stream || !connection.takes_more(*download.stream)) continue;
     auto data = take_piece(download, now_ns);
+    // The bucket is the session's, so the other streams would get nothing either.
     if (!data) return std::nullopt;
     download.moved_ns = now_ns;
     Piece piece{*download.stream, std::move(*data), is_done(download)};
@@ -115,6 +123,8 @@ bool Downloads::on_read(const wire::GroomHash& groom, std::shared_ptr<const std:
       std::ranges::find_if(waiting_, [&](const Download& d) { return d.hash == groom && d.is_fetching; });
   if (found == waiting_.end()) return false;
   found->is_fetching = false;
+  // The error of a vanished file is not sent here: next() sends it when the download's turn comes, which keeps the
+  // order.
   found->is_gone = bytes == nullptr;
   found->bytes = std::move(bytes);
   check_invariants();
@@ -128,6 +138,8 @@ void Downloads::on_stopped(DownloadStream stream) {
 
 std::optional<wire::Error> Downloads::give_up_stalled(Connection& connection, std::int64_t now_ns) {
   const auto found = std::ranges::find_if(waiting_, [&](const Download& d) {
+    // A peer that opens streams and reads nothing would pin the files in memory: each download shares the groom's
+    // bytes.
     return d.stream && !connection.takes_more(*d.stream) && now_ns - d.moved_ns > limits_->download_stalled_ns;
   });
   if (found == waiting_.end()) return std::nullopt;

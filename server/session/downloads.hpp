@@ -17,12 +17,18 @@
 namespace hairnet::server {
 
 // The grooms that one session has requested, sent in pieces: one groom after the other, or, where downloads have
-// streams of their own, several at a time. I/O thread.
+// streams of their own (WebTransport), several at a time, in turn. Frames share the connection: a piece goes when
+// nothing else waits, or when all else has had three times as many bytes (BulkScheduler), and a token bucket bounds the
+// bytes of a second. I/O thread.
 class Downloads {
  public:
-  static constexpr std::size_t kPiece_bytes = 16 << 10;  // without streams, frames wait for at most one piece
-  static constexpr std::size_t kStreamsMax = 4;          // open at a time
+  // Without streams, frames wait for at most one piece, so a larger piece would delay them on a slow line. A smaller
+  // one has more envelopes.
+  static constexpr std::size_t kPiece_bytes = 16 << 10;
+  // This many streams are open at a time. The same number bounds the files that are read from disk for one session.
+  static constexpr std::size_t kStreamsMax = 4;
 
+  // One packet of a download that has a stream; `is_last` ends the stream.
   struct Piece {
     DownloadStream stream = 0;
     wire::GroomData data;
@@ -35,7 +41,9 @@ class Downloads {
         counters_(&counters),
         bytes_(limits.download_bytes_per_s, limits.download_bytes_per_s, now_ns) {}
 
-  // A groom that is requested again while it waits is sent once.
+  // A groom that is requested again while it waits is sent once. Refuses a groom that is neither in memory nor in the
+  // cache, an offset beyond its end, and more than downloads_per_session_max requests. The file may still vanish later:
+  // an Error then comes instead of it.
   Refused add(const wire::GroomRequest& request);
   // The next piece, or an error instead of a groom; none while nothing waits, while the first groom is read from disk,
   // or while the session has had its share of bytes.
@@ -46,10 +54,11 @@ class Downloads {
   // Takes the result of GroomService::fetch; null when the file is gone or damaged. True when this session waited for
   // it.
   bool on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes);
-  // The peer does not want the rest.
+  // The peer does not want the rest. A stopped download does not begin again unless the peer requests it.
   void on_stopped(DownloadStream stream);
   // Ends a download whose stream has had no room for too long; none: there is no such download.
   std::optional<wire::Error> give_up_stalled(Connection& connection, std::int64_t now_ns);
+  // The connection is lost or the session leaves. The client requests what it still wants after a resume.
   void clear() { waiting_.clear(); }
   [[nodiscard]] bool is_waiting() const { return !waiting_.empty(); }
 
@@ -62,7 +71,8 @@ class Downloads {
     std::shared_ptr<const std::vector<std::uint8_t>> bytes;
     bool is_fetching = false, is_gone = false;
     std::optional<DownloadStream> stream = {};
-    std::int64_t moved_ns = 0;  // when its last piece was sent on its stream, or that was opened
+    // The last piece was sent on the stream at this time, or the stream was opened.
+    std::int64_t moved_ns = 0;
   };
 
   void check_invariants() const;
@@ -79,7 +89,8 @@ class Downloads {
   SessionCounters* counters_;
   TokenBucket bytes_;
   std::deque<Download> waiting_;
-  std::size_t turn_ = 0;  // which of the downloads with streams is next
+  // Selects the download with a stream that is next. It only grows, and next_on_stream() takes the remainder.
+  std::size_t turn_ = 0;
 };
 
 }  // namespace hairnet::server

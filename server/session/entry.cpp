@@ -19,7 +19,7 @@ namespace {
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
-// A link follows at most this many in a row.
+// A client follows at most this many redirects in a row; then it waits and begins again (PROTOCOL.md, fleets).
 constexpr unsigned kRedirectsMax = 4;
 
 KeptOut refused(GoodbyeReason reason, Refused error) {
@@ -43,6 +43,8 @@ class Entry {
         connection_(connection),
         now_ns_(now_ns) {}
 
+  // A resume comes first: its room is that of the session, whatever the hello names. The fleet comes second, because
+  // the limits of another server are not this server's to check.
   EntryOutcome decide() {
     if (Session* const former = find_former()) return resume(*former);
     if (auto other = find_other_place()) return std::move(*other);
@@ -53,6 +55,7 @@ class Entry {
   // Null when there is nothing to resume: the client gets a new session.
   Session* find_former() const {
     if (hello_.session == 0 || !context_.directory) return nullptr;
+    // A number beyond SessionId would be cut to another session's number.
     Session* const former = hello_.session <= std::numeric_limits<SessionId>::max()
                                 ? context_.directory->find_joined(static_cast<SessionId>(hello_.session), hello_.secret)
                                 : nullptr;
@@ -62,12 +65,16 @@ class Entry {
 
   EntryOutcome resume(Session& former) {
     const SessionIdentity& found = former.identity();
+    // A resume announces the whole room to the client again. Without this interval a client could cause that at each
+    // reconnection.
     if (found.resumed_ns && now_ns_ - *found.resumed_ns < context_.limits.resume_interval_ns) {
       counters_.sessions_refused_early.add();
       return KeptOut{GoodbyeReason::over_rate, "the session was resumed a moment ago; try again later"};
     }
     HAIRNET_ASSERT(found.claims.has_value() == context_.token_key.has_value());
     Claims claims;
+    // The secret alone is not enough: the token may have expired or been revoked since, and a new one must name the
+    // same subject. Otherwise a stolen secret would let one user act under another's quotas and bans.
     Refused error = verify_token(context_, hello_.token, found.room, found.role, claims);
     if (!error && claims && subject_name(*claims) != subject_name(*found.claims))
       error = {ErrorReason::token_invalid, "the token is not of the session's subject"};
@@ -77,7 +84,9 @@ class Entry {
     return Resumes{&former, std::move(claims)};
   }
 
-  // None when the room is this server's. A hello that will be refused need not know whose the room is.
+  // None when the room is this server's. A hello that will be refused need not know whose the room is. The token is
+  // verified before the fleet is asked, because the question may claim the room: strangers must not make a server claim
+  // rooms.
   std::optional<EntryOutcome> find_other_place() {
     const std::string room(wire::room_of(hello_.room));
     Claims claims;
@@ -108,7 +117,8 @@ class Entry {
     identity_.name = hello_.client_name;
     identity_.room = wire::room_of(hello_.room);
     identity_.role = hello_.role;
-    if (Obstacle full = check_server()) return std::move(*full);
+    // check_subject() and check_server() may end another session, so they come late: a client that is refused anyway,
+    // such as a stranger without a token, ends nobody's session.
     if (Obstacle room = check_room()) return std::move(*room);
     Claims claims;
     if (Refused error = verify_token(context_, hello_.token, identity_.room, hello_.role, claims))
@@ -116,14 +126,16 @@ class Entry {
     identity_.subject = subject_of(claims, hello_.token, connection_.network());
     if (Obstacle ban = check_ban(identity_.room, identity_.subject, claims)) return std::move(*ban);
     if (Obstacle lock = check_lock(claims)) return std::move(*lock);
-    // In this order: a detached session that gives way puts a command into the queue.
+    // The queue comes after the subject: a detached session that gives way puts a command into the queue.
     if (Obstacle subject = check_subject()) return std::move(*subject);
+    if (Obstacle full = check_server()) return std::move(*full);
     if (Obstacle queue = check_queue(identity_.room)) return std::move(*queue);
     return Joins{std::move(claims)};
   }
 
   Obstacle check_server() {
     const SessionLimits& limits = context_.limits;
+    // A client that comes now is worth more than one that may come back and has nothing to lose.
     if (context_.session_count >= limits.session_count_max &&
         !(context_.directory && context_.directory->end_empty(now_ns_))) {
       counters_.sessions_refused_full.add();
@@ -138,7 +150,8 @@ class Entry {
   Obstacle check_room() {
     const SessionLimits& limits = context_.limits;
     Refused error;
-    const Census::Count room = context_.rooms.count(identity_.room);
+    const RoomCounts::Count room = context_.rooms.count(identity_.room);
+    // Only a new name needs a place: rooms that exist stay open to others when the server has its maximum.
     if (!wire::is_room_name(identity_.room))
       error = {ErrorReason::room_invalid, wire::kRoomNameRule};
     else if (room.sessions == 0 && context_.rooms.size() >= limits.room_count_max)
@@ -153,6 +166,7 @@ class Entry {
   }
 
   Obstacle check_ban(const std::string& room, const Subject& subject, const Claims& claims) {
+    // A ban binds the subject. Where tokens name no subject, that is the address, and everyone behind it is banned.
     if (is_moderator(claims) || !context_.rules.is_banned(room, subject.name, now_ns_)) return std::nullopt;
     counters_.sessions_refused_banned.add();
     return KeptOut{GoodbyeReason::removed, "a moderator has removed this user from the room for some time"};
@@ -164,9 +178,10 @@ class Entry {
       counters_.sessions_refused_locked.add();
       return refused(GoodbyeReason::room_refused, {ErrorReason::not_allowed, "a moderator has locked the room"});
     }
-    if (identity_.room != context_.outgrown_room) return std::nullopt;
-    counters_.sessions_refused_outgrown.add();
-    return refused(GoodbyeReason::room_refused, {ErrorReason::limit_exceeded, kRoomOutgrown});
+    // An overloaded room refuses new clients, and keeps those that it has.
+    if (identity_.room != context_.overloaded_room) return std::nullopt;
+    counters_.sessions_refused_overloaded.add();
+    return refused(GoodbyeReason::room_refused, {ErrorReason::limit_exceeded, kRoomOverloaded});
   }
 
   // A detached session of the same token's subject ends first: its client has probably come back without the secret.
@@ -175,9 +190,11 @@ class Entry {
     if (subject.kind == Subject::Kind::exempt) return std::nullopt;
     const bool is_token = subject.kind == Subject::Kind::token;
     const SessionLimits& limits = context_.limits;
+    // An address may be shared by many users behind one router, so its limit is larger and no detached session of it
+    // gives way: that session may be another user's.
     const std::size_t most = is_token ? limits.sessions_per_subject_max : limits.sessions_per_address_max;
     while (context_.subjects.count(subject.name).sessions >= most) {
-      if (is_token && context_.directory && context_.directory->end_detached(subject.bearer, now_ns_)) continue;
+      if (is_token && context_.directory && context_.directory->end_detached(subject.token_holder, now_ns_)) continue;
       (is_token ? counters_.sessions_refused_subject : counters_.sessions_refused_address).add();
       return KeptOut{GoodbyeReason::server_full, "at most " + std::to_string(most) +
                                                      (is_token ? " clients of one user" : " clients of one address")};
@@ -207,6 +224,8 @@ class Entry {
 }  // namespace
 
 std::size_t entry_weight(const SessionContext& context, const std::string& room) {
+  // The tick announces at most this many members to one observer at once (scheduler_commands.cpp); the others follow
+  // later.
   constexpr std::size_t kCountedMax = 512;
   return 1 + context.props.count(room) + std::min(context.rooms.count(room).characters, kCountedMax);
 }

@@ -28,14 +28,15 @@ struct BelongsElsewhere {
 // It does not get in. Where `error` says why, it is sent before the goodbye.
 struct KeptOut {
   wire::GoodbyeReason reason = wire::GoodbyeReason::server_full;
-  std::string detail;  // one line
+  // One line for the client and the log.
+  std::string detail;
   Refused error = {};
 };
 using EntryOutcome = std::variant<Joins, Resumes, WaitsForRoom, BelongsElsewhere, KeptOut>;
 
-// Decides where the client of a hello belongs, and counts why it does not get in. A newcomer's identity gets its name,
-// room, role and subject; detached sessions that give way to it end. Once it joins, a command of entry_weight() fits
-// into the queue.
+// Decides where the client of a hello belongs, and counts why it does not get in. The decision itself does not enter
+// the room: the caller does (MessageHandler::follow). A new client's identity gets its name, room, role and subject;
+// detached sessions that give way to it end. Once it joins, a command of entry_weight() fits into the queue.
 EntryOutcome decide_entry(const wire::Hello& hello, SessionIdentity& identity, SessionContext& context,
                           const Connection& connection, std::int64_t now_ns);
 

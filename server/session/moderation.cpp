@@ -47,6 +47,8 @@ Refused remove(const wire::Moderate& request, const Target& target, const std::s
   const bool was_banned = context.rules.is_banned(room, target.subject, now_ns);
   if (target.sessions.empty() && !was_banned && request.seconds == 0)
     return {ErrorReason::character_unknown, "nobody of that name is in the room or banned from it"};
+  // The ban is stored before the sessions end, so that a client which comes back at once finds it. A time of zero
+  // seconds removes the person without a ban, and ends an earlier one.
   if (!context.rules.ban(room, target.subject, until_ns, now_ns, context.limits.bans_max))
     return {ErrorReason::limit_exceeded, "the server has its maximum of bans, mutes and locks"};
   std::string detail = "a moderator has removed this user from the room";
@@ -60,9 +62,12 @@ Refused remove(const wire::Moderate& request, const Target& target, const std::s
 
 Refused act_on_person(const wire::Moderate& request, const Target& target, const SessionIdentity& by,
                       SessionContext& context, std::int64_t now_ns) {
+  // Everyone at an exempt address, such as the loopback, has one name: a ban or mute of it would hit all of them.
   const bool is_shared = target.subject == Subject().name;
   if (is_shared && !(request.action == ModerateAction::remove && request.session != 0 && request.seconds == 0))
     return {ErrorReason::not_allowed, "everyone at an exempt address has this name; only a session can be removed"};
+  // Moderators cannot act against each other or themselves. A moderator who is not in the room is not recognized by
+  // name here, but bans and mutes do not apply to moderators (Entry::check_ban, is_muted).
   const bool is_protected =
       (target.subject == by.subject.name && !is_shared) ||
       std::ranges::any_of(target.sessions, [](const Session* s) { return is_moderator(s->identity().claims); });
@@ -73,6 +78,8 @@ Refused act_on_person(const wire::Moderate& request, const Target& target, const
   } else if (!context.rules.mute(by.room, target.subject, context.limits.bans_max)) {
     return {ErrorReason::limit_exceeded, "the server has its maximum of bans, mutes and locks"};
   }
+  // Wind and props are checked when a message asks for them; the right to touch lies with the tick, which must hear of
+  // it.
   for (Session* session : target.sessions) session->update_touch_right();
   return {};
 }
@@ -110,6 +117,7 @@ Refused moderate(const wire::Moderate& request, const SessionIdentity& by, Sessi
     if (Refused refused = act_on_person(request, *target, by, context, now_ns)) return refused;
     subject = target->subject;
   }
+  // The room's next server must know the rules: RoomKeeper writes them within a second.
   if (context.fleet) context.rooms_changed.insert(by.room);
   counter_of(request.action, context.counters).add();
   spdlog::info("event=moderated session={} action={} by={} target={} room={} seconds={} reason={}", by.id,

@@ -30,31 +30,39 @@ void Outbox::check_invariants() const {
       tick = waiting.tick;
     }
   }
+  // The goodbye is not counted: it must fit, whatever waits.
   HAIRNET_ASSERT(closed_ ? control_bytes_ <= message_bytes : control_bytes_ == message_bytes);
   HAIRNET_ASSERT(ticks == ticks_waiting_);
   HAIRNET_ASSERT(tick <= last_tick_);
 #endif
 }
 
+// The message is encoded before the lock is taken, so the other thread never waits for an encoding.
 void Outbox::push(const wire::Message& message, std::int64_t now_ns) {
   push_encoded(message, wire::encode_packet({now_ns, message}), now_ns);
 }
 
 void Outbox::push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) {
   HAIRNET_ASSERT(!packet.empty());
-  if (message.index() >= message_max_) return;  // numbers count from 1
+  // An older client does not know the message. The numbers of messages count from 1, those of the variant from 0.
+  if (message.index() >= message_max_) return;
   if (std::holds_alternative<wire::Error>(message)) counters_->errors_sent.add();
   const std::lock_guard lock(mutex_);
   const auto* left = std::get_if<wire::MemberLeft>(&message);
+  // This comes before closed_ and overflowed_ are asked: cancel_joined() forgets the announcement in any case.
   if (left && cancel_joined(left->member)) return;
   if (closed_ || overflowed_) return;
   const Replaceable replaceable = replaceable_of(message);
   cancel_replaced(replaceable);
+  // A message that is dropped would leave the client with a wrong picture of the room for good, so the session ends
+  // instead.
   if (control_bytes_ + packet.size() > control_bytes_max_) {
     overflowed_ = true;
     return;
   }
   Waiting& last = waiting_.emplace_back();
+  // A long queue takes time even for a client that reads well. The message is overdue only after the bytes before it
+  // had their time.
   last.expected_ns =
       now_ns + static_cast<std::int64_t>(1e9 * static_cast<double>(control_bytes_) / kReadLeast_bytes_per_s);
   control_bytes_ += packet.size();
@@ -74,12 +82,14 @@ bool Outbox::cancel_joined(std::uint32_t member) {
   if (found == joined_.end()) return false;
   const Queue::iterator joined = found->second;
   joined_.erase(found);
+  // On a connection that takes packets the pair of messages leaves soon, and removing one would save nothing.
   if (!is_blocked_ || closed_) return false;
-  // The frames behind it may be the member's.
+  // The frames behind the announcement may be the member's. Nobody looks into encoded packets, so all of them go.
   if (ticks_waiting_ > 0 && last_tick_ > joined->joined_in_tick) {
     drop_frames();
     frames_lost_ = true;
   }
+  // What was told about a member that the client never hears of must go too.
   cancel_replaced(replaceable_of(wire::MemberChanged{.member = member}));
   cancel_replaced(replaceable_of(wire::MemberTouch{.member = member}));
   erase_message(joined);
@@ -130,12 +140,14 @@ void Outbox::push_frames(std::vector<FramePacket> packets) {
 
 bool Outbox::drop_if_congested() {
   const std::lock_guard lock(mutex_);
+  // frames_lost_ is exchanged even when the queue is full, so that each loss is reported once.
   const bool is_full = ticks_waiting_ >= (is_blocked_ ? kTicksWaitingMax : kTicksUnseenMax);
   if (!std::exchange(frames_lost_, false) && !is_full) return false;
   drop_frames();
   return true;
 }
 
+// The I/O thread calls this, while the tick may push: the flag carries the loss to the tick's thread.
 void Outbox::withdraw_frames() {
   const std::lock_guard lock(mutex_);
   frames_lost_ |= ticks_waiting_ > 0;
@@ -170,16 +182,19 @@ void Outbox::push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
 bool Outbox::take(std::vector<std::uint8_t>& packet, bool& may_be_lost, std::int64_t now_ns) {
   {
     const std::lock_guard lock(mutex_);
+    // The caller takes only while the connection is writable.
     is_blocked_ = false;
     if (waiting_.empty()) return false;
     may_be_lost = waiting_.front().may_be_lost;
     packet = take_out(waiting_.begin());
   }
+  // The clock is that of sending, not of encoding: the client computes the server's clock from it, and waiting is no
+  // part of the way.
   wire::set_clock(packet, now_ns);
   return true;
 }
 
-bool Outbox::take_losable(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
+bool Outbox::take_unreliable(std::vector<std::uint8_t>& packet, std::int64_t now_ns) {
   {
     const std::lock_guard lock(mutex_);
     const auto first = std::ranges::find(waiting_, true, &Waiting::may_be_lost);
@@ -193,6 +208,7 @@ bool Outbox::take_losable(std::vector<std::uint8_t>& packet, std::int64_t now_ns
 std::vector<std::uint8_t> Outbox::take_out(Queue::iterator taken) {
   std::vector<std::uint8_t> packet = std::move(taken->packet);
   if (taken->tick == 0) {
+    // The minimum is for the goodbye, which was not counted.
     control_bytes_ -= std::min(control_bytes_, packet.size());
   } else {
     counters_->frames_sent.add(taken->frame_count);
@@ -201,9 +217,11 @@ std::vector<std::uint8_t> Outbox::take_out(Queue::iterator taken) {
     const bool is_last = !(taken != waiting_.begin() && is_of_tick(std::prev(taken))) &&
                          !(std::next(taken) != waiting_.end() && is_of_tick(std::next(taken)));
     HAIRNET_ASSERT(ticks_waiting_ > 0);
+    // take_unreliable() takes packets out of the middle, so the tick ends with whichever packet of it leaves last.
     if (is_last) --ticks_waiting_;
   }
   const auto joined = joined_.find(taken->joined_member);
+  // A later announcement of the same member number may wait behind this one; then the map names that one.
   if (joined != joined_.end() && joined->second == taken) joined_.erase(joined);
   replaceable_.erase(taken->replaceable);
   waiting_.erase(taken);
@@ -223,6 +241,7 @@ bool Outbox::overflowed() const {
 
 bool Outbox::is_overdue(std::int64_t now_ns, std::int64_t wait_ns) const {
   const std::lock_guard lock(mutex_);
+  // Frames do not count: they are dropped when they are old, and their wait says nothing about the client's messages.
   const auto message = std::ranges::find(waiting_, std::uint64_t{0}, &Waiting::tick);
   return message != waiting_.end() && now_ns - message->expected_ns > wait_ns;
 }

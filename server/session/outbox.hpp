@@ -18,16 +18,20 @@ namespace hairnet::server {
 
 // The send queue of one session: messages, bounded in bytes, and the frames and hands of a few ticks, in order. A full
 // queue drops all of these together: only the newest are worth sending. While the connection is blocked, the
-// announcement of a member that leaves before it was sent is removed instead of followed by a MemberLeft: members that
-// come and go do not fill the queue of a client that reads slowly. For the same reason only the newest MemberChanged
-// and the newest MemberTouch of a member wait. The tick and I/O threads push; the I/O thread takes.
+// announcement of a member that leaves before it was sent is removed instead of followed by a MemberLeft: so members
+// that come and go add nothing, and the size of the room bounds the queue of a client that reads slowly. For the same
+// reason only the newest MemberChanged and the newest MemberTouch of a member wait. The tick and I/O threads push; the
+// I/O thread takes.
 class Outbox final : public ObserverSink {
  public:
-  static constexpr std::size_t kTicksWaitingMax = 3;  // while the connection is blocked
+  // The bound on waiting ticks while the connection is blocked.
+  static constexpr std::size_t kTicksWaitingMax = 3;
   // The bound while the I/O thread has not tried to send. A late server runs several ticks without a pause, which does
   // not mean that the client is slow.
   static constexpr std::size_t kTicksUnseenMax = 8;
-  static constexpr double kReadLeast_bytes_per_s = 16'384;  // a client that reads less may be called slow
+  // A client that reads fewer bytes in a second may be called slow. A long queue, such as that of a full room, has this
+  // much time to leave (see is_overdue).
+  static constexpr double kReadLeast_bytes_per_s = 16'384;
 
   // `datagram_bytes_max`: of the connection.
   Outbox(std::size_t control_bytes_max, SessionCounters& counters, std::size_t datagram_bytes_max = 0);
@@ -48,34 +52,39 @@ class Outbox final : public ObserverSink {
   }
   [[nodiscard]] double bytes_per_s() const override { return bytes_per_s_.load(std::memory_order_relaxed); }
   void push_frames(std::vector<FramePacket> packets) override;
-  void withdraw_frames();  // those that wait are not sent, and the observer hears that they are lost
+  // The frames that wait are not sent, and the next drop_if_congested() returns true: the observer hears that they are
+  // lost. A server that may not own the room any more must not send its frames.
+  void withdraw_frames();
   bool drop_if_congested() override;
   // Queues the goodbye as the last packet: drops the frames that wait, and everything pushed later.
   void push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
 
   // The next packet, its clock set to `now_ns`. False when nothing waits. `may_be_lost`: see FramePacket.
   bool take(std::vector<std::uint8_t>& packet, bool& may_be_lost, std::int64_t now_ns);
-  // The next packet that may be lost, if one waits: it need not wait for others.
-  bool take_losable(std::vector<std::uint8_t>& packet, std::int64_t now_ns);
+  // Takes the next packet that may be lost, if one waits. It may overtake the packets before it, so it also leaves
+  // while the ordered stream is blocked.
+  bool take_unreliable(std::vector<std::uint8_t>& packet, std::int64_t now_ns);
   void set_bytes_per_s(double bytes_per_s) { bytes_per_s_.store(bytes_per_s, std::memory_order_relaxed); }
   // Call it when the connection is not writable. The next take() resets it.
   void mark_blocked();
 
-  // A message did not fit: the client misses it, so the session must end.
+  // A message did not fit: the client misses it, so the session must end. The tick only sets this flag, because
+  // sessions belong to the I/O thread, which looks at it in Session::poll.
   [[nodiscard]] bool overflowed() const;
   // The first message has waited longer than `wait_ns`, plus the time that the messages before it took at
-  // kReadLeast_bytes_per_s.
+  // kReadLeast_bytes_per_s. Such a client is slow, even if it reads a little now and then.
   [[nodiscard]] bool is_overdue(std::int64_t now_ns, std::int64_t wait_ns) const;
   [[nodiscard]] std::size_t packet_count() const;
   [[nodiscard]] std::size_t control_bytes_waiting() const;
-  // Counts messages and frames.
+  // Counts messages and frames. It walks the whole queue, so it is for rare use (free_memory).
   [[nodiscard]] std::size_t bytes_waiting() const;
   [[nodiscard]] std::size_t ticks_waiting() const;
 
  private:
   // A message of a kind of which the newest of a member replaces the one before; member 0: it is of no such kind.
   struct Replaceable {
-    std::size_t kind = 0;  // in wire::Message
+    // The index of the message in wire::Message.
+    std::size_t kind = 0;
     std::uint32_t member = 0;
     friend auto operator<=>(const Replaceable&, const Replaceable&) = default;
   };
@@ -91,12 +100,13 @@ class Outbox final : public ObserverSink {
     // A MemberJoined names its member; zero: it is none.
     std::uint32_t joined_member = 0;
     Replaceable replaceable = {};
-    // Is last_tick_ when the MemberJoined was pushed.
+    // The value of last_tick_ when the MemberJoined was pushed: frames of later ticks may be the member's.
     std::uint64_t joined_in_tick = 0;
   };
-  using Queue = std::list<Waiting>;  // messages leave from its middle
-  // The mutex is held.
-  // Removes the MemberJoined of that member if it waits and the connection is blocked.
+  // A list, because messages leave from its middle and the maps below keep iterators into it.
+  using Queue = std::list<Waiting>;
+  // Removes the MemberJoined of that member if it waits and the connection is blocked. The caller of this function and
+  // of those below holds the mutex.
   bool cancel_joined(std::uint32_t member);
   // Removes the message that it replaces, if one waits.
   void cancel_replaced(const Replaceable& newer);
@@ -113,13 +123,18 @@ class Outbox final : public ObserverSink {
   std::atomic<double> bytes_per_s_{0};
   mutable std::mutex mutex_;
   Queue waiting_;
-  std::unordered_map<std::uint32_t, Queue::iterator> joined_;  // by member: the last MemberJoined that waits
-  std::map<Replaceable, Queue::iterator> replaceable_;         // those that wait
+  // Names the last MemberJoined of each member that waits.
+  std::unordered_map<std::uint32_t, Queue::iterator> joined_;
+  // Names the newest message of each kind and member that waits.
+  std::map<Replaceable, Queue::iterator> replaceable_;
+  // Counts the bytes of messages that wait, without frames: frames are bounded in ticks.
   std::size_t control_bytes_ = 0;
   std::uint64_t last_tick_ = 0;
   std::size_t ticks_waiting_ = 0;
+  // `closed_`: the goodbye is queued, and nothing may follow it.
   bool overflowed_ = false, closed_ = false, is_blocked_ = false;
-  bool frames_lost_ = false;  // since the last drop_if_congested()
+  // Frames were dropped outside of drop_if_congested(), which reports that at its next call.
+  bool frames_lost_ = false;
 };
 
 }  // namespace hairnet::server

@@ -16,9 +16,10 @@ class PeerClock {
   static constexpr std::int64_t kClockMax_ns = wire::kTimeMax_ns;
   // Bounds the time between a capture and its envelope.
   static constexpr std::int64_t kCaptureSpan_ns = 60'000'000'000;
-  // A larger error is corrected at once.
+  // A larger error is corrected at once: slewing it would take seconds (5 s for 50 ms), during which poses come too
+  // early or late.
   static constexpr std::int64_t kJump_ns = 50'000'000;
-  // The offset moves by at most this share of elapsed time.
+  // The offset moves by at most this share of elapsed time, so a head's speed changes by at most 1 % meanwhile.
   static constexpr double kSlew = 0.01;
 
   // False when the clock exceeds kClockMax_ns; the sample is then not used.
@@ -28,8 +29,10 @@ class PeerClock {
 
  private:
   channel::ClockEstimate estimate_;
-  std::int64_t peer_ns_ = 0;    // newest envelope's
-  std::int64_t offset_ns_ = 0;  // in use
+  // The clock of the newest envelope.
+  std::int64_t peer_ns_ = 0;
+  // The offset in use: server time minus peer time.
+  std::int64_t offset_ns_ = 0;
   std::int64_t slewed_at_ns_ = 0;
   bool started_ = false;
 };

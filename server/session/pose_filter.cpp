@@ -13,7 +13,9 @@ namespace {
 
 using wire::ErrorReason;
 
-// A pose that was captured so close to another adds nothing to a tick's sample. No headset captures as often.
+// A pose that was captured so close to another adds nothing to a tick's sample. No headset captures as often: 4 ms are
+// 250 Hz. Without this bound a client could fill its inbox with poses of one moment, and push out those that the tick
+// needs.
 constexpr std::int64_t kPoseSpacing_ns = 4'000'000;
 constexpr const char* kFarCapture = "capture time is far from the envelope's clock";
 
@@ -39,6 +41,7 @@ void PoseFilter::add_missing(wire::PoseBatch& batch) {
     const wire::PoseSample* later = wire::first_of(batch.poses, earlier.character);
     HAIRNET_ASSERT(later);  // the decoder has checked it
     const auto own = identity.characters.find(earlier.character);
+    // Unsigned, so that the sequence may wrap.
     const std::uint32_t sequence = later->sequence - earlier.sequence_before;
     if (own != identity.characters.end() && own->second.pose_sequence &&
         !wire::is_newer_sequence(sequence, *own->second.pose_sequence))
@@ -46,11 +49,13 @@ void PoseFilter::add_missing(wire::PoseBatch& batch) {
     else
       missing.push_back(wire::from_earlier(earlier, *later));
   }
+  // Earlier poses go in front, since the inbox refuses a pose that comes after a newer one.
   batch.poses.insert(batch.poses.begin(), missing.begin(), missing.end());
 }
 
 Refused PoseFilter::check(wire::PoseSample& sample) {
   const auto own = identity.characters.find(sample.character);
+  // Numbers are per session, so no client can name another session's character.
   if (own == identity.characters.end()) {
     counters.poses_rejected_character.add();
     return {ErrorReason::character_unknown, "pose of character " + std::to_string(sample.character)};
@@ -67,6 +72,8 @@ Refused PoseFilter::check(wire::PoseSample& sample) {
   }
   HAIRNET_VALIDATE(is_valid(sample.pose));  // what the tick asserts
   sample.capture_time_ns = *captured_ns;
+  // Only a valid pose moves the sequence: after an invalid one with a high number, add_missing() would take valid poses
+  // for known ones.
   std::optional<std::uint32_t>& newest = own->second.pose_sequence;
   if (!newest || wire::is_newer_sequence(sample.sequence, *newest)) newest = sample.sequence;
   return {};
@@ -86,6 +93,7 @@ Refused PoseFilter::check(wire::HandsSample& sample) {
 bool PoseFilter::is_too_close(wire::PoseSample& sample) {
   OwnCharacter& character = identity.characters.at(sample.character);
   if (character.pose_ns && std::abs(sample.capture_time_ns - *character.pose_ns) < kPoseSpacing_ns) {
+    // A teleport that is dropped with its pose would turn into a fast motion, which flings the hair.
     character.teleport_pending = character.teleport_pending || sample.teleport;
     counters.poses_thinned.add();
     return true;

@@ -8,7 +8,8 @@
 
 namespace hairnet::server {
 
-// Decides which poses and hands of a session go on to the tick, and counts the others. I/O thread.
+// Decides which poses and hands of a session go on to the tick, and counts the others. It converts the client's capture
+// times to the server's clock, since the tick knows no client's clock. A PoseFilter exists for one packet. I/O thread.
 struct PoseFilter {
   SessionIdentity& identity;
   const PeerClock& clock;

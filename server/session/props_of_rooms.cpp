@@ -8,6 +8,7 @@ namespace hairnet::server {
 void PropsOfRooms::set(const std::string& room, const wire::SetProps& change, std::size_t room_count_max) {
   Props& props = rooms_[room].props;
   apply(change, props);
+  // A room without props needs no entry: names of rooms that clients make up do not pile up here.
   if (props.empty()) rooms_.erase(room);
   if (rooms_.size() > room_count_max) forget_longest_empty();
 }
@@ -38,7 +39,8 @@ void PropsOfRooms::expire(std::int64_t now_ns) {
 }
 
 void PropsOfRooms::forget_longest_empty() {
-  // Every room has the same time to end in.
+  // Every room has the same time to end in, so that which ends first has been empty longest. Rooms with somebody in
+  // them have no end and count as the last.
   const auto ends_first = std::ranges::min_element(rooms_, {}, [](const auto& room) {
     return room.second.ends_ns.value_or(std::numeric_limits<std::int64_t>::max());
   });

@@ -22,9 +22,12 @@ class PropsOfRooms {
   [[nodiscard]] std::size_t count(const std::string& room) const;
   void forget(const std::string& room) { rooms_.erase(room); }
 
-  void open_room(const std::string& room);                         // a session has entered
-  void close_room(const std::string& room, std::int64_t ends_ns);  // nobody is left, and the room ends then
-  void expire(std::int64_t now_ns);                                // forgets those of rooms that have ended
+  // A session has entered: the props stay.
+  void open_room(const std::string& room);
+  // Nobody is left, and the room ends at `ends_ns` unless somebody enters before.
+  void close_room(const std::string& room, std::int64_t ends_ns);
+  // Forgets the props of rooms that have ended.
+  void expire(std::int64_t now_ns);
 
  private:
   void forget_longest_empty();

@@ -18,6 +18,7 @@ RevokedTokens::RevokedTokens(std::string_view lines) {
 
 bool RevokedTokens::contains(const channel::TokenClaims& claims) const {
   const std::string& subject = claims.subject.empty() ? claims.name : claims.subject;
+  // No line is empty, so a claim that is missing, which is an empty text, matches none.
   return names_.contains(claims.id) || names_.contains(subject);
 }
 

@@ -8,7 +8,9 @@
 
 namespace hairnet::server {
 
-// Tokens that the server refuses before they expire. I/O thread.
+// Tokens that the server refuses before they expire. The operator's file gives their names; app/ reads the file again
+// when it changes. A name is compared with `jti` and with subject, so a `jti` equal to another's subject revokes both.
+// I/O thread.
 class RevokedTokens {
  public:
   RevokedTokens() = default;

@@ -7,7 +7,8 @@
 namespace hairnet::server {
 namespace {
 
-// What the token says counts; else the setting.
+// What the token says decides; without such a claim the setting does. AllowedClients ascends, and each value includes
+// those before it.
 bool is_allowed(std::optional<bool> by_token, AllowedClients who, const SessionIdentity& identity) {
   if (by_token) return *by_token;
   if (is_moderator(identity.claims)) return who >= AllowedClients::moderators;
@@ -26,6 +27,8 @@ bool may_set_props(const SessionIdentity& identity, const SessionContext& contex
                     identity);
 }
 
+// No setting has touch: a participant may touch unless its token says otherwise, and each owner decides for its own
+// hair (TouchRule).
 bool may_touch_others(const SessionIdentity& identity) {
   const bool by_role = identity.role == wire::Role::participant;
   return identity.claims ? identity.claims->touch.value_or(by_role) : by_role;

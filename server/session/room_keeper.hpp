@@ -16,7 +16,9 @@ class RoomKeeper {
 
   explicit RoomKeeper(SessionContext& context) : context_(&context) {}
 
-  // Takes a room that this server has claimed: `text` is what its earlier owner has kept; empty: nothing.
+  // Takes a room that this server has claimed: `text` is what its earlier owner has kept; empty: nothing. The text
+  // comes from etcd, so it is validated like a client's message; what is invalid is counted and left out, and the room
+  // opens without it.
   void take(const std::string& room, const std::string& text, std::int64_t now_ns);
   // Tells the directory of the rooms that have changed since the last call; at most once a second.
   void keep_changed(std::int64_t now_ns);

@@ -4,11 +4,13 @@ namespace hairnet::server {
 
 bool RoomRules::ban(const std::string& room, const std::string& subject, std::int64_t until_ns, std::int64_t now_ns,
                     std::size_t entries_max) {
+  // Such a ban ends an earlier one, so it needs no place.
   if (until_ns <= now_ns) {
     bans_.erase({room, subject});
     return true;
   }
   if (!bans_.contains({room, subject})) {
+    // Bans that have ended are removed once a second only; a full set looks again before it refuses.
     if (entry_count() >= entries_max) expire(now_ns);
     if (entry_count() >= entries_max) return false;
   }
@@ -17,6 +19,7 @@ bool RoomRules::ban(const std::string& room, const std::string& subject, std::in
 }
 
 bool RoomRules::mute(const std::string& room, const std::string& subject, std::size_t entries_max) {
+  // A mute that exists already needs no place, so it succeeds in a full set too.
   if (entry_count() >= entries_max) return is_muted(room, subject);
   mutes_.emplace(room, subject);
   return true;
@@ -35,6 +38,8 @@ bool RoomRules::is_banned(const std::string& room, const std::string& subject, s
 }
 
 bool RoomRules::has_mutes(const std::string& room) const {
+  // Pairs are ordered by room, then by subject: the mutes of a room begin here, and the empty text is the first
+  // subject.
   const auto first = mutes_.lower_bound({room, ""});
   return first != mutes_.end() && first->first == room;
 }
@@ -76,6 +81,7 @@ bool RoomRules::may_return(const std::string& room, const std::string& subject, 
 }
 
 void RoomRules::close_room(const std::string& room, std::int64_t ends_ns) {
+  // Bans have their own time, so an empty room without lock and mutes needs no end.
   if (is_locked(room) || has_mutes(room)) ends_ns_[room] = ends_ns;
 }
 

@@ -11,7 +11,8 @@
 namespace hairnet::server {
 
 // What moderators have decided about rooms: who is banned or muted there, by Subject::name, and which rooms are locked.
-// A ban lasts its time. Mutes and a lock last while the room exists. I/O thread.
+// A ban lasts its time. Mutes and a lock last while the room exists. It does not end sessions: moderation.cpp does. I/O
+// thread.
 class RoomRules {
  public:
   // `entries_max`: of bans, mutes and locks of all rooms together. ban(), mute() and lock() return false, and change
@@ -43,14 +44,19 @@ class RoomRules {
     std::int64_t return_until_ns = 0;
   };
   [[nodiscard]] OfRoom of_room(const std::string& room, std::int64_t now_ns) const;
-  // Instead of all that was decided of the room. Returns how many bans and mutes are left out beyond `entries_max`.
+  // Takes the place of all that was decided about the room. Returns how many bans, mutes and locks are left out beyond
+  // `entries_max`. The lock and the mutes come before the bans, so that bans are left out first.
   std::size_t replace(const std::string& room, const OfRoom& rules, std::int64_t now_ns, std::size_t entries_max);
-  void forget(const std::string& room);  // all that was decided of it
+  // Forgets all that was decided about the room, bans included.
+  void forget(const std::string& room);
   [[nodiscard]] bool may_return(const std::string& room, const std::string& subject, std::int64_t now_ns) const;
 
-  void open_room(const std::string& room) { ends_ns_.erase(room); }  // a session has entered
-  void close_room(const std::string& room, std::int64_t ends_ns);    // nobody is left, and the room ends then
-  void expire(std::int64_t now_ns);                                  // forgets bans and rooms that have ended
+  // A session has entered: mutes and lock stay.
+  void open_room(const std::string& room) { ends_ns_.erase(room); }
+  // Nobody is left, and the room ends at `ends_ns` unless somebody enters before.
+  void close_room(const std::string& room, std::int64_t ends_ns);
+  // Forgets bans that have ended, and the mutes and locks of rooms that have ended.
+  void expire(std::int64_t now_ns);
 
  private:
   // Names a room and a subject.

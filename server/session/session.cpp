@@ -32,6 +32,7 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
   HAIRNET_ASSERT(id != 0);
   HAIRNET_ASSERT(connection_);
   identity_.id = id;
+  // The secret needs a cryptographic source: whoever guesses it could take the session over.
   randombytes_buf(identity_.secret.data(), identity_.secret.size());
   context_->counters.sessions_opened.add();
   ++context_->awaiting_hello_count;
@@ -39,6 +40,7 @@ Session::Session(SessionId id, std::shared_ptr<Connection> connection, SessionCo
 
 void Session::set_state(State state) {
   if (state_ == State::awaiting_hello) --context_->awaiting_hello_count;
+  // No session goes back to its beginning: a resume makes a new Session, which takes the identity over.
   HAIRNET_ASSERT(state != State::awaiting_hello);
   state_ = state;
 }
@@ -70,6 +72,8 @@ void Session::on_datagram(std::span<const std::uint8_t> packet, std::int64_t now
 void Session::receive(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   context_->counters.packets_received.add();
   context_->counters.histograms.received_packet_bytes.observe(static_cast<double>(packet.size()));
+  // Only a packet that brings the server from enough memory to none ends its session. When memory was full before, the
+  // refusals of single messages are enough.
   const bool was_full = context_->is_memory_full();
   wire::DecodedPacket decoded = wire::decode_packet(packet);
   if (decoded.error != wire::DecodeError::none) {
@@ -77,9 +81,11 @@ void Session::receive(std::span<const std::uint8_t> packet, std::int64_t now_ns)
   } else if (!reads_datagram_ || std::holds_alternative<wire::PoseBatch>(decoded.envelope.message)) {
     on_message(std::move(decoded.envelope), now_ns);
   } else if (take_message(now_ns)) {
+    // Messages rely on their order, which datagrams do not have. A stray one is charged and refused, and the session
+    // goes on.
     refuse_unexpected("a datagram has poses and hands only", now_ns);
   }
-  // It was this packet for which no memory was left.
+  // Memory was left before this packet, so this packet has used it up.
   if (!was_full && context_->is_memory_full()) end_for_memory(now_ns);
 }
 
@@ -101,6 +107,7 @@ void Session::refuse_packet(const wire::DecodedPacket& decoded, std::int64_t now
   drain(GoodbyeReason::protocol_error, decoded.detail, now_ns);
 }
 
+// The transport reads nothing more after this call: everything behind a wrong size prefix may be taken for packets.
 void Session::on_broken_stream(std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
   context_->counters.packets_refused_oversize.add();
@@ -115,23 +122,30 @@ void Session::on_writable(std::int64_t now_ns) {
 }
 
 void Session::on_closed(std::string_view reason, std::int64_t now_ns) {
+  // A session that has not joined has nothing to resume, and one that drains has said goodbye.
   if (state_ != State::active || context_->limits.resume_grace_ns == 0) return close(reason, now_ns);
   spdlog::info("event=session_detached session={} detail={}", id(), log_text(reason));
   context_->counters.sessions_detached.add();
   set_state(State::detached);
   detached_since_ns_ = now_ns;
+  // The outbox stays with the tick until DetachSession is taken. What is pushed meanwhile is lost, and a resume sends
+  // states again.
   connection_ = nullptr;
   downloads_.clear();
+  // put() and not try_put(): the tick must hear of each end, and the number of sessions bounds these commands.
   context_->commands.put(DetachSession{id()});
   check_invariants();
 }
 
 void Session::on_download_stopped(DownloadStream stream, std::int64_t now_ns) {
   downloads_.on_stopped(stream);
-  flush(now_ns);  // another one may have its turn
+  // Another download may have its turn now.
+  flush(now_ns);
 }
 
 bool Session::take_message(std::int64_t now_ns, double price) {
+  // A client that exceeds the rate is sent away and not slowed down: to slow it down, the server would have to keep its
+  // messages.
   if (identity_.messages.take(price, now_ns)) return true;
   context_->counters.messages_refused_over_rate.add();
   context_->counters.sessions_closed_by_server_over_rate.add();
@@ -143,9 +157,12 @@ SessionIdentity Session::release_identity(std::int64_t now_ns) {
   HAIRNET_ASSERT(joined_);
   if (connection_) {
     context_->counters.sessions_closed_by_server_taken_over.add();
+    // The old connection hears why it ends, or its client would resume and the two clients would take the session from
+    // each other again and again.
     connection_->send(wire::encode_packet({now_ns, wire::Goodbye{GoodbyeReason::session_taken_over, ""}}));
     connection_->close(to_string(GoodbyeReason::session_taken_over));
   }
+  // The counts of room, subject and token holder are not touched: the successor stands for the same session in them.
   joined_ = false;
   set_state(State::closed);
   context_->counters.sessions_closed.add();
@@ -159,8 +176,9 @@ void Session::remove(std::uint32_t character) {
   --context_->character_count;
   context_->rooms.remove_character(identity_.room);
   context_->subjects.remove_character(identity_.subject.name);
-  context_->bearers.remove_character(identity_.subject.bearer);
+  context_->token_holders.remove_character(identity_.subject.token_holder);
   context_->counters.characters_removed.add();
+  // A removal cannot be refused: the number of characters bounds the commands. AddCharacter has paid for it.
   context_->commands.put(FromClient{id(), wire::RemoveCharacter{character}});
 }
 
@@ -175,6 +193,7 @@ void Session::revoke_groom(const wire::GroomHash& groom) {
   for (const auto& [character, its] : identity_.characters) {
     if (its.groom == groom) lost.push_back(character);
   }
+  // The map is unordered; the order of removals must not differ between two runs of a seed.
   std::ranges::sort(lost);
   for (const std::uint32_t character : lost) remove(character);
 }
@@ -193,22 +212,31 @@ void Session::refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t 
 }
 
 void Session::send(const wire::Message& message, std::int64_t now_ns) {
-  if (state_ == State::closed || !connection_) return;  // a resumed session gets it again
+  // A session that is resumed later gets states again.
+  if (state_ == State::closed || !connection_) return;
   outbox_->push(message, now_ns);
   flush(now_ns);
 }
 
 void Session::flush(std::int64_t now_ns) {
   if (state_ == State::closed || !connection_) return;
+  // The tick thread reads this estimate to choose the detail of frames; it may not ask the connection, which belongs to
+  // the I/O thread.
   outbox_->set_bytes_per_s(connection_->bytes_per_s());
-  // Another server may have the room by now.
+  // Another server may have the room by now. Frames that were made before the fence closed must not follow: the client
+  // would see two servers' hair.
   if (joined_ && context_->fleet && !context_->fleet->holds(identity_.room, now_ns)) outbox_->withdraw_frames();
+  // Downloads with streams of their own go first, and take nothing from the ordered stream.
   send_on_streams(now_ns);
   std::vector<std::uint8_t> packet;
   bool may_be_lost = false;
+  // The connection's queue is bounded and small. What it does not take stays in the outbox, where newer frames replace
+  // older ones.
   while (connection_->writable()) {
     if (!outbox_->take(packet, may_be_lost, now_ns)) {
+      // A piece goes through the outbox, so that it stands in order behind messages that have been pushed meanwhile.
       if (send_download(now_ns)) continue;
+      // The goodbye has left, since it is the last packet of a draining outbox.
       if (state_ == State::draining) close("drained", now_ns);
       return;
     }
@@ -217,11 +245,14 @@ void Session::flush(std::int64_t now_ns) {
       connection_->send_datagram(std::move(packet));
     else
       connection_->send(std::move(packet));
+    // Downloads get a quarter of the bytes even while something else always waits (BulkScheduler). Otherwise a busy
+    // room would keep a client from ever getting hair to draw.
     if (download_scheduler_.is_due() && send_download(now_ns)) download_scheduler_.sent_bulk();
   }
   outbox_->mark_blocked();
   if (full_since_ns_ == 0) full_since_ns_ = now_ns;
-  while (connection_->takes_datagrams() && outbox_->take_losable(packet, now_ns)) {
+  // Frames need not wait until lost packets of the ordered stream have been sent again.
+  while (connection_->takes_datagrams() && outbox_->take_unreliable(packet, now_ns)) {
     note_sent(packet, now_ns);
     connection_->send_datagram(std::move(packet));
   }
@@ -274,12 +305,14 @@ void Session::poll(std::int64_t now_ns) {
     if (now_ns - drain_since_ns_ > limits.drain_timeout_ns) close("drain time-out", now_ns);
     return;
   }
+  // Both signs need a full connection now: a client that has read everything is not slow, however long it took.
   const bool is_stuck = full_since_ns_ != 0 && (now_ns - full_since_ns_ > limits.slow_consumer_ns ||
                                                 outbox_->is_overdue(now_ns, limits.slow_consumer_ns));
   if (outbox_->overflowed() || is_stuck) {
     counters.sessions_closed_by_server_slow.add();
     drain(GoodbyeReason::slow_consumer, "messages are not taken fast enough", now_ns);
   } else if (state_ == State::awaiting_hello && now_ns - opened_ns_ > limits.handshake_timeout_ns) {
+    // The client has said hello in time; it is the directory that has not answered.
     if (waiting_hello_) {
       counters.sessions_refused_fleet.add();
       drain(GoodbyeReason::server_full, "nobody can tell which server has the room; try again", now_ns);
@@ -288,11 +321,14 @@ void Session::poll(std::int64_t now_ns) {
     counters.sessions_closed_by_server_handshake_timeout.add();
     drain(GoodbyeReason::handshake_timeout, "no hello came", now_ns);
   } else if (silence_.look(now_ns) > (gives_signs_of_life_ ? channel::kSilence_ns : limits.idle_timeout_ns)) {
+    // A client that promised signs of life is lost much sooner, because its silence means something. An older client
+    // may be silent while it has nothing to send.
     counters.sessions_closed_by_server_idle.add();
     drain(GoodbyeReason::idle_timeout, "nothing was heard", now_ns);
   } else if (const auto stalled = downloads_.give_up_stalled(*connection_, now_ns)) {
     send(*stalled, now_ns);
   } else if (state_ == State::active && now_ns - sent_ns_ >= channel::kSignOfLife_ns && outbox_->packet_count() == 0) {
+    // An empty batch of frames is the server's sign of life: every client knows this message.
     send(wire::FrameBatch{context_->tick.load(std::memory_order_relaxed), now_ns, {}}, now_ns);
   }
 }
@@ -310,6 +346,7 @@ void Session::end_for_memory(std::int64_t now_ns) {
 }
 
 void Session::check_token(std::int64_t unix_s, std::int64_t now_ns) {
+  // A resume changes the claims, so a client with a new token reconnects before the old one expires.
   if (!joined_ || !identity_.claims) return;
   const bool is_revoked = context_->revoked_tokens.contains(*identity_.claims);
   if (!is_revoked && unix_s < identity_.claims->expires_s) return;
@@ -329,6 +366,7 @@ void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_n
   set_state(State::draining);
   drain_since_ns_ = now_ns;
   goes_on_elsewhere_ |= reason == GoodbyeReason::server_draining;
+  // The room hears of the end now, not when the last packet has left: a slow client must not stay visible to others.
   leave(now_ns);
   outbox_->push_goodbye({reason, std::move(detail)}, now_ns);
   flush(now_ns);
@@ -350,7 +388,7 @@ void Session::note_member_change() {
   if (context_->fleet && context_->rules.is_locked(identity_.room)) context_->rooms_changed.insert(identity_.room);
 }
 
-// A wind stays as long as who has set it, and no wind outlives the stay of the last.
+// A wind stays as long as the session that has set it, and no wind outlives the stay of the last session.
 void Session::forget_wind(bool is_room_empty) {
   const auto found = context_->winds.find(identity_.room);
   if (found == context_->winds.end() || (found->second.session != id() && !is_room_empty)) return;
@@ -369,19 +407,23 @@ void Session::leave(std::int64_t now_ns) {
   context_->rooms.leave(identity_.room, identity_.characters.size());
   note_member_change();
   const bool is_empty = context_->rooms.count(identity_.room).sessions == 0;
+  // A session that goes on elsewhere with its room will still want its wind there.
   if (!goes_on_elsewhere_) forget_wind(is_empty);
   if (is_empty) {
     context_->rules.close_room(identity_.room, now_ns + context_->room_grace_ns);
+    // In a fleet the release of the room ends what it has; on a server alone its grace time does.
     if (context_->fleet)
-      context_->rooms_left.insert(identity_.room);  // its release ends what it has
+      context_->rooms_left.insert(identity_.room);
     else
       context_->props.close_room(identity_.room, now_ns + context_->room_grace_ns);
   }
   context_->subjects.leave(identity_.subject.name, identity_.characters.size());
-  context_->bearers.leave(identity_.subject.bearer, identity_.characters.size());
+  context_->token_holders.leave(identity_.subject.token_holder, identity_.characters.size());
   identity_.characters.clear();
   downloads_.clear();
+  // The tick removes the characters by this one command; the counts above have left them out already.
   context_->commands.put(CloseSession{id(), goes_on_elsewhere_});
+  // Grooms come last: ForgetGroom follows CloseSession in the queue, so no character loses its groom while it lives.
   context_->grooms.release(id(), now_ns);
 }
 

@@ -17,13 +17,13 @@
 #include "server/exchange/command.hpp"
 #include "server/exchange/groom_service.hpp"
 #include "server/fleet/directory.hpp"
-#include "server/session/census.hpp"
 #include "server/session/connection.hpp"
 #include "server/session/downloads.hpp"
 #include "server/session/outbox.hpp"
 #include "server/session/peer_clock.hpp"
 #include "server/session/props_of_rooms.hpp"
 #include "server/session/revoked_tokens.hpp"
+#include "server/session/room_counts.hpp"
 #include "server/session/room_rules.hpp"
 #include "server/session/session_counters.hpp"
 #include "server/session/session_directory.hpp"
@@ -53,17 +53,19 @@ struct SessionContext {
   std::optional<channel::TokenKey> token_key = {};
   // Gives seconds since 1970, by which tokens end, and bans that move with a room.
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };
+  // The registry sets this to itself; null only in tests of a single session.
   SessionDirectory* directory = nullptr;
   // Says which server holds which room; null: this one holds all.
   Directory* fleet = nullptr;
   // Counts sessions that have joined a room and not left it.
   std::size_t session_count = 0;
-  // Counts those of all sessions.
+  // Counts the characters of all sessions.
   std::size_t character_count = 0;
-  // They count by SessionIdentity's room, subject.name and subject.bearer.
-  Census rooms = {}, subjects = {}, bearers = {};
+  // Count sessions and characters by SessionIdentity's room, subject.name and subject.token_holder. Detached sessions
+  // count, so that a client cannot pass a limit by losing its connection.
+  RoomCounts rooms = {}, subjects = {}, token_holders = {};
   RevokedTokens revoked_tokens = {};
-  // The server has no memory for what needs more.
+  // True when the server has no memory for what needs more; such messages are then refused.
   std::function<bool()> is_memory_full = [] { return false; };
   RoomRules rules = {};
   // Counts sessions in that state.
@@ -75,16 +77,20 @@ struct SessionContext {
   PropsOfRooms props = {};
   // Their rules, wind, props or members (where locked) have changed.
   std::set<std::string> rooms_changed = {};
-  // Takes no newcomers: this server has no time for more; empty: none.
-  std::string outgrown_room = {};
+  // Takes no new clients: this server has no time for more; empty: none.
+  std::string overloaded_room = {};
 };
 
+// Texts that several files send to clients as `detail`.
 inline constexpr const char* kMemoryFull = "the server has no memory left for this; try again later";
-inline constexpr const char* kRoomOutgrown = "the room is full: its server has no time for more";
+inline constexpr const char* kRoomOverloaded = "the room is full: its server has no time for more";
 inline constexpr const char* kTokenRevoked = "the operator of the server has revoked the token; ask for a new one";
 
 // One client's conversation: awaiting_hello -> active -> draining -> closed. When its connection breaks, an active
-// session is detached until another session takes over its identity or the grace time ends. I/O thread.
+// session is detached until another session takes over its identity or the grace time ends. I/O thread; the tick thread
+// meets only its outbox. It knows no socket: a test drives it with a fake Connection
+// (tests/unit/server/session_test.cpp). Invariant: `joined_` holds exactly in the states active and detached, and only
+// a joined session has characters.
 class Session final : public PacketSink {
  public:
   enum class State : std::uint8_t { awaiting_hello, active, detached, draining, closed };
@@ -98,11 +104,15 @@ class Session final : public PacketSink {
   void on_streams_writable(std::int64_t now_ns) override { flush(now_ns); }
   void on_download_stopped(DownloadStream stream, std::int64_t now_ns) override;
   void on_closed(std::string_view reason, std::int64_t now_ns) override;
+  // Handles one decoded message. It takes the message's price first, so that a flood costs decoding only.
   void on_message(wire::Envelope envelope, std::int64_t now_ns);
 
+  // Queues a message, and flushes. A detached or closed session ignores it: a resume sends states again.
   void send(const wire::Message& message, std::int64_t now_ns);
-  void flush(std::int64_t now_ns);  // sends as much of the outbox as the connection accepts
-  void poll(std::int64_t now_ns);   // ends sessions that time out or consume too slowly
+  // Sends as much of the outbox and of the downloads as the connection accepts.
+  void flush(std::int64_t now_ns);
+  // Ends a session that times out or consumes too slowly, gives up a stalled download, and sends a sign of life.
+  void poll(std::int64_t now_ns);
   // Removes the characters, queues the goodbye, sends the queue and closes.
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
 
@@ -111,7 +121,9 @@ class Session final : public PacketSink {
   // Sends the client to the server that holds its room; no host: back to where it asked first. Ends the session.
   void send_away(const ServerAddress& to, std::int64_t now_ns);
 
-  void end_detached(std::int64_t now_ns);  // asserts that it is detached
+  // Ends a session that nobody has resumed. Asserts that it is detached.
+  void end_detached(std::int64_t now_ns);
+  // The session ends because the server has no memory left, with a goodbye, unless it is ending already.
   void end_for_memory(std::int64_t now_ns);
   // Ends the session when its token has expired or is revoked. `unix_s`: seconds since 1970.
   void check_token(std::int64_t unix_s, std::int64_t now_ns);
@@ -129,7 +141,9 @@ class Session final : public PacketSink {
 
   [[nodiscard]] SessionId id() const { return identity_.id; }
   [[nodiscard]] const SessionIdentity& identity() const { return identity_; }
+  // True while the room knows the session: active or detached. RoomCounts count such sessions.
   [[nodiscard]] bool is_joined() const { return joined_; }
+  // True while its hello waits for the fleet's directory to decide about the room.
   [[nodiscard]] bool waits_for_room() const { return waiting_hello_.has_value(); }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] std::int64_t opened_ns() const { return opened_ns_; }
@@ -138,7 +152,8 @@ class Session final : public PacketSink {
   [[nodiscard]] const Outbox& outbox() const { return *outbox_; }
 
  private:
-  struct MessageHandler;  // in session_messages.cpp
+  // Defined in session_messages.cpp: what the session does with each message.
+  struct MessageHandler;
 
   void receive(std::span<const std::uint8_t> packet, std::int64_t now_ns);
   void refuse_packet(const wire::DecodedPacket& decoded, std::int64_t now_ns);
@@ -149,17 +164,22 @@ class Session final : public PacketSink {
   void set_state(State state);
   // Counts against the rate of messages; false: the session ends with over_rate.
   bool take_message(std::int64_t now_ns, double price = 1);
-  void remove(std::uint32_t character);  // asserts that it exists
+  // Removes one of its characters, here and in the tick. Asserts that the character exists.
+  void remove(std::uint32_t character);
   void note_sent(const std::vector<std::uint8_t>& packet, std::int64_t now_ns);
-  bool send_download(std::int64_t now_ns);  // the next piece of a groom; false when there is none
+  // Queues the next piece of a groom among the messages; false when there is none.
+  bool send_download(std::int64_t now_ns);
   void send_on_streams(std::int64_t now_ns);
-  void note_member_change();  // a fleet keeps the members of a locked room
+  // A fleet keeps the members of a locked room, so that they may return to it at its next server.
+  void note_member_change();
   void forget_wind(bool is_room_empty);
-  void leave(std::int64_t now_ns);  // leaves the room, and releases its characters and grooms
+  // Leaves the room, and releases its characters and grooms. Does nothing when the session has not joined.
+  void leave(std::int64_t now_ns);
   void close(std::string_view reason, std::int64_t now_ns);
 
   SessionIdentity identity_;
-  std::shared_ptr<Connection> connection_;  // null when detached
+  // Null while the session is detached.
+  std::shared_ptr<Connection> connection_;
   SessionContext* context_;
   std::shared_ptr<Outbox> outbox_;
   State state_ = State::awaiting_hello;
@@ -168,14 +188,21 @@ class Session final : public PacketSink {
   channel::BulkScheduler download_scheduler_{Downloads::kPiece_bytes};
   std::int64_t opened_ns_, sent_ns_;
   channel::Silence silence_;
-  std::int64_t full_since_ns_ = 0;  // the connection has accepted nothing since this time; 0: it accepts
+  // The connection has accepted nothing since this time; 0: it accepts.
+  std::int64_t full_since_ns_ = 0;
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
-  std::int64_t pose_error_next_ns_;           // at most one error about poses and hands is sent a second
-  std::optional<wire::Hello> waiting_hello_;  // for the directory of the fleet
-  bool joined_ = false;                       // the room knows the session
-  bool gives_signs_of_life_ = false;          // the client has promised to
-  bool goes_on_elsewhere_ = false;            // with its room, on another server
-  bool reads_datagram_ = false;               // the packet in hand may have overtaken others, or come after them
+  // At most one error about poses and hands is sent in a second: a client with a wrong clock would get thousands.
+  std::int64_t pose_error_next_ns_;
+  // The hello that waits for the directory of the fleet.
+  std::optional<wire::Hello> waiting_hello_;
+  // The room knows the session: the counts of room, subject and token holder include it.
+  bool joined_ = false;
+  // The client has promised to send something at least every channel::kSignOfLife_ns.
+  bool gives_signs_of_life_ = false;
+  // The client goes on with its room on another server, so the room's wind must not end here.
+  bool goes_on_elsewhere_ = false;
+  // The packet in hand is a datagram: it may have overtaken others, or come after them.
+  bool reads_datagram_ = false;
 };
 
 }  // namespace hairnet::server

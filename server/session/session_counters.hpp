@@ -46,7 +46,7 @@ struct SessionCounters : CounterSet {
   // The room is locked.
   Counter sessions_refused_locked{*this, "sessions_refused", "reason", "locked"};
   // The server is full of the room.
-  Counter sessions_refused_outgrown{*this, "sessions_refused", "reason", "outgrown"};
+  Counter sessions_refused_overloaded{*this, "sessions_refused", "reason", "overloaded"};
   // No server can take the room now.
   Counter sessions_refused_fleet{*this, "sessions_refused", "reason", "fleet"};
   Counter sessions_redirected{*this, "sessions_redirected",
@@ -86,8 +86,10 @@ struct SessionCounters : CounterSet {
   Counter messages_refused_unexpected{*this, "messages_refused", "reason", "unexpected",
                                       "Messages refused, by reason."};
   Counter messages_refused_over_rate{*this, "messages_refused", "reason", "over_rate"};
-  Counter messages_refused_memory{*this, "messages_refused", "reason", "memory"};  // no memory for what it asks
-  Counter messages_refused_work{*this, "messages_refused", "reason", "work"};      // too much work a second
+  // The server had no memory for what the message asks.
+  Counter messages_refused_memory{*this, "messages_refused", "reason", "memory"};
+  // The session asked for too much work in a second.
+  Counter messages_refused_work{*this, "messages_refused", "reason", "work"};
   Counter characters_added{*this, "characters_added", "Characters added."};
   Counter characters_removed{*this, "characters_removed",
                              "Characters removed, by their clients or with their sessions."};
@@ -98,7 +100,8 @@ struct SessionCounters : CounterSet {
   Counter requests_refused_appearance{*this, "requests_refused", "request", "appearance"};
   Counter requests_refused_material{*this, "requests_refused", "request", "material"};
   Counter requests_refused_wind{*this, "requests_refused", "request", "wind"};
-  Counter requests_refused_touch{*this, "requests_refused", "request", "touch"};  // who may touch a character
+  // A change of who may touch a character was refused.
+  Counter requests_refused_touch{*this, "requests_refused", "request", "touch"};
   Counter requests_refused_hold{*this, "requests_refused", "request", "hold"};
   Counter requests_refused_props{*this, "requests_refused", "request", "props"};
   Counter requests_refused_moderate{*this, "requests_refused", "request", "moderate"};
@@ -107,9 +110,11 @@ struct SessionCounters : CounterSet {
   Counter requests_refused_observe{*this, "requests_refused", "request", "observe"};
   Counter requests_refused_download{*this, "requests_refused", "request", "download"};
   Counter download_bytes_sent{*this, "download_bytes_sent", "Bytes of grooms sent to clients."};
+  // The client did not want the rest.
   Counter downloads_given_up_stopped{*this, "downloads_given_up", "reason", "stopped",
-                                     "Downloads given up, by reason."};                  // by the client
-  Counter downloads_given_up_stalled{*this, "downloads_given_up", "reason", "stalled"};  // it did not read them
+                                     "Downloads given up, by reason."};
+  // The client did not read them.
+  Counter downloads_given_up_stalled{*this, "downloads_given_up", "reason", "stalled"};
   Counter downloads_delayed{*this, "downloads_delayed",
                             "Pieces of downloads that waited, as their session had its share of bytes."};
   Counter poses_received{*this, "poses_received", "Poses received, without those sent again."};

@@ -18,26 +18,29 @@ namespace hairnet::server {
 
 class Session;
 
-// A character as its session knows it.
+// A character as its session knows it. The tick has the rest of it (server/room/character.hpp).
 struct OwnCharacter {
   wire::GroomHash groom{};
-  // Is the newest one of a valid pose.
+  // The newest sequence number of a valid pose; earlier poses that a client repeats are recognized by it.
   std::optional<std::uint32_t> pose_sequence = {};
-  // The last pose that reached the tick was captured at this server time.
+  // The last pose that reached the tick was captured at this server time; poses too close to it are left out.
   std::optional<std::int64_t> pose_ns = {};
-  // A pose that was left out had a teleport.
+  // A pose that was left out had a teleport: the next pose that goes on carries it.
   bool teleport_pending = false;
 };
 
-// The part of a session that survives its connection and moves to the session that resumes it.
+// The part of a session that survives its connection and moves to the session that resumes it. The token buckets move
+// with it: otherwise a client could refill them by reconnecting.
 struct SessionIdentity {
   SessionIdentity(const SessionLimits& limits, std::int64_t now_ns)
       : messages(limits.messages_per_s, limits.messages_burst, now_ns),
         poses(limits.poses_per_s, limits.poses_burst, now_ns) {}
 
   SessionId id = 0;
+  // Random bytes that the client got in Welcome and shows to resume. Whoever knows them can take the session over,
+  // where tokens are needed with a token of the same subject.
   wire::SessionSecret secret{};
-  // Is Hello.trace of its newest connection.
+  // Hello.trace of its newest connection: a number by which logs of client and servers can be joined.
   std::uint64_t trace = 0;
   std::string name, room;
   wire::Role role = wire::Role::participant;
@@ -62,8 +65,9 @@ class SessionDirectory {
   // Replaces `former`, which has joined, by `successor` and returns its identity. A connection that `former` still has
   // is closed.
   virtual SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) = 0;
-  // Ends the session of this bearer that has been detached longest. False when the bearer has no detached session.
-  virtual bool end_detached(std::string_view bearer, std::int64_t now_ns) = 0;
+  // Ends the session of this token holder that has been detached longest. False when the holder has no detached
+  // session.
+  virtual bool end_detached(std::string_view token_holder, std::int64_t now_ns) = 0;
   // Ends the session without characters that has been detached longest: its client loses little when it comes back.
   // False when there is none.
   virtual bool end_empty(std::int64_t now_ns) = 0;

@@ -24,12 +24,14 @@ using wire::ErrorReason;
 using wire::GoodbyeReason;
 
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
-// Shares of the burst: what only plain messages may use, and the most that one message takes.
+// Shares of the burst. kPlainReserve: only plain messages may use this part, so costly ones cannot send a client away
+// by themselves. kPriceMax: no message takes more, so each can be paid for from a full bucket.
 constexpr double kPlainReserve = 0.25, kPriceMax = 0.5;
 // This many integers of a hair state, or bytes of a tag, weigh as much as a pose, which has about as many bytes.
 constexpr std::size_t kIntegersPerWeight = 64;
 constexpr std::size_t kTagBytesPerWeight = 128;
-// A smaller chunk counts as a message.
+// A smaller chunk counts as a message: otherwise a client could send a groom byte by byte for nothing. Larger ones are
+// bounded by the rate of uploaded bytes.
 constexpr std::size_t kFreeChunkLeast_bytes = 4096;
 
 // In the command queue.
@@ -67,7 +69,8 @@ wire::GroomHash groom_of(const auto& message) {
   return {};
 }
 
-// Returns the servers by id, beginning with those that follow this one: so each is named by others equally often.
+// Returns the servers by id, beginning with those that follow this one, so that all servers are named equally often and
+// clients of a dead server spread over the rest.
 std::vector<wire::ServerAt> others_than_this(const Directory& fleet) {
   std::vector<ServerStatus> servers = fleet.servers();
   const auto after = std::ranges::upper_bound(servers, fleet.server_id(), {}, &ServerStatus::id);
@@ -157,6 +160,7 @@ struct Session::MessageHandler {
       session.refuse({ErrorReason::version_unsupported, detail}, now_ns);
       session.drain(GoodbyeReason::version_unsupported, detail, now_ns);
     } else {
+      // What the client can read is set before the tick gets the outbox.
       session.outbox_->set_message_max(hello.message_max);
       session.outbox_->set_datagram_layout(hello.datagram_layout);
       identity.trace = hello.trace;
@@ -198,7 +202,7 @@ struct Session::MessageHandler {
     context.props.open_room(identity.room);
     session.note_member_change();
     context.subjects.enter(identity.subject.name);
-    context.bearers.enter(identity.subject.bearer);
+    context.token_holders.enter(identity.subject.token_holder);
     use_claims(std::move(joins.claims));
     counters.sessions_welcomed.add();
     spdlog::info(
@@ -209,7 +213,7 @@ struct Session::MessageHandler {
     welcome(false);
   }
   bool end_detached() const {
-    return context.directory && context.directory->end_detached(identity.subject.bearer, now_ns);
+    return context.directory && context.directory->end_detached(identity.subject.token_holder, now_ns);
   }
   // The newest token of a session counts.
   void use_claims(std::optional<channel::TokenClaims> claims) {
@@ -221,11 +225,11 @@ struct Session::MessageHandler {
     const bool shares = identity.subject.kind != Subject::Kind::exempt;
     context.grooms.open(session.id(),
                         {shares ? context.subjects.count(identity.subject.name).number : 0,
-                         context.bearers.count(identity.subject.bearer).number,
+                         context.token_holders.count(identity.subject.token_holder).number,
                          identity.claims ? identity.claims->strands_max.value_or(kNoMax) : kNoMax},
                         now_ns);
   }
-  // Bounds all sessions of the bearer together.
+  // Bounds all sessions of the holder together.
   [[nodiscard]] std::size_t character_count_max_of_token() const {
     constexpr std::size_t kNoMax = std::numeric_limits<std::size_t>::max();
     return identity.claims && identity.claims->characters_max ? *identity.claims->characters_max : kNoMax;
@@ -283,7 +287,8 @@ struct Session::MessageHandler {
   Refused operator()(wire::GroomChunk& chunk) {
     const bool was_free = is_free(chunk);
     ChunkAnswer answer = context.grooms.chunk(session.id(), std::move(chunk), now_ns);
-    if (was_free && !answer.was_wanted && !session.take_message(now_ns)) return {};  // only wanted bytes are free
+    // Bytes that nobody asked for cost as a message does, or a client could fill the line with them.
+    if (was_free && !answer.was_wanted && !session.take_message(now_ns)) return {};
     return answer;
   }
   static bool is_free(const wire::GroomChunk& chunk) { return chunk.bytes.size() >= kFreeChunkLeast_bytes; }
@@ -306,12 +311,13 @@ struct Session::MessageHandler {
     }
     const std::uint32_t character = add.character;
     const wire::GroomHash groom = add.groom;
+    // The queue may be full. Then nothing is counted, and the groom stays retained until the session releases it.
     if (Refused refused = put(std::move(add))) return refused;
     identity.characters.emplace(character, OwnCharacter{groom});
     ++context.character_count;
     context.rooms.add_character(identity.room);
     context.subjects.add_character(identity.subject.name);
-    context.bearers.add_character(identity.subject.bearer);
+    context.token_holders.add_character(identity.subject.token_holder);
     counters.characters_added.add();
     return {};
   }
@@ -324,7 +330,8 @@ struct Session::MessageHandler {
     if (identity.characters.size() >= identity.character_count_max)
       return {ErrorReason::limit_exceeded,
               "at most " + std::to_string(identity.character_count_max) + " characters a session"};
-    while (context.bearers.count(identity.subject.bearer).characters >= character_count_max_of_token()) {
+    // The client may have lost a connection: its detached sessions count, and the oldest ends first.
+    while (context.token_holders.count(identity.subject.token_holder).characters >= character_count_max_of_token()) {
       if (!end_detached())
         return {ErrorReason::limit_exceeded,
                 "at most " + std::to_string(character_count_max_of_token()) +
@@ -337,7 +344,7 @@ struct Session::MessageHandler {
     if (context.rooms.count(identity.room).characters >= limits.characters_per_room_max)
       return {ErrorReason::limit_exceeded,
               "the room is full: at most " + std::to_string(limits.characters_per_room_max) + " characters"};
-    if (identity.room == context.outgrown_room) return {ErrorReason::limit_exceeded, kRoomOutgrown};
+    if (identity.room == context.overloaded_room) return {ErrorReason::limit_exceeded, kRoomOverloaded};
     if (context.character_count >= limits.character_count_max)
       return {ErrorReason::limit_exceeded,
               "the server is full: at most " + std::to_string(limits.character_count_max) + " characters"};
@@ -432,6 +439,7 @@ struct Session::MessageHandler {
     const std::size_t poses = batch.poses.size(), hands = batch.hands ? 1 : 0;
     counters.poses_received.add(poses);
     counters.hands_received.add(hands);
+    // The rate is of samples, not of packets. A batch passes as a whole or not at all.
     if (const auto samples = static_cast<double>(poses + hands); !identity.poses.take(samples, now_ns)) {
       counters.poses_dropped_over_rate.add(poses);
       counters.hands_dropped_over_rate.add(hands);
@@ -458,6 +466,7 @@ struct Session::MessageHandler {
         if (session.reads_datagram_ && refused.reason == ErrorReason::character_unknown) continue;
         refuse_sample(refused, sample.character);
       } else if (!filter.is_too_close(sample)) {
+        // In place: kept never passes the sample that is read.
         passed.poses[kept++] = sample;
       }
     }
@@ -477,6 +486,7 @@ void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
   silence_.on_heard(now_ns);
   const auto* chunk = std::get_if<wire::GroomChunk>(&envelope.message);
+  // The price comes before anything that the message does, so a flood stops here.
   if (!(chunk && MessageHandler::is_free(*chunk)) && !take_message(now_ns)) return;
   if (!clock_.observe(envelope.clock_ns, now_ns)) {
     context_->counters.packets_refused_invalid.add();
@@ -500,6 +510,7 @@ void Session::retry_hello(std::int64_t now_ns) {
   if (!waiting_hello_ || state_ != State::awaiting_hello) return;
   const std::string room(wire::room_of(waiting_hello_->room));
   const RoomRoute route = route_to_room(*context_->fleet, room, waiting_hello_->redirects, now_ns);
+  // enter() asks again, with the token and all limits: they may have changed while the hello waited.
   if (route.kind == RoomRoute::Kind::wait) return;
   const wire::Hello hello = *std::exchange(waiting_hello_, std::nullopt);
   MessageHandler{*this, now_ns}.enter(hello);

@@ -46,6 +46,8 @@ PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::i
     connection->close(to_string(wire::GoodbyeReason::server_draining));
     return nullptr;
   }
+  // An attacker may open connections and stay silent. The longest waiting one goes, because an honest client says hello
+  // at once.
   if (context_->awaiting_hello_count >= context_->limits.session_count_max) end_silent(now_ns);
   // Numbers start again after the last one; 0 names no session.
   do {
@@ -74,6 +76,7 @@ Session* SessionRegistry::find_joined(SessionId id, const wire::SessionSecret& s
   Session* const session = find(id);
   if (!session || !session->is_joined()) return nullptr;
   const wire::SessionSecret& expected = session->identity().secret;
+  // The comparison takes the same time wherever the secrets differ, so its time tells nothing about the right one.
   return sodium_memcmp(expected.data(), secret.data(), expected.size()) == 0 ? session : nullptr;
 }
 
@@ -82,16 +85,20 @@ SessionIdentity SessionRegistry::take_over(Session& former, Session& successor, 
   const auto found = sessions_.find(id);
   HAIRNET_ASSERT(found != sessions_.end() && found->second.get() == &former);
   HAIRNET_ASSERT(&former != &successor);
+  // The successor moves to the place of the former session, under that number: to everyone else in the room the session
+  // has never ended.
   auto node = sessions_.extract(successor.id());
   HAIRNET_ASSERT(!node.empty());
   SessionIdentity identity = former.release_identity(now_ns);
   HAIRNET_ASSERT(identity.id == id);
+  // The former session lives until the next poll(), because the caller still has a reference to it.
   released_.push_back(std::exchange(found->second, std::move(node.mapped())));
   return identity;
 }
 
-bool SessionRegistry::end_detached(std::string_view bearer, std::int64_t now_ns) {
-  return end_longest_detached([&](const Session& s) { return s.identity().subject.bearer == bearer; }, now_ns);
+bool SessionRegistry::end_detached(std::string_view token_holder, std::int64_t now_ns) {
+  return end_longest_detached([&](const Session& s) { return s.identity().subject.token_holder == token_holder; },
+                              now_ns);
 }
 
 bool SessionRegistry::end_empty(std::int64_t now_ns) {
@@ -126,6 +133,7 @@ void SessionRegistry::flush(std::int64_t now_ns) {
 }
 
 void SessionRegistry::poll(std::int64_t now_ns) {
+  // Sessions that have ended since the last poll are destroyed here, where none of their functions is on the stack.
   released_.clear();
   std::erase_if(sessions_, [](const auto& entry) { return entry.second->state() == Session::State::closed; });
   std::size_t detached = 0, packets_waiting = 0;
@@ -135,6 +143,8 @@ void SessionRegistry::poll(std::int64_t now_ns) {
     checks_due_ns_ = now_ns + kCheckInterval_ns;
     if (context_->token_key) {
       const std::int64_t unix_s = context_->unix_time_s();
+      // Expiry and revocation are checked once a second: a token that ends between two checks is used for a second at
+      // most.
       for (auto& [id, session] : sessions_) session->check_token(unix_s, now_ns);
     }
     context_->rules.expire(now_ns);
@@ -155,6 +165,7 @@ void SessionRegistry::poll(std::int64_t now_ns) {
 
 void SessionRegistry::free_memory(std::int64_t now_ns) {
   Session* largest = nullptr;
+  // Ending a session that holds little would cost a client its room and free nothing.
   std::size_t most = kFreedLeast_bytes;
   for (auto& [id, session] : sessions_) {
     const std::size_t bytes = session->outbox().bytes_waiting();
@@ -170,6 +181,7 @@ void SessionRegistry::drain(std::int64_t send_on_ns, std::int64_t now_ns) {
   if (!context_->fleet || send_on_ns <= 0) return end_all(now_ns);
   send_on_until_ns_ = now_ns + send_on_ns;
   give_up_at_ns_ = now_ns + std::min(kNotice_ns, send_on_ns / 2);
+  // The grooms go first, because drain() publishes them together with the news that this server drains.
   context_->fleet->pass_on(context_->grooms.in_use());
   context_->fleet->drain(now_ns);
   context_->fleet->poll(now_ns);
@@ -179,11 +191,14 @@ void SessionRegistry::drain(std::int64_t send_on_ns, std::int64_t now_ns) {
 void SessionRegistry::give_up_rooms(std::int64_t now_ns) {
   const std::vector<std::string> rooms = context_->fleet->own_rooms();
   if (rooms.empty()) return;
+  // What changed in the last second must be kept before the release, which can put the last text beside the room's key.
   keeper_.keep_changed(now_ns);
   for (const std::string& room : rooms) {
     const auto known = empty_rooms_.find(room);
     const bool was_used =
         context_->rooms_left.contains(room) || (known != empty_rooms_.end() && known->second.was_used);
+    // A room that is empty has ended, though its grace has not: it keeps only its bans. A room that nobody has entered
+    // is as its earlier owner has left it.
     if (was_used && context_->rooms.count(room).sessions == 0) keeper_.end(room, now_ns);
     context_->fleet->release(room, now_ns);
   }
@@ -195,7 +210,7 @@ void SessionRegistry::end_all(std::int64_t now_ns) {
 }
 
 void SessionRegistry::poll_fleet(std::int64_t now_ns) {
-  // One that resumes another's identity changes the map.
+  // The sessions are gathered first: one that resumes another's identity changes the map.
   std::vector<Session*> waiting;
   for (auto& [id, session] : sessions_) {
     if (session->waits_for_room()) waiting.push_back(session.get());
@@ -212,18 +227,21 @@ void SessionRegistry::release_empty_rooms(std::int64_t now_ns) {
   std::map<std::string, EmptyRoom> empty;
   for (const std::string& room : context_->fleet->own_rooms()) {
     const bool was_left = context_->rooms_left.contains(room);
+    // Only empty rooms are remembered; a room that fills and empties again begins with a new time, by rooms_left.
     if (context_->rooms.count(room).sessions > 0) continue;
     const auto known = empty_rooms_.find(room);
     EmptyRoom one = known == empty_rooms_.end() ? EmptyRoom{now_ns} : known->second;
     if (was_left) one = {now_ns, context_->room_grace_ns, true};
-    // Nobody could ever enter a lock that moves on and on: it ends when those who were in the room do not come back.
+    // A lock that comes with a room and that nobody may pass would move on from server to server for good. It ends when
+    // those who were in the room do not come back within kReturn_ns.
     const bool is_locked = context_->rules.is_locked(room);
     const std::int64_t least_ns = is_locked && !one.was_used ? RoomKeeper::kReturn_ns : kRoomsInterval_ns;
     if (now_ns - one.since_ns <= std::max(one.grace_ns, least_ns)) {
       empty[room] = one;
       continue;
     }
-    if (one.was_used || is_locked) keeper_.end(room, now_ns);  // else it is as it was
+    // A room that nobody has entered stays as its earlier owner has left it.
+    if (one.was_used || is_locked) keeper_.end(room, now_ns);
     release(room, now_ns);
   }
   empty_rooms_ = std::move(empty);
@@ -237,12 +255,14 @@ void SessionRegistry::release(const std::string& room, std::int64_t now_ns) {
 }
 
 void SessionRegistry::send_on(std::int64_t now_ns) {
-  // Again and again: a claim was under way when the drain began. A poll that comes late gives up the rooms first too.
+  // The rooms are given up at each poll: a claim may have been under way when the drain began. A poll that comes late
+  // gives up the rooms before it ends the sessions.
   if (now_ns >= give_up_at_ns_) give_up_rooms(now_ns);
   if (now_ns >= send_on_until_ns_) {
     send_on_until_ns_ = 0;
     return end_all(now_ns);
   }
+  // Each room is looked up once a poll, however many sessions it has.
   std::map<std::string, RoomRoute> routes;
   for (auto& [id, session] : sessions_) {
     if (session->state() != Session::State::active) continue;
@@ -264,7 +284,8 @@ void SessionRegistry::on_room_lost(const std::string& room, std::int64_t now_ns)
   context_->props.forget(room);
   context_->rooms_changed.erase(room);
   const std::vector<Session*> sessions = in_room(room);
-  if (sessions.empty()) return context_->rules.forget(room);  // asking for its place would claim it
+  // The place of an empty room is not asked for, because route_to_room() might claim it.
+  if (sessions.empty()) return context_->rules.forget(room);
   const RoomRoute route = route_to_room(*context_->fleet, room, 0, now_ns);
   const ServerAddress to = route.kind == RoomRoute::Kind::elsewhere ? route.address : ServerAddress{};
   for (Session* session : sessions) {

@@ -13,7 +13,9 @@
 
 namespace hairnet::server {
 
-// All sessions. I/O thread.
+// All sessions by id, and what concerns several of them: resumes, rooms of a fleet, the drain of the server, memory.
+// I/O thread. A session that ends is erased in the next poll(), never at once, because its own functions may be on the
+// stack.
 class SessionRegistry final : public SessionDirectory {
  public:
   explicit SessionRegistry(SessionContext& context) : context_(&context), keeper_(context) { context.directory = this; }
@@ -24,11 +26,13 @@ class SessionRegistry final : public SessionDirectory {
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
   Session* find_joined(SessionId id, const wire::SessionSecret& secret) override;
   SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) override;
-  bool end_detached(std::string_view bearer, std::int64_t now_ns) override;
+  bool end_detached(std::string_view token_holder, std::int64_t now_ns) override;
   bool end_empty(std::int64_t now_ns) override;
   std::vector<Session*> in_room(const std::string& room) override;
   [[nodiscard]] Session* find(SessionId id);
+  // Sends what waits in all outboxes. The I/O thread calls it once the tick thread has woken it after a tick.
   void flush(std::int64_t now_ns);
+  // Erases ended sessions, polls the others, checks tokens and rules once a second, and sets the gauges.
   void poll(std::int64_t now_ns);
   // Ends all sessions, and refuses new ones. In a fleet other servers first get half a second to hear of it and to make
   // the grooms in use ready. Then each room is given up, and its sessions are sent to the server that takes it,
@@ -51,22 +55,28 @@ class SessionRegistry final : public SessionDirectory {
   // One that nobody has entered has no grace: claims of names at random do not pile up.
   struct EmptyRoom {
     std::int64_t since_ns = 0;
-    std::int64_t grace_ns = 0;  // for its wind, props, mutes and lock
-    bool was_used = false;      // a session was in it, on this server
+    // For this time its wind, props, mutes and lock wait for somebody who comes back.
+    std::int64_t grace_ns = 0;
+    // A session was in it, on this server.
+    bool was_used = false;
   };
   void check_invariants() const;
   void end_all(std::int64_t now_ns);
   void poll_fleet(std::int64_t now_ns);
   void release_empty_rooms(std::int64_t now_ns);
-  void release(const std::string& room, std::int64_t now_ns);  // and forgets what was decided of it, and its props
+  // Gives the room back to the directory, and forgets its rules and props.
+  void release(const std::string& room, std::int64_t now_ns);
   void give_up_rooms(std::int64_t now_ns);
-  void send_on(std::int64_t now_ns);     // while draining in a fleet: sessions whose rooms have been released
-  void end_silent(std::int64_t now_ns);  // the one that has waited longest for a hello
+  // While the server drains in a fleet: sends on the sessions whose rooms have been released.
+  void send_on(std::int64_t now_ns);
+  // Ends the session that has waited longest for its hello.
+  void end_silent(std::int64_t now_ns);
   // Ends the one that has been detached longest of those for which `is_meant` holds. False when there is none.
   bool end_longest_detached(const std::function<bool(const Session&)>& is_meant, std::int64_t now_ns);
 
   SessionContext* context_;
   RoomKeeper keeper_;
+  // Ordered by id, so that each poll visits sessions in the same order and a seed replays exactly.
   std::map<SessionId, std::unique_ptr<Session>> sessions_;
   // These wait until their connections are closed completely.
   std::vector<std::unique_ptr<Session>> released_;

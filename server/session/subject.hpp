@@ -12,14 +12,18 @@ namespace hairnet::server {
 // Who a session belongs to. All sessions of a subject share its quotas and its part of the tick's time.
 struct Subject {
   enum class Kind : std::uint8_t {
-    token,    // named by the session's token
-    address,  // everyone at the same address
-    exempt,   // everyone at an exempt address, such as the loopback: no limits of a subject
+    // The session's token names it.
+    token,
+    // Everyone at the same address.
+    address,
+    // Everyone at an exempt address, such as the loopback: no limits of a subject apply.
+    exempt,
   };
   Kind kind = Kind::exempt;
-  std::string name = "exempt";  // also in the log: "sub:alice", "name:Alice", "address:192.0.2.1", "exempt"
+  // The log has it, too: "sub:alice", "name:Alice", "address:192.0.2.1", "exempt".
+  std::string name = "exempt";
   // Where the quotas of the session's token are counted: `name`, or the token itself when it names no subject.
-  std::string bearer = "exempt";
+  std::string token_holder = "exempt";
 };
 
 // The name of a token's subject: its `sub`, else its `name`; empty when it has neither.

@@ -12,7 +12,8 @@ namespace hairnet::server {
 
 class Counter;
 
-// The counters of one part of the server, as members that enter themselves in its list.
+// The counters of one part of the server, as members that enter themselves in its list. The list has the addresses of
+// the members, so a set can be neither copied nor moved.
 class CounterSet {
  public:
   CounterSet() = default;
@@ -25,7 +26,8 @@ class CounterSet {
   std::vector<const Counter*> counters_;
 };
 
-// A total that any thread may add to. Relaxed memory order.
+// A total that any thread may add to. Relaxed memory order. Readers see each total soon and exactly, but not several
+// totals of the same moment.
 class Counter {
  public:
   Counter(CounterSet& set, std::string_view family, std::string_view help, double scale = 1)
@@ -40,10 +42,12 @@ class Counter {
   Counter& operator=(const Counter&) = delete;
 
   void add(std::uint64_t n = 1) { value_.fetch_add(n, std::memory_order_relaxed); }
-  void raise_to(std::uint64_t n) {  // a maximum instead of a total; one thread
+  // Makes the counter a maximum instead of a total. One thread: two could undo each other.
+  void raise_to(std::uint64_t n) {
     if (n > value()) value_.store(n, std::memory_order_relaxed);
   }
   [[nodiscard]] std::uint64_t value() const { return value_.load(std::memory_order_relaxed); }
+  // The value in the unit that is shown.
   [[nodiscard]] double scaled_value() const { return static_cast<double>(value()) * name_.scale; }
   [[nodiscard]] const MetricName& name() const { return name_; }
 

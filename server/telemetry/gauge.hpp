@@ -41,6 +41,7 @@ class Gauge {
 
   void set(double value) { value_.store(value, std::memory_order_relaxed); }
   [[nodiscard]] double value() const { return value_.load(std::memory_order_relaxed); }
+  // A gauge of a part that this server does not use, as an object store, is never set.
   [[nodiscard]] bool is_set() const { return !std::isnan(value()); }
   [[nodiscard]] const MetricName& name() const { return name_; }
 

@@ -32,8 +32,10 @@ class HistogramSet {
 // a mutex). Ignores values that are not finite: one of them would make the sum useless.
 class Histogram {
  public:
+  // Arrays of a fixed size need no allocation.
   static constexpr std::size_t kBoundsMax = 20;
-  using Counts = std::array<std::uint64_t, kBoundsMax + 1>;  // the bucket after the last bound has no upper one
+  // The bucket after the last bound has no upper one.
+  using Counts = std::array<std::uint64_t, kBoundsMax + 1>;
 
   // Values of one thread, collected without atomics and added together at the end.
   class Tally {
@@ -90,12 +92,14 @@ class Histogram {
 
  private:
   [[nodiscard]] std::size_t bucket(double value) const {
+    // There are at most 20 bounds, so a plain search is short.
     std::size_t i = 0;
     while (i < bound_count_ && value > bounds_[i]) ++i;
     return i;
   }
   void add(const Counts& counts, double sum) {
     for (std::size_t i = 0; i <= bound_count_; ++i) {
+      // Most buckets of a tally are empty, and an atomic addition costs more than the test.
       if (counts[i] != 0) counts_[i].fetch_add(counts[i], std::memory_order_relaxed);
     }
     sum_.fetch_add(sum, std::memory_order_relaxed);

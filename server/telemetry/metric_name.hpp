@@ -8,10 +8,13 @@ namespace hairnet::server {
 // The name of a counter, gauge or histogram. In /metrics it is hairnet_FAMILY, or hairnet_FAMILY{LABEL="VALUE"}; a
 // counter's ends in _total.
 struct MetricName {
-  std::string_view family, label = {}, value = {};  // empty label and value: the family has no label
+  // An empty label and value: the family has no label. The views are of string literals, which live as long as the
+  // program.
+  std::string_view family, label = {}, value = {};
   // One sentence about the family, with its unit; one member of a family with labels has it.
   std::string_view help = {};
-  double scale = 1;  // the shown value is ours times this: Prometheus wants seconds
+  // The shown value is ours times this, since Prometheus wants seconds and we count nanoseconds.
+  double scale = 1;
 
   // A label and its value come together, a family without a label has its help, and the scale is positive.
   [[nodiscard]] bool is_valid() const {

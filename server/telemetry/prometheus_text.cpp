@@ -19,6 +19,7 @@ using prometheus::MetricType;
 
 ClientMetric::Histogram contents(const Histogram& histogram) {
   ClientMetric::Histogram contents;
+  // Ours count each bucket alone; Prometheus wants the sum of all buckets up to it.
   std::uint64_t below = 0;
   for (std::size_t i = 0; i < histogram.bound_count(); ++i) {
     below += histogram.count(i);
@@ -30,6 +31,7 @@ ClientMetric::Histogram contents(const Histogram& histogram) {
   return contents;
 }
 
+// Prometheus wants all members of a family together, with the help once; ours are declared in any order.
 class Families {
  public:
   void add(const CounterSet& set) {
@@ -38,7 +40,8 @@ class Families {
   }
   void add(const GaugeSet& set) {
     for (const Gauge* gauge : set.gauges()) {
-      note_help(gauge->name(), "");  // also of a gauge that is not set: it may tell its family's help
+      // A gauge that is not set may still have its family's help.
+      note_help(gauge->name(), "");
       if (gauge->is_set()) add(gauge->name(), "", MetricType::Gauge).gauge.value = gauge->value();
     }
   }
@@ -73,10 +76,13 @@ class Families {
     if (!name.label.empty()) metric.label.push_back({std::string(name.label), std::string(name.value)});
     return metric;
   }
+  // Sorted by name, so that two looks at /metrics can be compared.
   std::map<std::string, MetricFamily> families_;
+  // Any member may have the family's help, so helps are gathered apart.
   std::map<std::string, std::string> helps_;
 };
 
+// A gauge that is always 1 is Prometheus' way to show text, here the version.
 MetricFamily build_info() {
   ClientMetric metric;
   metric.label.push_back({"version", kVersion});

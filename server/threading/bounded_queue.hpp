@@ -36,6 +36,7 @@ class BoundedQueue {
     const std::lock_guard lock(mutex_);
     items_.emplace_back(std::move(item), 0);
   }
+  // Takes the oldest item. Returns false, and leaves `out`, when there is none.
   bool take(T& out) {
     const std::lock_guard lock(mutex_);
     if (items_.empty()) return false;
@@ -54,6 +55,7 @@ class BoundedQueue {
     items_.clear();
     weight_ = 0;
   }
+  // The weight of the items that wait; put() adds none.
   [[nodiscard]] std::size_t weight() const {
     const std::lock_guard lock(mutex_);
     return weight_;
@@ -64,6 +66,8 @@ class BoundedQueue {
   }
 
  private:
+  // The first condition lets through an item that is heavier than the whole bound; without it, such an item would be
+  // refused forever.
   [[nodiscard]] bool has_room(std::size_t weight) const { return items_.empty() || weight_ + weight <= weight_max_; }
 
   struct Item {

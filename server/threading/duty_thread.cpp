@@ -43,9 +43,11 @@ void DutyThread::run() {
   HAIRNET_ASSERT(poll_);
   if (priority_ == Priority::low) lower_priority();
   while (true) {
+    // The lock is not held here: wake() must never wait for a duty.
     while (poll_()) {
     }
     std::unique_lock lock(mutex_);
+    // A wake-up that came just before the end is still served.
     if (stopping_ && !wake_) return;
     woken_.wait(lock, [this] { return wake_ || stopping_; });
     wake_ = false;

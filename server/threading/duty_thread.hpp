@@ -11,9 +11,12 @@ namespace hairnet::server {
 class DutyThread {
  public:
   enum class Priority { normal, low };
+  // `poll` returns whether it has done something, and is called again until it has not. It must not throw.
   DutyThread(std::function<bool()> poll, Priority priority);
-  ~DutyThread();  // lets `poll` finish its work, and ends the thread
-  void wake();    // any thread
+  // Lets `poll` finish its work, and ends the thread.
+  ~DutyThread();
+  // There may be work. Any thread; a call during `poll` is not lost.
+  void wake();
 
  private:
   void run();
@@ -23,7 +26,8 @@ class DutyThread {
   std::mutex mutex_;
   std::condition_variable woken_;
   bool wake_ = true, stopping_ = false;
-  std::thread thread_;  // last: it uses the other members
+  // Comes last, since it uses the other members.
+  std::thread thread_;
 };
 
 }  // namespace hairnet::server

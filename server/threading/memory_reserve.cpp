@@ -20,7 +20,9 @@ std::atomic<MemoryReserve*> reserve{nullptr};
 // Counts how often reserves of the process were spent.
 std::atomic<std::uint64_t> spent_count{0};
 thread_local bool may_fail = false;
+// This thread has tried again after so many spendings.
 thread_local std::uint64_t spent_count_seen = 0;
+// The first and the newest failure of this thread's wait.
 thread_local Clock::time_point wait_begun, wait_last;
 
 }  // namespace
@@ -30,6 +32,7 @@ MemoryReserve::MemoryReserve(std::size_t bytes)
   HAIRNET_ASSERT(bytes > 0);
   MemoryReserve* const former = reserve.exchange(this);
   HAIRNET_ASSERT(!former);
+  // operator new calls the handler, and tries again whenever it returns.
   std::set_new_handler(on_failed_allocation);
 }
 
@@ -47,6 +50,7 @@ bool MemoryReserve::refill() {
 }
 
 bool MemoryReserve::spend() {
+  // Several threads may fail at once; only one of them gets the block to free.
   void* const block = block_.exchange(nullptr);
   if (!block) return false;
   ++spent_count;
@@ -61,6 +65,7 @@ void MemoryReserve::on_failed_allocation() {
   // Each time that the reserve is spent, by any thread, every thread tries once more.
   const std::uint64_t count = spent_count;
   if (std::exchange(spent_count_seen, count) != count) return;
+  // The owner frees memory by ending sessions. If it waited here, nobody would.
   if (std::this_thread::get_id() == its->owner_) throw std::bad_alloc();
   const Clock::time_point now = Clock::now();
   if (now - wait_last > kSameWait) wait_begun = now;

@@ -26,7 +26,8 @@ class MemoryReserve {
   // Owner. Returns false when the system does not give that much.
   bool refill();
 
-  // For large allocations whose failure ends one job: they throw std::bad_alloc at once.
+  // For large allocations whose failure ends one job: they throw std::bad_alloc at once. Belongs to the thread that
+  // makes it, until the scope ends; scopes may be nested.
   class MayFail {
    public:
     MayFail();
@@ -40,7 +41,8 @@ class MemoryReserve {
 
  private:
   static void on_failed_allocation();
-  bool spend();  // false: it is spent already
+  // Frees the reserve for others to allocate. False: it is spent already.
+  bool spend();
 
   const std::size_t bytes_;
   const std::thread::id owner_;

@@ -16,7 +16,8 @@
 namespace hairnet::server {
 namespace {
 
-constexpr int kRetry_ms = 100;  // how often a descriptor that another program made non-blocking is tried
+// Another program may have made the shared descriptor non-blocking; then it is tried this often.
+constexpr int kRetry_ms = 100;
 
 // Returns what could not be written.
 std::string_view write(int descriptor, std::string_view text) {
@@ -39,12 +40,14 @@ std::string_view write(int descriptor, std::string_view text) {
 struct OutputThread::State {
   explicit State(OutputThreadDef given) : def(std::move(given)) {}
 
-  void lose(std::uint64_t count) {  // locked
+  // Call it with the lock held.
+  void lose(std::uint64_t count) {
     lost += count;
     if (!is_over && def.on_lost) def.on_lost(count);
   }
   // On the thread alone. False when not all could be written.
   bool write_whole(const std::string& text) {
+    // A text that was cut gets its line's end first, or the next line would be read as a part of it.
     if (is_cut && !write(def.descriptor, "\n").empty()) return false;
     is_cut = false;
     const std::string_view left = write(def.descriptor, text);
@@ -59,14 +62,16 @@ struct OutputThread::State {
       std::string text = std::move(waiting.front());
       waiting.pop_front();
       bytes -= text.size();
+      // The lost texts were older than this one, so they are told of before it.
       const std::uint64_t gap = std::exchange(lost, 0);
       is_writing = true;
+      // A write may block for any time. Callers of put() must not wait for it.
       lock.unlock();
-      const bool is_told = gap == 0 || !def.lost_text || write_whole(def.lost_text(gap));
-      const bool is_written = is_told && write_whole(text);
+      const bool is_announced = gap == 0 || !def.lost_text || write_whole(def.lost_text(gap));
+      const bool is_written = is_announced && write_whole(text);
       lock.lock();
       is_writing = false;
-      if (!is_told) lost += gap;  // already counted
+      if (!is_announced) lost += gap;  // already counted
       if (!is_written) lose(1);
       changed.notify_all();
     }
@@ -87,6 +92,7 @@ struct OutputThread::State {
 
 OutputThread::OutputThread(OutputThreadDef def) : state_(std::make_shared<State>(std::move(def))) {
   HAIRNET_ASSERT(state_->def.descriptor >= 0);
+  // A thread that blocks in a write cannot be joined, so it shares the state and may outlive the object.
   std::thread([state = state_] { state->run(); }).detach();
 }
 
@@ -99,6 +105,7 @@ void OutputThread::put(std::string text) {
   if (state_->is_over) return;
   state_->bytes += text.size();
   state_->waiting.push_back(std::move(text));
+  // The oldest texts go: what happens now is worth more to a reader.
   while (state_->bytes > state_->def.bytes_max) {
     state_->bytes -= state_->waiting.front().size();
     state_->waiting.pop_front();

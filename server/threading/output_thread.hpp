@@ -40,7 +40,8 @@ class OutputThread {
 
  private:
   struct State;
-  std::shared_ptr<State> state_;  // shared with the thread, which may outlive this in a write that blocks
+  // Is shared with the thread, which may outlive this object in a write that blocks.
+  std::shared_ptr<State> state_;
 };
 
 }  // namespace hairnet::server

@@ -7,7 +7,8 @@
 
 namespace hairnet::server {
 
-// A token bucket: allows `burst` at once and `rate_per_s` on average.
+// A token bucket: allows `burst` at once and `rate_per_s` on average. It reads no clock, and belongs to one thread. It
+// begins full, so a new peer may use its burst at once.
 class TokenBucket {
  public:
   TokenBucket(double rate_per_s, double burst, std::int64_t now_ns)
@@ -17,7 +18,8 @@ class TokenBucket {
   }
 
   // Takes nothing and returns false when fewer than `count + reserve` tokens are left. A time before the last one
-  // counts as the last one.
+  // counts as the last one. `reserve` leaves tokens for others: something less important may only take what is beyond
+  // them. A `count` above `burst` is never given.
   bool take(double count, std::int64_t now_ns, double reserve = 0) {
     HAIRNET_ASSERT(count >= 0);
     HAIRNET_ASSERT(reserve >= 0);

@@ -14,7 +14,8 @@ namespace hairnet::server {
 // A loop never waits for a helper that has not begun: one that the system wakes late finds the loop done.
 class WorkerPool {
  public:
-  explicit WorkerPool(std::size_t worker_count);  // including the caller
+  // The count includes the calling thread, so 1 or 0 makes no helper.
+  explicit WorkerPool(std::size_t worker_count);
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
@@ -24,15 +25,21 @@ class WorkerPool {
   void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
 
  private:
+  // A helper's life: waits for a round, works, and waits again.
   void help();
+  // Takes indices until none is left. Helpers and the caller share them by one atomic counter.
   void work(std::size_t count, const std::function<void(std::size_t)>& body);
 
   std::mutex mutex_;
   std::condition_variable begun_, ended_;
+  // Counts the loops, so that a helper works on each once.
   std::uint64_t round_ = 0;
-  std::size_t helping_ = 0;  // helpers that work on this round
+  // Counts the helpers that work on this round.
+  std::size_t helping_ = 0;
   bool stopping_ = false;
-  const std::function<void(std::size_t)>* body_ = nullptr;  // null: no helper may begin
+  // Null: no helper may begin. The function belongs to the caller's stack, so it must not be used after parallel_for()
+  // has returned.
+  const std::function<void(std::size_t)>* body_ = nullptr;
   std::size_t count_ = 0;
   std::atomic<std::size_t> next_{0};
   std::vector<std::thread> helpers_;

@@ -27,6 +27,7 @@ constexpr double error_of(LevelIndex level, int stride) {
   return kError[static_cast<std::size_t>(level)][static_cast<std::size_t>(std::countr_zero(unsigned(stride)))];
 }
 
+// One step of a ladder.
 struct Rung {
   LevelIndex level;
   std::uint8_t stride;
@@ -85,11 +86,14 @@ constexpr auto kRungErrors = [] {
 // The weight of a character's error: its size on screen times 0.5 (the head is still) to 1 (it moves fast). Who touches
 // hair looks at it closely: it weighs as if it filled the screen.
 double weight_of(const BudgetCharacter& c) {
+  // The bounds keep an untrusted report of sizes from weighing nothing, or more than a head that is twice as high as
+  // the screen. A turning head moves its hair by about the hair's length.
   constexpr double kMin = 1e-3, kMax = 2, kTouched = 1, kStill = 0.5, kLively_m_per_s = 1, kHairLength_m = 0.2;
   const double least = c.is_touched ? kTouched : kMin;
   const double size = c.importance > least ? std::min<double>(c.importance, kMax) : least;
   const double motion =
       static_cast<double>(c.head_speed_m_per_s) + kHairLength_m * static_cast<double>(c.head_angular_speed_rad_per_s);
+  // Written so that NaN counts as still.
   const double lively = motion > 0 ? std::min(1.0, motion / kLively_m_per_s) : 0;
   const double weight = size * (kStill + (1 - kStill) * lively);
   HAIRNET_ASSERT(weight > 0);
@@ -108,6 +112,8 @@ bool may_sleep_on(const BudgetCharacter& c) {
   return c.now.level >= wanted && (c.now.level != rigid || wanted == rigid);
 }
 
+// The rung of the ladder that comes closest to a level and stride, without a smaller error. A character whose ladder
+// has changed keeps its place by this.
 std::uint8_t rung_of(const Lod& lod, std::size_t ladder_of) {
   const std::span<const Rung> ladder = kLadders[ladder_of];
   std::uint8_t rung = 0;
@@ -117,6 +123,8 @@ std::uint8_t rung_of(const Lod& lod, std::size_t ladder_of) {
   return rung;
 }
 
+// Whole nanoseconds add up to the same sum in every order, so the result does not depend on the order of characters.
+// The bound keeps sums from overflowing.
 std::int64_t in_ns(double s) {
   return s > 0 ? static_cast<std::int64_t>(std::min(1e9 * s, 1e12)) : 0;
 }
@@ -138,6 +146,7 @@ class Prices {
     std::int64_t before = 0;
     for (std::size_t r = 0; r < kLadders[l].size(); ++r) {
       const double turn_ns = turn_ns_[l][r] + observer_count * send_ns_;
+      // fill_budget() needs costs that never fall with the rung; a measured cost may.
       before = std::max(before, static_cast<std::int64_t>(std::min(turn_ns, 1e12) / kLadders[l][r].stride));
       item.cost_ns[r] = before;
     }
@@ -154,6 +163,8 @@ class Chooser {
           std::span<Lod> chosen)
       : terms_(terms), characters_(characters), s_(scratch), chosen_(chosen), budget_ns_(in_ns(terms.available_s)) {}
 
+  // Over budget, everybody is lowered at once, since ticks already run late. Otherwise characters are raised a little
+  // at a time, and only where that fails do some give way to others.
   BudgetReport run() {
     put_in_order();
     put_items();
@@ -165,6 +176,7 @@ class Chooser {
     s_.target.resize(s_.items.size());
     if (now_ns > budget_ns_) {
       fill_budget(share_of(kBudgetDown), s_.items, s_.fill, s_.target, Remainder::spend);
+      // Nobody is raised while others are lowered: a raise could exceed the budget again.
       for (std::size_t i = 0; i < s_.items.size(); ++i) set(i, std::min(s_.target[i], s_.items[i].now));
     } else {
       for (std::size_t i = 0; i < s_.items.size(); ++i) set(i, s_.items[i].now);
@@ -221,6 +233,7 @@ class Chooser {
       item.last = static_cast<std::uint8_t>(kLadders[ladder].size() - 1);
       item.even = kEven[ladder];
       prices.put(ladder, c.observer_count, item);
+      // Nobody sees it now, so more detail would be wasted; less would show when somebody looks again.
       if (c.unseen_s > 0) item.last = item.now;
       HAIRNET_ASSERT(item.now <= item.last);
     }
@@ -237,6 +250,8 @@ class Chooser {
     }
     const std::int64_t most_ns = share_of(kBudgetDown);
     const bool fits = sum_ns_ + more_ns <= most_ns;
+    // Where not all raises fit, characters that weigh more come first; the key decides between equals, so that the
+    // result is the same on every machine.
     if (!fits) {
       std::ranges::sort(s_.raises, {},
                         [this](std::uint32_t i) { return std::tuple(-s_.items[i].weight, s_.items[i].key); });
@@ -266,6 +281,7 @@ class Chooser {
     sum_ns_ = 0;
     for (std::size_t i = 0; i < s_.items.size(); ++i) {
       const BudgetItem& item = s_.items[i];
+      // Lowering happens before raising, so that its time is free for those who lack some.
       const std::uint8_t rung = has_dwelt(item) ? std::min(s_.target[i], item.now) : item.now;
       set(i, rung);
       sum_ns_ += item.cost_ns[rung];

@@ -48,6 +48,8 @@ struct BudgetCharacter {
   double since_s = std::numeric_limits<double>::infinity();
 };
 
+// What a tick has and what frames cost, measured. All times are worker-seconds: seconds of one worker, summed over
+// workers.
 struct BudgetTerms {
   // A tick has this many worker-seconds for everything (TickGuard).
   double available_s = 0;
@@ -58,18 +60,30 @@ struct BudgetTerms {
   double send_s = 0;
 };
 
+// What choose_levels() has decided, for gauges and for TickGuard.
 struct BudgetReport {
-  double predicted_s = 0;  // a tick, with the chosen levels
-  double wanted_s = 0;     // a tick, with every character at its requested level
+  // A tick takes this time with the chosen levels.
+  double predicted_s = 0;
+  // A tick would take this time with every character at its requested level.
+  double wanted_s = 0;
   std::uint32_t raised = 0, lowered = 0;
-  std::uint32_t below_wanted = 0;  // seen, ready, and below the requested level
-  bool is_over = false;            // not even rung 0 of all characters fits
+  // Counts characters that are seen, and below the finest rung that they may have.
+  std::uint32_t below_wanted = 0;
+  // Not even rung 0 of all characters fits.
+  bool is_over = false;
 };
 
-inline constexpr double kBudgetUp = 0.9;     // the share of the available time that raising may fill
-inline constexpr double kBudgetDown = 0.95;  // when the budget is exceeded, lowering goes down to this share
-inline constexpr double kLodDwell_s = 0.5;   // before a character is raised again, or lowered in favour of another one
-inline constexpr float kSuspendAfter_s = 1;  // time unseen
+// Raising may fill this share of the available time. The distance to kBudgetDown keeps noise of the measured costs from
+// raising and lowering the same characters in turn.
+inline constexpr double kBudgetUp = 0.9;
+// When the budget is exceeded, lowering goes down to this share.
+inline constexpr double kBudgetDown = 0.95;
+// A character keeps a new level at least this long before it is raised again, or lowered in favour of another one. An
+// exceeded budget does not wait.
+inline constexpr double kLodDwell_s = 0.5;
+// A character that nobody has seen for this long is not stepped. A shorter time would suspend hair at each short look
+// away.
+inline constexpr float kSuspendAfter_s = 1;
 
 // Buffers that are reused from call to call.
 struct BudgetScratch {

@@ -25,6 +25,7 @@ constexpr double kSampleMost = 2;
 // Weighs a tick with enough character-steps to be significant.
 constexpr double kGain = 0.1;
 constexpr double kFullSteps = 16;
+// All levels together tell how fast the machine is, so this mean may move slower than each level's own.
 constexpr double kMachineGain = 0.05;
 
 std::size_t index_of(int stride) {
@@ -49,6 +50,8 @@ void CostEstimate::observe(const StepCosts& costs) {
       if (cost.character_steps == 0 || cost.step_ns <= 0 || estimate.table_s <= 0) continue;
       const double sample_s = 1e-9 * static_cast<double>(cost.step_ns) / cost.character_steps;
       const double ratio = std::clamp(sample_s / estimate.table_s, 1 / kFirstSampleMost, kFirstSampleMost);
+      // The first sample replaces the table's value at once; a slow mean would start from a machine that is not this
+      // one.
       if (!estimate.is_measured) {
         estimate.is_measured = true;
         estimate.measured_s = ratio * estimate.table_s;

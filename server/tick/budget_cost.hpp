@@ -26,7 +26,8 @@ class CostEstimate {
   };
 
   std::array<std::array<Estimate, kStrides>, kLevelCount> estimates_{};
-  double machine_ = 1;  // measured time over the table's time, for all levels together
+  // The measured time over the table's time, for all levels together.
+  double machine_ = 1;
 };
 
 }  // namespace hairnet::server

@@ -17,7 +17,8 @@ bool goes_before(const FillStep& a, const FillStep& b) {
 // The step from the rung below to `rung`.
 FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint8_t rung) {
   HAIRNET_VALIDATE(rung >= 1 && rung <= items[index].last);
-  constexpr double kPerRung = 1e6;  // larger than any error over time
+  // Is larger than any error over time, so even rungs always come first.
+  constexpr double kPerRung = 1e6;
   const BudgetItem& item = items[index];
   const std::int64_t cost_ns = item.cost_ns[rung] - item.cost_ns[rung - 1u];
   double priority = item.weight * (rung <= item.now ? kHysteresis : 1.0);
@@ -45,6 +46,7 @@ std::int64_t level_cost(std::int64_t level_ns, std::span<const FillShare> shares
 // The highest level to which all shares can be filled, with none beyond its maximum or below its minimum.
 std::int64_t water_level(std::int64_t budget_ns, std::span<const FillShare> shares) {
   HAIRNET_VALIDATE(level_cost(0, shares) <= budget_ns);
+  // A search by halves in whole nanoseconds: the cost never falls with the level, so the last level that fits is exact.
   std::int64_t low = 0, high = 0;
   for (const FillShare& share : shares) high = std::max(high, share.most_ns);
   while (low < high) {
@@ -88,6 +90,7 @@ class ClientFill {
       : items_(items), steps_(steps), rungs_(rungs) {}
 
   void fill(const FillShare& client, std::int64_t share_ns) {
+    // A client with one character needs no comparison of steps.
     if (client.end - client.begin == 1) return fill_one(client.begin, share_ns);
     HAIRNET_ASSERT(share_ns >= client.least_ns);
     put_steps(client);
@@ -95,6 +98,8 @@ class ClientFill {
     // The better half of [begin, end) is bought as a whole, or searched by halves.
     auto begin = steps_.begin(), end = steps_.end();
     while (begin != end) {
+      // Halving costs time in proportion to the number of steps; sorting all of them would cost more, for an order that
+      // nobody reads.
       const auto middle = begin + (end - begin + 1) / 2;
       if (middle != end) std::nth_element(begin, middle, end, goes_before);
       std::int64_t cost_ns = 0;
@@ -122,7 +127,8 @@ class ClientFill {
       double before = std::numeric_limits<double>::infinity();
       for (std::uint8_t rung = 1; rung <= items_[i].last; ++rung) {
         FillStep step = step_to(items_, i, rung);
-        before = step.priority = std::min(step.priority, before);  // no step before the step below it
+        // No step comes before the step below it, even if its measured gain is larger.
+        before = step.priority = std::min(step.priority, before);
         steps_.push_back(step);
       }
     }
@@ -153,6 +159,7 @@ void spend_remainder(std::int64_t left_ns, std::span<const BudgetItem> items, st
     const FillStep step = steps.back();
     steps.pop_back();
     const bool is_even = step.rung <= items[step.item].even;
+    // Somebody could not pay an even rung, so nobody goes beyond theirs.
     if (!is_even && is_uneven) break;
     if (step.cost_ns > left_ns) {
       is_uneven |= is_even;
@@ -187,7 +194,10 @@ std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> ite
   HAIRNET_ASSERT(scratch.subjects.size() <= scratch.clients.size());
   HAIRNET_ASSERT(scratch.clients.size() <= items.size());
   const std::int64_t least_ns = cost_of(items, rungs);
+  // Nothing can be left out below rung 0, so the caller learns the cost and reports the excess.
   if (least_ns >= budget_ns) return least_ns;
+  // A person with many clients or characters gets one share, like everyone else: more characters only make them
+  // coarser.
   const std::int64_t subject_level = water_level(budget_ns, scratch.subjects);
   ClientFill filler(items, scratch.steps, rungs);
   for (const FillShare& subject : scratch.subjects) {

@@ -27,20 +27,24 @@ struct BudgetItem {
   std::uint8_t even = 0;
 };
 
+// One character's way up by one rung, and what it costs and gains.
 struct FillStep {
   double priority = 0;
   std::int64_t cost_ns = 0;
   std::uint64_t key = 0;
   std::uint32_t item = 0;
-  std::uint8_t rung = 0;  // the rung that it reaches
+  // The step leads from the rung below to this one.
+  std::uint8_t rung = 0;
 };
 
+// A run of items (a client) or of clients (a subject), and the least and the most that it can cost.
 struct FillShare {
   // These bound its items.
   std::size_t begin = 0, end = 0;
   std::int64_t least_ns = 0, most_ns = 0;
 };
 
+// Buffers that are reused from call to call.
 struct FillScratch {
   std::vector<FillShare> clients, subjects;
   std::vector<FillStep> steps;

@@ -8,6 +8,7 @@
 namespace hairnet::server {
 namespace {
 
+// Some time is always available: with none, no character would be stepped, and nothing could be measured any more.
 constexpr double kTrustMin = 0.02;
 // One tick cuts the trust to no less than this share: a single very late tick says little about the right amount.
 constexpr double kCutMax = 0.5;
@@ -44,7 +45,9 @@ void TickGuard::check_invariants() const {
 }
 
 void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) {
+  // The time is compared with the current target, which the margin may have lowered.
   const double used = tick_duration_s / (share_ * def_.tick_s);
+  // Written so that NaN returns.
   if (!(used >= 0) || !(work_s >= 0)) return;
   // One late tick in ten must not pull up the mean of the other nine.
   const double most_s = std::max(2 * overhead_s_, kOverheadMin * def_.tick_s * def_.workers);
@@ -62,8 +65,10 @@ void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) 
   const bool is_beyond = used > 1;
   recent_ = static_cast<std::uint8_t>(recent_ << 1 | (is_beyond ? 1 : 0));
   if (is_beyond) {
+    // One tick beyond the share may be another program's doing; two of four are not.
     if (std::popcount(static_cast<unsigned>(recent_ & 0xfu)) < 2) return;
     trust_ = std::max(kTrustMin, trust_ * std::max(kCutMax, 1 / used));
+    // The next cut needs two new ticks, which have run with the lower trust.
     recent_ = 0;
   } else if (used < kCalm) {
     trust_ = std::min(1.0, trust_ * (1 + kReturnPerS * (kCalm - used) * def_.tick_s));

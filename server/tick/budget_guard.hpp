@@ -6,8 +6,10 @@ namespace hairnet::server {
 
 struct TickGuardDef {
   double tick_s = 1.0 / 30;
-  double tick_share = 0.7;  // share of a tick that its work may take (`--tick-budget`)
-  int workers = 1;          // sharing the work
+  // The share of a tick that its work may take (`--tick-budget`).
+  double tick_share = 0.7;
+  // So many threads share the work.
+  int workers = 1;
 };
 
 // Decides how many worker-seconds a tick's predicted work on characters may take, from the measured time of ticks. The
@@ -36,11 +38,16 @@ class TickGuard {
 
   TickGuardDef def_;
   double trust_ = 1;
-  double margin_factor_ = 1;  // factor on the share when the full margin applies
-  double share_;              // the share of a tick that is the current target
-  int calm_ticks_ = 0;        // since the margin was last widened, counted up to kMarginTicks + 1
-  double overhead_s_ = 0;     // worker-seconds of a tick that are not work on characters, smoothed
-  std::uint8_t recent_ = 0;   // one bit a tick, newest lowest: the tick exceeded the share
+  // The factor on the share when the full margin applies.
+  double margin_factor_ = 1;
+  // The current target, as a share of a tick.
+  double share_;
+  // Counts ticks since the margin was last widened, up to kMarginTicks + 1.
+  int calm_ticks_ = 0;
+  // Worker-seconds of a tick that are not work on characters, smoothed.
+  double overhead_s_ = 0;
+  // One bit a tick, the newest lowest: the tick exceeded the share.
+  std::uint8_t recent_ = 0;
 };
 
 }  // namespace hairnet::server

@@ -10,6 +10,7 @@ void update_character_gauges(const Rooms& rooms, const Simulation& simulation, T
   std::array<double, kLevelCount> at_level{};
   double stepped = 0, asleep = 0, suspended = 0, waiting = 0;
   for (const auto& [key, character] : rooms.characters()) {
+    // A character beyond the World's limit is never stepped and counts as waiting.
     if (!character.in_world || !simulation.contains(key)) {
       ++waiting;
       continue;

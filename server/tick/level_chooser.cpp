@@ -12,12 +12,15 @@ namespace {
 constexpr std::uint64_t kTicksBetween = 4;
 // Each tick weighs this much in measured times.
 constexpr double kSmoothing = 0.05;
+// Without a clock nothing is measured, and every character can have its finest level: tests get the same levels on
+// every machine.
 constexpr double kUnbounded_s = 1e9;
 // A character stays off the learnt level for this long, after motions that it was not trained on.
 constexpr double kUncovered_s = 2;
 
 void smooth(double& mean, double value) {
   HAIRNET_ASSERT(value >= 0);
+  // The first value is taken as it is.
   mean += (mean == 0 ? 1 : kSmoothing) * (value - mean);
 }
 
@@ -40,6 +43,8 @@ bool LevelChooser::note_unseen(Rooms& rooms, const Simulation& simulation) const
     Character& character = *one;
     if (!character.in_world) continue;
     character.unseen_ticks = character.seen ? 0 : character.unseen_ticks + 1;
+    // Four cases do not wait for the next choice: somebody looks at suspended hair; a hand touches learnt hair, which
+    // knows no hands; an owner asks for a coarser level than the present one; levels have become ready.
     is_urgent = is_urgent || (character.suspended && character.seen) ||
                 (character.lattice.is_touched && character.level == LevelIndex::learnt) ||
                 (character.requested_level > character.level && character.requested_level != LevelIndex::learnt) ||
@@ -67,7 +72,8 @@ BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready
   HAIRNET_ASSERT(!character.lod_chosen || character.lod_since <= tick);
   HAIRNET_ASSERT(b.importance >= 0);
   if (character.lod_chosen) b.since_s = static_cast<double>(tick - character.lod_since) * def_.tick_s;
-  if (character.held_tick == tick - 1) b.since_s = 0;  // another level would end the hold
+  // Another level would end the hold.
+  if (character.held_tick == tick - 1) b.since_s = 0;
   return b;
 }
 
@@ -75,6 +81,7 @@ bool LevelChooser::may_learn(const Room& room, const Simulation& simulation, Cha
                              std::uint64_t tick) const {
   const LearntHair* const learnt = simulation.learnt(character.groom);
   if (!is_learnt_tick(def_.tick_s) || !learnt) return false;
+  // The network has met a motion beyond its training; it pauses, so that the level does not change with each of them.
   if (character.lattice.level == LevelIndex::learnt && !character.lattice.is_covered)
     character.learnt_next = tick + static_cast<std::uint64_t>(kUncovered_s / def_.tick_s);
   // Networks know of no hands.
@@ -84,6 +91,7 @@ bool LevelChooser::may_learn(const Room& room, const Simulation& simulation, Cha
 
 void LevelChooser::choose(Rooms& rooms, const Simulation& simulation, wire::RecordedTick& inputs) {
   const bool is_urgent = note_unseen(rooms, simulation);
+  // While ticks take too long, every tick chooses again.
   if (!is_urgent && !over_ && inputs.tick % kTicksBetween != 0) return;
   placed_.clear();
   budgeted_.clear();
@@ -161,7 +169,9 @@ void LevelChooser::observe(Rooms& rooms, const StepCosts& costs, double tick_dur
     for (const StepCost& cost : costs.sums[l]) step_ns += cost.step_ns;
     counters_->gauges.step_cost_seconds[static_cast<LevelIndex>(l)].set(cost_.turn_s(static_cast<LevelIndex>(l), 1));
   }
+  // A mean over all observers: sending differs little from one to the next, and a mean of each would be noise.
   if (sent > 0) smooth(send_s_, static_cast<double>(send_ns) * 1e-9 / static_cast<double>(sent));
+  // The workers' time on characters is known by its parts. What the tick took beyond it is the overhead.
   guard_.observe(tick_duration_s, static_cast<double>(step_ns + all_encode_ns + send_ns) * 1e-9, wanted_s_);
   counters_->step_ns_total.add(static_cast<std::uint64_t>(step_ns));
   counters_->encode_ns_total.add(static_cast<std::uint64_t>(all_encode_ns));

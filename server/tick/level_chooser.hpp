@@ -15,9 +15,11 @@ namespace hairnet::server {
 
 struct LevelChooserDef {
   double tick_s = 1.0 / 30;
-  double tick_share = 0.7;  // share of a tick that its work may take
+  // The share of a tick that its work may take.
+  double tick_share = 0.7;
   int workers = 1;
-  ClockNs now_ns = nullptr;  // null: nothing is measured, and every character gets the level that its owner asked for
+  // Null: nothing is measured, and every character gets the level that its owner asked for.
+  ClockNs now_ns = nullptr;
 };
 
 // Chooses every character's level and stride, and whether it is suspended, from measured times. Collects the inputs of
@@ -40,6 +42,7 @@ class LevelChooser {
   // Whether the learnt level holds for the character in this room.
   [[nodiscard]] bool may_learn(const Room& room, const Simulation& simulation, Character& character,
                                std::uint64_t tick) const;
+  // Writes what differs from the present Lod into the inputs, so that a recording has it.
   void apply(Character& character, const Lod& lod, wire::RecordedTick& inputs);
 
   LevelChooserDef def_;

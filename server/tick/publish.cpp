@@ -36,6 +36,8 @@ std::uint8_t tolerance_within(float wanted_m) {
   return static_cast<std::uint8_t>(std::min(static_cast<int>(steps), kToleranceCount - 1));
 }
 
+// Finds or adds the character's coding for a tolerance. Observers with the same tolerance share it; the memory of
+// earlier ticks' codings is used again. Only the loop over rooms calls it, and a character is in one room.
 std::uint32_t variant_of(Character& character, std::uint8_t tolerance) {
   HAIRNET_ASSERT(character.variant_count <= character.variants.size());
   for (std::size_t i = 0; i < character.variant_count; ++i) {
@@ -59,6 +61,8 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
     observer.send_ns = 0;
     if (observer.sink) observers_.push_back(&observer);
   }
+  // The loops run one after the other: requests need what has changed, codings need all requests, packets need all
+  // codings.
   const auto request_for = [&](std::size_t i) { request(terms, rooms.rooms()[i]); };
   const auto encode_batch = [&](std::size_t i) { encode(terms, batches_[i]); };
   const auto send_to = [&](std::size_t i) {
@@ -70,6 +74,7 @@ void Publisher::publish(Rooms& rooms, const Simulation& simulation, const wire::
   run_chunks(parallel_for, everyone.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) begin_frame(terms, *everyone[i]);
   });
+  // The loop goes by rooms and not by observers, since observers of one room ask for codings of the same characters.
   run_loop(parallel_for, rooms.rooms().size(), request_for);
   gather_batches(everyone);
   run_loop(parallel_for, batches_.size(), encode_batch);
@@ -97,7 +102,9 @@ const Publisher::KnownBasis* Publisher::basis_of(const Character& character) con
   const auto found = bases_.find(character.groom);
   if (found == bases_.end()) return nullptr;
   const LatticeView& lattice = character.lattice;
+  // Rigid and learnt hair have no lattice whose size could tell.
   if (!lattice.model) return &found->second;
+  // Rebuilt levels may have another lattice than the one that the character still has. Its map would not fit.
   const auto node_count = static_cast<Eigen::Index>(lattice.displacement.size());
   return found->second.modes->map(lattice.level).matrix().cols() == 3 * node_count ? &found->second : nullptr;
 }
@@ -109,14 +116,16 @@ void Publisher::begin_frame(const Terms& terms, Character& character) {
   const LatticeView lattice = character.lattice = terms.simulation.lattice(character.key);
   HAIRNET_ASSERT(has_lattice(lattice.level) == (lattice.model != nullptr));
   character.discontinuous = character.discontinuous || (lattice.stepped && lattice.discontinuous);
+  // A change of level or a discontinuity is always sent, even if nothing has been stepped.
   const bool is_marked = character.discontinuous || lattice.level != character.shown;
   character.shown = lattice.level;
   character.asleep = lattice.asleep && !is_marked;
   character.changed = (lattice.stepped && !lattice.asleep) || is_marked;
   if (!character.changed) return;
-  const bool sound = std::all_of(lattice.displacement.begin(), lattice.displacement.end(),
+  // Clients cannot show such numbers. The World returns the lattice to rest, and later frames are valid again.
+  const bool valid = std::all_of(lattice.displacement.begin(), lattice.displacement.end(),
                                  [](const Vec3f& d) { return d.allFinite(); });
-  if (sound) return;
+  if (valid) return;
   counters_->frames_dropped_not_finite.add();
   character.changed = character.asleep = false;
 }
@@ -134,6 +143,7 @@ void Publisher::request(const Terms& terms, Room& room) const {
 
 int Publisher::request(const Terms& terms, const Room& room, Observer& observer) const {
   const std::uint64_t tick = terms.tick.tick;
+  // What waits in the outbox is older than this tick; sending it first would only delay the newest frames further.
   if (observer.sink->drop_if_congested()) {
     observer.forget_sent();
     observer.throttle.on_lost_frames();
@@ -154,15 +164,20 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
     if (!character->asleep) view.sleep_sent = false;
     if (!view.wanted || !view.in_view || !observer.knows(character->slot)) continue;
     view.discontinuity_pending = view.discontinuity_pending || character->discontinuous;
+    // The stride counts from the last frame, so characters that change at different ticks do not all come at once.
     const bool due = character->changed && (!view.sent || tick - *view.sent >= stride);
+    // Hair that comes to rest gets one last frame, whatever the stride: without it the client would go on from an older
+    // one.
     if (!due && (!character->asleep || view.sleep_sent)) continue;
     announce_basis(terms, *character, observer);
+    // The wanted error is for a head that fills the screen's height; a head of half of it may have twice the error.
     const float height = view.screen_height < 0 ? 1 : std::clamp(view.screen_height, kSmallestHeight, 1.0f);
     const std::uint8_t tolerance =
         note_learnt(terms, *character, observer, view) ? kPoseOnly : tolerance_within(error_m / height);
     observer.requests.push_back({character, variant_of(*character, tolerance), view.discontinuity_pending});
     view.sent = tick;
     view.sleep_sent = character->asleep;
+    // The mark is on its way now. forget_sent() sets it again when this frame may have been lost.
     view.discontinuity_pending = false;
   }
   return static_cast<int>(stride);
@@ -183,25 +198,31 @@ bool Publisher::note_learnt(const Terms& terms, const Character& character, Obse
     view.learnt_since.reset();
     return false;
   }
-  LearntTold& told = observer.learnt_told[character.groom];
-  if (told.file != learnt->second) {
-    told = {learnt->second, std::nullopt};
+  LearntAnnounced& announced = observer.learnt_announced[character.groom];
+  // Hair may be learnt again, and then has another file: the session must evaluate the new one or nothing.
+  if (announced.file != learnt->second) {
+    announced = {learnt->second, std::nullopt};
     counters_->learnt_announced.add();
-    observer.sink->push(wire::GroomLearnt{character.groom, told.file}, terms.now_ns);
+    observer.sink->push(wire::GroomLearnt{character.groom, announced.file}, terms.now_ns);
   }
   const Room& room = terms.rooms.room(character.room);
   const Wind& wind = room.wind_in_world ? *room.wind_in_world : room.wind;
-  if (wind.carried || !is_still(wind)) {  // clients evaluate hair in still air, of the room
+  // Clients evaluate hair in still air of the room: they do not download a network's weights of the wind.
+  if (wind.carried || !is_still(wind)) {
     view.learnt_since.reset();
     return false;
   }
+  // A client's network begins again after such a gap, and until it has settled its hair differs from the World's.
   if (!view.learnt_since || !view.sent || tick - *view.sent > kLearntGapMax_ticks) view.learnt_since = tick;
-  if (!told.evaluated_since || character.coefficients.is_fading()) return false;
-  return tick - std::max(*view.learnt_since, *told.evaluated_since) >= kLearntSettled_ticks;
+  // A fade is added to the coefficients here; a client that evaluates by itself would not see it.
+  if (!announced.evaluated_since || character.coefficients.is_fading()) return false;
+  return tick - std::max(*view.learnt_since, *announced.evaluated_since) >= kLearntSettled_ticks;
 }
 
 void Publisher::gather_batches(std::span<Character* const> everyone) {
   batches_.clear();
+  // The newest batch of each basis and level, which may have room. Order and batches do not depend on pointers: they
+  // follow the order of characters.
   std::map<std::pair<const KnownBasis*, LevelIndex>, std::size_t> unfilled;
   for (Character* character : everyone) {
     if (character->variant_count == 0) continue;
@@ -221,6 +242,7 @@ void Publisher::gather_batches(std::span<Character* const> everyone) {
 void Publisher::encode(const Terms& terms, const Batch& batch) const {
   const std::int64_t begun_ns = clock_ns();
   const std::span characters(batch.characters.data(), batch.count);
+  // Not cleared: only what the map writes is read.
   std::array<std::array<float, kModeCountMax>, kModeMapWidth> computed;
   if (batch.map) {
     std::array<std::span<const Vec3f>, kModeMapWidth> displacements;
@@ -257,6 +279,7 @@ void Publisher::encode(const Terms& terms, Character& character, const KnownBasi
         has_hair ? codec::detail_for(basis->code, coefficients, tolerance_m(variant.tolerance)) : codec::Detail{};
   }
   for (unsigned step = 0; step < codec::kStepCount; ++step) {
+    // One coding with the most coefficients of this step of rounding serves all variants of it: each is a prefix.
     std::optional<std::size_t> most;
     for (const FrameVariant& variant : variants) {
       if (variant.detail.step == step) most = std::max(most.value_or(0), variant.detail.count);
@@ -276,7 +299,8 @@ void Publisher::encode(const Terms& terms, Character& character, const KnownBasi
 // Gathers frames into packets of at most `bytes_max` bytes of frames, or of one frame.
 class Publisher::Packer {
  public:
-  enum class Kind : std::uint8_t { certain, losable, datagram };  // the last: without an envelope
+  // A datagram has no envelope around its frames.
+  enum class Kind : std::uint8_t { reliable, unreliable, datagram };
   Packer(const Terms& terms, std::size_t bytes_max, Kind kind, std::vector<FramePacket>& packets)
       : terms_(&terms), bytes_max_(bytes_max), kind_(kind), packets_(&packets) {}
 
@@ -285,7 +309,9 @@ class Publisher::Packer {
     if (bytes_ + frame_bytes > bytes_max_) flush();
     bytes_ += frame_bytes;
     batch_.frames.push_back(frame);
-    if (kind_ != Kind::certain) batch_.generations.push_back(generation);
+    // Only an unreliable frame can overtake the message that gives the slot a new owner, so only there its generation
+    // counts.
+    if (kind_ != Kind::reliable) batch_.generations.push_back(generation);
   }
   void flush() {
     if (batch_.frames.empty()) return;
@@ -295,7 +321,7 @@ class Publisher::Packer {
     wire::FrameBatch batch = std::exchange(batch_, {});
     packets_->push_back({kind_ == Kind::datagram ? wire::encode_frame_datagram(terms_->now_ns, batch)
                                                  : wire::encode_packet({terms_->now_ns, std::move(batch)}),
-                         frame_count, kind_ != Kind::certain});
+                         frame_count, kind_ != Kind::reliable});
     HAIRNET_ASSERT(!packets_->back().bytes.empty());  // a packet of frames fits the protocol's bound
     bytes_ = 0;
   }
@@ -309,6 +335,7 @@ class Publisher::Packer {
 };
 
 void Publisher::send(const Terms& terms, Observer& observer) const {
+  // An empty packet would say nothing that the next one does not.
   if (observer.requests.empty() && observer.hand_packets.empty()) return;
   const std::int64_t begun_ns = clock_ns();
   std::size_t evaluated_count = 0;
@@ -316,9 +343,12 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
   const std::size_t datagram_bytes_max = observer.sink->datagram_bytes_max();
   const bool has_envelope = !observer.sink->takes_frame_datagrams();
   const std::size_t head_bytes = has_envelope ? kBatchBytes : wire::frame_datagram_head_bytes(terms.tick.tick);
-  const std::size_t losable_bytes_max = datagram_bytes_max > head_bytes ? datagram_bytes_max - head_bytes : 0;
-  Packer certain(terms, def_.packet_bytes_max, Packer::Kind::certain, packets);
-  Packer losable(terms, losable_bytes_max, has_envelope ? Packer::Kind::losable : Packer::Kind::datagram, packets);
+  // A datagram is never split by QUIC: packets fit into one, or go by the channel.
+  const std::size_t unreliable_bytes_max = datagram_bytes_max > head_bytes ? datagram_bytes_max - head_bytes : 0;
+  // Requests come in the order of slots, so members ascend in every packet, as the protocol wants.
+  Packer certain(terms, def_.packet_bytes_max, Packer::Kind::reliable, packets);
+  Packer unreliable(terms, unreliable_bytes_max, has_envelope ? Packer::Kind::unreliable : Packer::Kind::datagram,
+                    packets);
   for (const Observer::Request& request : observer.requests) {
     const Character& character = *request.character;
     HAIRNET_ASSERT(request.variant < character.variant_count);
@@ -334,11 +364,11 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
     frame.content = variant.content;
     const std::size_t frame_bytes = wire::frame_bytes(frame) + 1;  // and its generation
     // No newer frame makes up for these marks.
-    const bool may_be_lost = !frame.asleep && !frame.discontinuous && frame_bytes <= losable_bytes_max;
-    (may_be_lost ? losable : certain).add(frame, character.generation, frame_bytes);
+    const bool may_be_lost = !frame.asleep && !frame.discontinuous && frame_bytes <= unreliable_bytes_max;
+    (may_be_lost ? unreliable : certain).add(frame, character.generation, frame_bytes);
   }
   certain.flush();
-  losable.flush();
+  unreliable.flush();
   counters_->frames_published.add(observer.requests.size());
   counters_->frames_evaluated_by_clients.add(evaluated_count);
   const auto bytes_of = [](std::span<const FramePacket> some) {
@@ -347,6 +377,7 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
     return bytes;
   };
   const std::size_t frame_bytes = bytes_of(packets), hand_bytes = bytes_of(observer.hand_packets);
+  // The throttle counts hands, too: they share the connection.
   observer.sent_bytes = frame_bytes + hand_bytes;
   counters_->frame_bytes_published.add(frame_bytes);
   counters_->hand_bytes_published.add(hand_bytes);

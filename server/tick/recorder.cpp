@@ -12,6 +12,7 @@
 namespace hairnet::server {
 namespace {
 
+// Copies a shared groom only here, on the recorder's thread.
 wire::RecordEntry to_entry(
     std::variant<wire::RecordingHeader, Recorder::Bytes, wire::RecordedLearnt, wire::RecordedTick>& item) {
   if (auto* header = std::get_if<wire::RecordingHeader>(&item)) return *header;
@@ -50,6 +51,7 @@ void Recorder::put(const wire::RecordedLearnt& learnt) {
 
 void Recorder::put(wire::RecordedTick tick) {
   const auto bytes_of = [](const auto&... lists) { return (... + (lists.size() * sizeof(lists[0]))); };
+  // The weight is about the memory that the entry occupies while it waits, not its size on the disk.
   std::size_t bytes = sizeof(tick) + bytes_of(tick.removed, tick.added, tick.levels, tick.materials, tick.strides,
                                               tick.suspensions, tick.states, tick.winds, tick.poses, tick.touch_rules,
                                               tick.bodies, tick.releases, tick.grabs);
@@ -62,6 +64,7 @@ void Recorder::put(wire::RecordedTick tick) {
 void Recorder::put(Item&& item, std::size_t bytes) {
   HAIRNET_ASSERT(bytes > 0);
   if (failed()) return;
+  // A recording with a gap could not be replayed, so it ends here and stays valid up to this tick.
   if (!queue_.try_put(item, bytes)) return fail("the disk is too slow");
   if (on_put) on_put();
 }
@@ -70,6 +73,7 @@ bool Recorder::poll() {
   queue_.take_all(taken_);
   if (taken_.empty()) return false;
   for (Item& item : taken_) {
+    // The rest of the queue is taken and dropped, so its memory is free again.
     if (!file_) break;
     const bool is_tick = std::holds_alternative<wire::RecordedTick>(item);
     const std::vector<std::uint8_t> bytes = wire::encode_record_entry(to_entry(item));
@@ -81,6 +85,7 @@ bool Recorder::poll() {
     }
   }
   taken_.clear();
+  // After a crash the file has all entries but those of the last moment.
   if (file_ && std::fflush(file_.get()) != 0) {
     fail(std::strerror(errno));
     file_.reset();
@@ -88,10 +93,11 @@ bool Recorder::poll() {
   return true;
 }
 
-void Recorder::fail(const char* why) {
+void Recorder::fail(const char* error) {
+  // The first fault is the cause; later ones follow from it.
   if (failed_.exchange(true)) return;
   counters_->recordings_failed.add();
-  spdlog::error("event=recording_failed file={} detail={}", log_text(path_), log_text(why));
+  spdlog::error("event=recording_failed file={} detail={}", log_text(path_), log_text(error));
 }
 
 }  // namespace hairnet::server

@@ -25,6 +25,7 @@ class Recorder {
 
   static Result<std::unique_ptr<Recorder>> create(const std::string& path, TickCounters& counters);
 
+  // All put() are for the tick thread. They never wait, and do nothing once the recording has failed.
   void put(const wire::RecordingHeader& header);
   void put_groom(Bytes bytes);
   void put(const wire::RecordedLearnt& learnt);
@@ -34,7 +35,8 @@ class Recorder {
   // Writes the queued entries, on the recorder's thread. False when there were none.
   bool poll();
 
-  std::function<void()> on_put;  // wakes the recorder; set before use
+  // Wakes the recorder's thread. Set it before ticks run.
+  std::function<void()> on_put;
 
  private:
   using Item = std::variant<wire::RecordingHeader, Bytes, wire::RecordedLearnt, wire::RecordedTick>;
@@ -44,13 +46,14 @@ class Recorder {
   Recorder(std::FILE* file, std::string path, TickCounters& counters);
   // Not inlined: otherwise g++ 12 sees which alternative it is, and warns that the others are uninitialised.
   [[gnu::noinline]] void put(Item&& item, std::size_t bytes);
-  void fail(const char* why);
+  void fail(const char* error);
 
   std::unique_ptr<std::FILE, CloseFile> file_;
   std::string path_;
   TickCounters* counters_;
   BoundedQueue<Item> queue_;
   std::vector<Item> taken_;
+  // Either thread sets it: the tick thread when the queue is full, the recorder's when the disk is.
   std::atomic<bool> failed_{false};
 };
 

@@ -15,8 +15,10 @@ namespace {
 constexpr std::uint64_t kInterestTicks = 8;
 // Bounds the changes in one room.
 constexpr std::uint32_t kWindChangesPer_s = 4;
+// A hair state waits this long for levels that are still being built; then its character enters rigid.
 constexpr std::uint64_t kStateWait_s = 2;
 constexpr double kMotionSmoothing_s = 1;
+// A client that reports no sizes counts as one that sees each head at a quarter of its screen's height.
 constexpr float kScreenHeightUnreported = 0.25f;
 
 std::size_t bytes_of(const wire::HairState& state) {
@@ -49,10 +51,12 @@ void carry_over(const LevelSet& levels, LevelIndex to, wire::RecordedState& stat
   if (to == LevelIndex::high || !map) return;
   if (state.displacements.size() != levels[LevelIndex::high].rest.size()) return;
   for (std::vector<Vec3f>* vectors : {&state.displacements, &state.velocities}) {
+    // The map takes displacements of one lattice to another; it is linear, so it serves velocities, too.
     std::vector<Vec3f> carried(levels[to].rest.size());
     map->apply(*vectors, carried);
     *vectors = std::move(carried);
   }
+  // The map may carry a node a little beyond what frames can say. Scaling all nodes alike keeps the hair's shape.
   float farthest_m = 0;
   for (const Vec3f& d : state.displacements) farthest_m = std::max(farthest_m, d.norm());
   const float bound_m = levels[to].displacement_max_m;
@@ -61,6 +65,7 @@ void carry_over(const LevelSet& levels, LevelIndex to, wire::RecordedState& stat
   }
 }
 
+// One tick rate and one clock serve all parts: they could not be set apart from each other.
 SchedulerDef completed(SchedulerDef def) {
   HAIRNET_ASSERT(def.tick_rate_hz > 0);
   def.world.tick_s = def.levels.tick_s = 1.0 / def.tick_rate_hz;
@@ -123,12 +128,17 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   counters_->ticks_run.add();
   counters_->ticks_skipped.add(tick.skipped);
   if (tick.late) counters_->ticks_late.add();
+  // The array of poses keeps its memory from tick to tick; with all its poses it is the largest part of the inputs.
   std::vector<wire::RecordedPose> poses = std::move(inputs_.poses);
   inputs_ = {};
   inputs_.poses = std::move(poses);  // sample_poses() writes over them
   inputs_.tick = tick.tick;
   inputs_.sample_time_ns = tick.time_ns - def_.pose_delay_ns;
 
+  // The order matters. Sessions that wait for announcements are served before new ones join their line. Commands come
+  // before poses, so a new character is placed in the tick of its first pose. Interest needs poses, levels need
+  // interest, and hair states need levels. Frames follow the step. Measuring comes last, when all times of the tick are
+  // known.
   announce_members(now_ns);
   touch_.begin_tick(inputs_);
   take_commands(now_ns);
@@ -146,6 +156,7 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   const StepReport report = step(now_ns);
   touch_.show_hands(inputs_, def_.world.parallel_for, now_ns);
   publisher_.publish(rooms_, simulation_, inputs_, def_.world.parallel_for, now_ns);
+  // The gauges visit all characters, so they are set once a second.
   if (tick.tick % def_.tick_rate_hz == 0) update_character_gauges(rooms_, simulation_, counters_->gauges);
   record();
   rooms_.poll(now_ns);
@@ -156,17 +167,22 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
 void Scheduler::sample_poses() {
   const std::span<Character* const> everyone = rooms_.everyone();
   run_chunks(def_.world.parallel_for, everyone.size(), [&](std::size_t begin, std::size_t end) {
+    // Each chunk counts by itself: an atomic for every character would make workers wait for each other.
     Histogram::Tally ages(counters_->histograms.pose_age_seconds);
     for (std::size_t i = begin; i < end; ++i) sample_pose(*everyone[i], ages);
   });
+  // What follows changes shared lists, so one thread does it, in the order of characters: the recording must not depend
+  // on the number of workers.
   moved_.clear();
   for (Character* character : everyone) {
     if (!character->pose_changed) continue;
+    // A character that waits for its levels has a pose and is not placed yet.
     if (character->in_world)
       moved_.push_back(character);
     else if (!awaits_levels(*character))
       place(*character);
   }
+  // Each worker writes to its own places, so copying poses needs no lock.
   inputs_.poses.resize(moved_.size());
   run_chunks(def_.world.parallel_for, moved_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
@@ -187,7 +203,8 @@ void Scheduler::sample_pose(Character& character, Histogram::Tally& ages) {
   if (age_ns <= PoseInbox::kAgeMax_ns) ages.observe(static_cast<double>(age_ns) * 1e-9);
   // An extrapolated pose may be out of range. Clients reject frames with such poses.
   if (wire::validate_pose(sample.pose) != wire::PoseRefusal::none) return;
-  const Pose pose = rounded_to_wire(sample.pose);  // a recording has exactly the same
+  // A recording has exactly the same pose, so a replay steps from the same bits.
+  const Pose pose = rounded_to_wire(sample.pose);
   if (character.in_world && !sample.teleport && is_same(pose, character.pose))
     return note_motion(character, 0, 0);  // the World has this pose already
   const Pose pose_before = std::exchange(character.pose, pose);
@@ -211,11 +228,13 @@ void Scheduler::place(Character& character) {
   const bool ready = simulation_.has_levels(character.groom);
   character.in_world = true;
   character.discontinuous = true;
+  // It enters rigid: a lattice would need a level, which LevelChooser chooses later in this tick.
   inputs_.added.push_back({character.key, character.groom, character.room, ready, LevelIndex::rigid, character.pose,
                            session_of(character.key)});
 }
 
 void Scheduler::note_motion(Character& character, double moved_m, double turned_rad) const {
+  // A moving mean with this time constant; it holds at every tick rate.
   const double share = std::min(1.0, def_.world.tick_s / kMotionSmoothing_s);
   const auto smooth = [&](float& mean, double moved) {
     mean += static_cast<float>(share * (moved / def_.world.tick_s - static_cast<double>(mean)));
@@ -228,6 +247,7 @@ View& Scheduler::view_of(Observer& observer, const Room& room, std::size_t slot)
   HAIRNET_ASSERT(slot < observer.views.size());
   HAIRNET_ASSERT(slot < room.slots.size());
   View& view = observer.views[slot];
+  // The slot has another character now: what this session was sent of the last one says nothing of it.
   if (view.generation != room.slots[slot].generation) {
     view = {};
     view.generation = room.slots[slot].generation;
@@ -246,11 +266,13 @@ void Scheduler::update_interest(const Room& room, Observer& observer) {
   if (!observer.sink) return;
   observer.views.resize(room.slots.size());
   const bool by_place = observer.chooses_by_place();
+  // A choice by place goes stale as heads move; a choice by name changes only when the client or the members do.
   const bool look = by_place ? inputs_.tick >= observer.place_chosen_next : observer.observe_changed;
   if (look) {
     heads_.clear();
     for (std::size_t s = 0; s < room.slots.size(); ++s) {
       const Character* c = room.slots[s].character;
+      // Member numbers are slots plus one, since 0 means no member in the protocol.
       heads_.push_back({static_cast<std::uint32_t>(s + 1), c ? c->pose.head().position : Vec3::Zero(),
                         c && session_of(c->key) == observer.session, c && c->in_world});
     }
@@ -273,6 +295,7 @@ void Scheduler::update_interest(const Room& room, Observer& observer) {
     else if (is_new && by_place)
       view.wanted = session_of(c->key) == observer.session;  // others wait for the next choice
     if (!view.wanted || !view.in_view) continue;
+    // The largest picture of a head decides: detail that one observer needs is computed once for all.
     c->seen = true;
     ++c->observer_count;
     c->screen_height =
@@ -285,7 +308,9 @@ void Scheduler::apply_hair_states() {
     Character* const changed = rooms_.find(change.character);
     HAIRNET_ASSERT(changed);
     Character& character = *changed;
+    // A character still without lattice keeps its state for the level that comes later.
     if (change.level == LevelIndex::rigid || !character.state) continue;
+    // The learnt level has no lattice that could take displacements.
     if (!has_lattice(change.level)) {
       forget_hair_state(character);
       continue;
@@ -295,6 +320,7 @@ void Scheduler::apply_hair_states() {
     recorded.character = character.key;
     copy_vectors(state.displacements, state.step_m, recorded.displacements);
     copy_vectors(state.velocities, wire::kVelocityStepsPer_s * state.step_m, recorded.velocities);
+    // A state may come without velocities; its hair then starts at rest from where it is.
     recorded.velocities.resize(recorded.displacements.size(), Vec3f::Zero());
     carry_over(*simulation_.levels(character.groom), change.level, recorded);
     forget_hair_state(character);
@@ -305,6 +331,7 @@ void Scheduler::store_hair_state(Character& character, wire::HairState state, st
   HAIRNET_ASSERT(!character.state);
   HAIRNET_ASSERT(wire::validate(state).empty());
   const std::size_t bytes = bytes_of(state);
+  // Hair that stays rigid would never use it.
   if (character.requested_level == LevelIndex::rigid) return;
   if (state_bytes_ + bytes > def_.state_bytes_max) {
     counters_->hair_states_dropped_full.add();
@@ -331,6 +358,7 @@ void Scheduler::refuse_hair_state(CharacterKey key, std::string detail, std::int
 void Scheduler::change_materials() {
   std::erase_if(materials_changed_, [this](CharacterKey key) {
     const Character* character = rooms_.find(key);
+    // A change waits for its character: the World does not know it before its first pose.
     if (character && !character->in_world) return false;
     if (character) inputs_.materials.push_back({key, character->material});
     return true;
@@ -341,14 +369,16 @@ void Scheduler::change_winds(std::int64_t now_ns) {
   for (Room& room : rooms_.rooms()) {
     if (!room.in_use || inputs_.tick < room.wind_changes_next) continue;
     if (room.wind_in_world && is_same(*room.wind_in_world, room.wind)) continue;
+    // The first wind of a room waits for nothing. Later ones come a few times a second at most: clients may send as
+    // many as they like, and each is announced to the whole room.
     if (room.wind_in_world) room.wind_changes_next = inputs_.tick + def_.tick_rate_hz / kWindChangesPer_s;
     room.wind_in_world = room.wind;
     counters_->winds_changed.add();
     inputs_.winds.push_back({room.index, room.wind});
-    if (is_same(room.wind_told.wind, room.wind)) continue;
-    room.wind_told = {room.wind, room.wind_session};
+    if (is_same(room.wind_announced.wind, room.wind)) continue;
+    room.wind_announced = {room.wind, room.wind_session};
     for (const Observer* observer : room.observers) {
-      if (observer->sink) observer->sink->push(room.wind_told, now_ns);
+      if (observer->sink) observer->sink->push(room.wind_announced, now_ns);
     }
   }
 }
@@ -362,6 +392,7 @@ void Scheduler::record_grooms() {
 }
 
 StepReport Scheduler::step(std::int64_t now_ns) {
+  // A replay calls the same function with the recorded inputs, and so reaches the same state.
   const StepReport report = simulation_.step(inputs_);
   counters_->characters_stepped.add(report.stepped);
   counters_->teleports.add(report.teleports);
@@ -380,12 +411,14 @@ StepReport Scheduler::step(std::int64_t now_ns) {
 
 void Scheduler::record_groom(const wire::GroomHash& groom) {
   HAIRNET_ASSERT(recorder_);
+  // A groom that nobody uses is never written; one that is used is written once.
   if (auto file = unrecorded_.extract(groom)) recorder_->put_groom(std::move(file.mapped()));
   if (auto learnt = unrecorded_learnt_.extract(groom)) recorder_->put({groom, std::move(learnt.mapped())});
 }
 
 void Scheduler::record() {
   if (!recorder_ || recorder_->failed()) return;
+  // The hash covers the state after this tick's step, and a replay compares it at every tick.
   inputs_.state_hash = simulation_.hash();
   recorder_->put(std::move(inputs_));
 }

@@ -38,13 +38,19 @@ struct SchedulerDef {
   std::size_t state_bytes_max = std::size_t{256} << 20;
 };
 
-// Makes frames of poses, in one call a tick. Tick thread.
+// Makes frames of poses, in one call a tick. Tick thread. One call makes one tick: it takes what sessions have said,
+// samples poses, chooses levels, steps the World and sends frames. It reads no clock but `world.now_ns`, which measures
+// work; with a null clock the same commands give the same frames. It owns rooms, characters and the World; nobody else
+// changes them.
 class Scheduler {
  public:
-  // `recorder` may be null.
+  // `recorder` may be null. The queue and the counters must outlive it. A substep count of 0 is replaced by the one
+  // that the tick rate needs, and a missing parallel_for by a serial loop.
   Scheduler(const SchedulerDef& def, CommandQueue& commands, RoomCounters& room_counters, TickCounters& counters,
             Recorder* recorder);
 
+  // `tick` has the due time, at which poses are sampled; `now_ns` is the present, which stamps messages. They differ
+  // when a tick is late.
   void run_tick(const TickClock::Tick& tick, std::int64_t now_ns);
 
   [[nodiscard]] const Simulation& simulation() const { return simulation_; }
@@ -53,18 +59,23 @@ class Scheduler {
  private:
   struct CommandHandler;
 
+  // Goes on telling sessions that have joined or resumed who is in their room, within the tick's limits.
   void announce_members(std::int64_t now_ns);
   void announce_members(Observer& observer, std::int64_t now_ns);
   static void announce(const Observer& observer, const Character& character, std::int64_t now_ns);
+  // Runs the commands of the I/O thread in their order, until the messages that they cause reach the tick's bound.
   void take_commands(std::int64_t now_ns);
   void run_commands(std::int64_t now_ns);
   void sample_poses();
-  void sample_pose(Character& character, Histogram::Tally& ages);  // workers
+  // Writes to this character alone, so workers may run it for many at once.
+  void sample_pose(Character& character, Histogram::Tally& ages);
+  // Finds for each character who sees it and how large; for each observer, at its turn, which members it wants.
   void update_interest();
   void update_interest(const Room& room, Observer& observer);
   void change_materials();
   void change_winds(std::int64_t now_ns);
   void tell_appearances(std::int64_t now_ns);
+  // Gives the recorder each groom before the first tick that uses its levels.
   void record_grooms();
   StepReport step(std::int64_t now_ns);
   void record();
@@ -72,14 +83,17 @@ class Scheduler {
   void remove(CharacterKey key, std::int64_t now_ns);
   [[nodiscard]] bool awaits_levels(Character& character) const;
   void place(Character& character);
+  // A character that gets its first lattice continues from the state that its owner sent, as after a change of server.
   void apply_hair_states();
   void store_hair_state(Character& character, wire::HairState state, std::int64_t now_ns);
   void forget_hair_state(Character& character);
   void check_invariants() const;
   void refuse_hair_state(CharacterKey key, std::string detail, std::int64_t now_ns);
+  // Smooths the speed of the head over about a second, for the budget; still heads hide errors better.
   void note_motion(Character& character, double moved_m, double turned_rad) const;
   void record_groom(const wire::GroomHash& groom);
   // The session's view of the character that has the slot now.
+  // A view of an earlier character in the slot is replaced by an empty one.
   static View& view_of(Observer& observer, const Room& room, std::size_t slot);
 
   [[nodiscard]] std::int64_t clock_ns() const { return def_.world.now_ns ? def_.world.now_ns() : 0; }

@@ -23,6 +23,8 @@ wire::MemberJoined joined_message(const Character& c) {
 
 }  // namespace
 
+// Runs one command. Sessions have validated it, but time has passed: a character, session or member that it names may
+// be gone, which is no error and does nothing.
 struct Scheduler::CommandHandler {
   Scheduler& scheduler;
   std::int64_t now_ns;
@@ -34,20 +36,24 @@ struct Scheduler::CommandHandler {
       observer = &scheduler.rooms_.open(c.session, c.room, std::move(c.sink));
       observer->subject = c.subject;
       Room& room = scheduler.rooms_.room(observer->room);
+      // Only a room that begins with this session takes the wind of an earlier server; people who are here have their
+      // own.
       if (c.wind && room.observers.size() == 1 && !room.wind_in_world) {
         room.wind = *c.wind;
-        room.wind_told = {*c.wind, wire::RoomWind::kOfEarlierServer};
+        room.wind_announced = {*c.wind, wire::RoomWind::kOfEarlierServer};
       }
     } else {
       // The connection before may still be open: its hands end with it.
       scheduler.rooms_.end_hands(*observer);
       observer->sink = std::move(c.sink);
+      // The new connection's client may be a program that has just started: it is told everything again.
       observer->bases_sent.clear();
-      observer->learnt_told.clear();
+      observer->learnt_announced.clear();
       observer->forget_sent();
     }
-    if (observer->sink) observer->sink->push(scheduler.rooms_.room(observer->room).wind_told, now_ns);
+    if (observer->sink) observer->sink->push(scheduler.rooms_.room(observer->room).wind_announced, now_ns);
     scheduler.touch_.open(c.props, is_new, *observer, now_ns);
+    // A session that resumes while its announcements wait is in the line already.
     const bool is_waiting = observer->unannounced_from.has_value();
     observer->unannounced_from = 0;
     scheduler.announce_members(*observer, now_ns);
@@ -58,20 +64,25 @@ struct Scheduler::CommandHandler {
     Observer* observer = scheduler.rooms_.observer(c.session);
     if (!observer) return;
     observer->sink = nullptr;
+    // The characters stay and may come back; hands without a client would hang in the air and push hair.
     scheduler.rooms_.end_hands(*observer);
   }
   void operator()(const CloseSession& c) const {
     auto& characters = scheduler.rooms_.characters();
+    // Keys are ordered by session first, so a session's characters follow each other. They are copied, as remove()
+    // erases them from the map.
     const auto first = characters.lower_bound(character_key(c.session, 0));
     std::vector<CharacterKey> keys;
     for (auto it = first; it != characters.end() && session_of(it->first) == c.session; ++it) keys.push_back(it->first);
     for (const CharacterKey key : keys) {
-      if (scheduler.character_messages_left_ <= 0) return;  // the command stays
+      // The command stays, and goes on at the next tick.
+      if (scheduler.character_messages_left_ <= 0) return;
       scheduler.remove(key, now_ns);
     }
     const Observer* observer = scheduler.rooms_.observer(c.session);
     if (observer && !c.goes_on_elsewhere) {
       Room& room = scheduler.rooms_.room(observer->room);
+      // A wind goes with the person who set it.
       if (room.wind_session == c.session) scheduler.rooms_.forget_wind(room);
     }
     scheduler.rooms_.close(c.session, now_ns);
@@ -79,24 +90,28 @@ struct Scheduler::CommandHandler {
   void operator()(FromClient& c) const {
     std::visit([&](auto& message) { handle(c.session, message); }, c.message);
   }
-  void handle(SessionId, const auto&) const {}  // sessions act on all other messages themselves
+  // Sessions act on all other messages themselves.
+  void handle(SessionId, const auto&) const {}
   void handle(SessionId session, wire::AddCharacter& add) const {
     Character* character = scheduler.rooms_.add(character_key(session, add.character), add.groom, add.level);
     if (!character) return;
     if (add.state) scheduler.store_hair_state(*character, std::move(*add.state), now_ns);
     character->tag = std::move(add.tag);
     character->appearance = add.appearance;
+    // The packet is made once, and every later observer gets the same bytes.
     character->joined_packet = wire::encode_packet({now_ns, joined_message(*character)});
     Room& room = scheduler.rooms_.room(character->room);
     scheduler.character_messages_left_ -= static_cast<std::int64_t>(room.observers.size());
     for (Observer* observer : room.observers) {
       observer->observe_changed = true;
+      // An observer that is still being told the members meets this one when its turn comes.
       if (observer->knows(character->slot)) announce(*observer, *character, now_ns);
     }
   }
   void handle(SessionId session, const wire::RemoveCharacter& remove) const {
     scheduler.remove(character_key(session, remove.character), now_ns);
     const Observer* observer = scheduler.rooms_.observer(session);
+    // The owner gets an answer even where nothing was left to remove, since it waits for one.
     if (observer && observer->sink) observer->sink->push(wire::CharacterRemoved{remove.character}, now_ns);
   }
   void handle(SessionId session, const wire::SetLevel& set) const {
@@ -111,6 +126,7 @@ struct Scheduler::CommandHandler {
     character->tag = std::move(set.tag);
     character->appearance = set.appearance;
     character->joined_packet = wire::encode_packet({now_ns, joined_message(*character)});
+    // Changes are gathered: however often an owner sends one, others hear of the newest a few times a second.
     scheduler.appearances_changed_.insert(character->key);
   }
   void handle(SessionId session, const wire::SetMaterial& set) const {
@@ -123,6 +139,7 @@ struct Scheduler::CommandHandler {
     const Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
     Room& room = scheduler.rooms_.room(observer->room);
+    // The World gets it in change_winds(), at the room's rate.
     room.wind = set.wind;
     room.wind_session = session;
   }
@@ -156,9 +173,10 @@ struct Scheduler::CommandHandler {
   void handle(SessionId session, const wire::EvaluateLearnt& evaluate) const {
     Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
-    const auto told = observer->learnt_told.find(evaluate.groom);
-    if (told != observer->learnt_told.end() && told->second.file == evaluate.learnt) {
-      told->second.evaluated_since = scheduler.inputs_.tick;  // again: frames got lost on the way to it
+    const auto announced = observer->learnt_announced.find(evaluate.groom);
+    if (announced != observer->learnt_announced.end() && announced->second.file == evaluate.learnt) {
+      // A client asks again when frames got lost on their way, and its network begins again.
+      announced->second.evaluated_since = scheduler.inputs_.tick;
       return;
     }
     scheduler.counters_->evaluations_refused.add();
@@ -170,6 +188,7 @@ struct Scheduler::CommandHandler {
   void operator()(const PutPoses& c) const { scheduler.rooms_.put(c); }
   void operator()(const PutHands& c) const { scheduler.rooms_.put(c); }
   void operator()(GroomReady& c) const {
+    // The publisher knows the basis before any character has the levels, so the first frame can use it.
     if (c.basis) scheduler.publisher_.put_basis(c.groom, *c.basis, c.levels);
     if (c.learnt) scheduler.publisher_.put_learnt(c.groom, *c.learnt);
     if (scheduler.recorder_ && c.levels->learnt) scheduler.unrecorded_learnt_[c.groom] = c.levels->learnt;
@@ -190,8 +209,9 @@ void Scheduler::tell_appearances(std::int64_t now_ns) {
   std::erase_if(appearances_changed_, [&](CharacterKey key) {
     Character* const character = rooms_.find(key);
     if (!character) return true;
-    if (inputs_.tick < character->appearance_told_next || character_messages_left_ <= 0) return false;
-    character->appearance_told_next = inputs_.tick + std::max(1u, def_.tick_rate_hz / kAppearanceChangesPer_s);
+    // A change that is too early, or beyond the tick's messages, stays in the set for a later tick.
+    if (inputs_.tick < character->appearance_announced_next || character_messages_left_ <= 0) return false;
+    character->appearance_announced_next = inputs_.tick + std::max(1u, def_.tick_rate_hz / kAppearanceChangesPer_s);
     const Room& room = rooms_.room(character->room);
     character_messages_left_ -= static_cast<std::int64_t>(room.observers.size());
     const wire::MemberChanged changed{member_of(*character), character->tag, character->appearance};
@@ -207,10 +227,12 @@ void Scheduler::tell_appearances(std::int64_t now_ns) {
 // Continues what earlier ticks have begun, in turn.
 void Scheduler::announce_members(std::int64_t now_ns) {
   announcement_count_left_ = kAnnouncementsOfAllMax;
+  // Each session in the line has one turn a tick and goes to its end, so that a large room does not hold up small ones.
   for (std::size_t waiting = announcements_.size(); waiting > 0 && announcement_count_left_ > 0; --waiting) {
     const SessionId session = announcements_.front();
     announcements_.pop_front();
     Observer* const observer = rooms_.observer(session);
+    // The session may have gone.
     if (!observer || !observer->unannounced_from) continue;
     announce_members(*observer, now_ns);
     if (observer->unannounced_from) announcements_.push_back(session);
@@ -222,6 +244,7 @@ void Scheduler::announce_members(Observer& observer, std::int64_t now_ns) {
   HAIRNET_ASSERT(observer.unannounced_from);
   const std::vector<Room::Slot>& slots = rooms_.room(observer.room).slots;
   std::size_t count = std::min(kAnnouncementsMax, announcement_count_left_);
+  // The position is kept in slots, so members that come or go meanwhile neither repeat nor get lost.
   std::uint32_t& slot = *observer.unannounced_from;
   for (; slot < slots.size(); ++slot) {
     const Character* const character = slots[slot].character;
@@ -241,6 +264,7 @@ void Scheduler::announce(const Observer& observer, const Character& c, std::int6
     observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member_of(c), c.generation}, now_ns);
   else
     observer.sink->push_encoded(joined_message(c), c.joined_packet, now_ns);
+  // Clients take the default rule, which allows the owner alone, for granted.
   if (c.touch_rule != TouchRule{}) observer.sink->push(touch_message(c), now_ns);
 }
 
@@ -249,6 +273,7 @@ void Scheduler::take_commands(std::int64_t now_ns) {
   counters_->gauges.commands_waiting.set(static_cast<double>(commands_->weight()));
   character_messages_left_ = kCharacterMessagesMax;
   run_commands(now_ns);
+  // New commands are taken only when no older one is left.
   if (next_command_ == taken_.size()) {
     commands_->take_all(taken_);
     next_command_ = 0;
@@ -259,9 +284,11 @@ void Scheduler::take_commands(std::int64_t now_ns) {
 
 void Scheduler::run_commands(std::int64_t now_ns) {
   for (; next_command_ < taken_.size() && character_messages_left_ > 0; ++next_command_) {
+    // The bound is checked before each command, so one command may exceed it once.
     std::visit(CommandHandler{*this, now_ns}, taken_[next_command_]);
     const auto* close = std::get_if<CloseSession>(&taken_[next_command_]);
-    if (close && rooms_.observer(close->session)) return;  // some of its characters are left
+    // Some of its characters are left, so the same command runs again.
+    if (close && rooms_.observer(close->session)) return;
   }
 }
 
@@ -269,6 +296,7 @@ void Scheduler::remove(CharacterKey key, std::int64_t now_ns) {
   Character* character = rooms_.find(key);
   if (!character) return;
   forget_hair_state(*character);
+  // The World removes it in this tick's step, and rooms forget it at once.
   if (character->in_world) inputs_.removed.push_back(key);
   character_messages_left_ -= static_cast<std::int64_t>(rooms_.room(character->room).observers.size());
   const wire::MemberLeft left{member_of(*character)};

@@ -39,10 +39,12 @@ struct TickGauges : GaugeSet {
   LevelGauges characters{*this, "characters", "Characters, by their level, asleep or not."};
   Gauge characters_by_state_stepped{*this, "characters_by_state", "state", "stepped",
                                     "Characters, by what the tick does with them."};
-  Gauge characters_by_state_asleep{*this, "characters_by_state", "state", "asleep"};  // at rest
+  // Their hair is at rest.
+  Gauge characters_by_state_asleep{*this, "characters_by_state", "state", "asleep"};
   // They are not stepped, since no observer sees them.
   Gauge characters_by_state_suspended{*this, "characters_by_state", "state", "suspended"};
-  Gauge characters_by_state_waiting{*this, "characters_by_state", "state", "waiting"};  // for their first pose
+  // They wait for their first pose.
+  Gauge characters_by_state_waiting{*this, "characters_by_state", "state", "waiting"};
   Gauge characters_touched{*this, "characters_touched", "Characters that hands or props are near, or that are held."};
   Gauge props{*this, "props", "Props of all rooms."};
   LevelGauges step_cost_seconds{*this, "step_cost_seconds",
@@ -56,9 +58,11 @@ struct TickGauges : GaugeSet {
   Gauge budget_over{*this, "budget_over", "1 while not even the coarsest levels fit into the available time, else 0."};
   Gauge characters_below_wanted{*this, "characters_below_wanted",
                                 "Characters that are seen, and coarser than their owners asked for."};
-  std::atomic<std::int64_t> last_tick_ns{0};  // when the newest tick ended; 0: none yet
+  // The newest tick ended at this time; 0: none has run yet.
+  std::atomic<std::int64_t> last_tick_ns{0};
 };
 
+// Bounds lie closer about the periods of 30 to 90 Hz, where a tick becomes an overrun.
 struct TickHistograms : HistogramSet {
   Histogram tick_seconds{*this,
                          "tick_seconds",
@@ -78,7 +82,8 @@ struct TickHistograms : HistogramSet {
 struct TickCounters : CounterSet {
   TickGauges gauges;
   TickHistograms histograms;
-  CounterSet log_only;  // not in /metrics, which has the tick_seconds histogram
+  // Is not in /metrics, which has the histogram tick_seconds.
+  CounterSet log_only;
   Counter ticks_run{*this, "ticks_run", "Ticks run."};
   Counter ticks_late{*this, "ticks_late", "Ticks that began late."};
   Counter ticks_skipped{*this, "ticks_skipped", "Ticks skipped, since too many were overdue."};
@@ -107,7 +112,7 @@ struct TickCounters : CounterSet {
   Counter frame_bytes_published{*this, "frame_bytes_published", "Bytes of frames published to observers."};
   Counter observers_congested{*this, "observers_congested",
                               "Times at which frames of several ticks were dropped for an observer."};
-  // sent for a level that the character does not have
+  // The state was sent for a level that the character does not have.
   Counter hair_states_dropped_unfit{*this, "hair_states_dropped", "reason", "unfit",
                                     "Hair states of clients that were dropped, by reason."};
   Counter hair_states_dropped_full{*this, "hair_states_dropped", "reason", "full"};
@@ -126,8 +131,7 @@ struct TickCounters : CounterSet {
   Counter evaluations_refused{*this, "evaluations_refused", "Requests to evaluate learnt hair that was not announced."};
   Counter frames_evaluated_by_clients{*this, "frames_evaluated_by_clients",
                                       "Frames published as poses alone, which clients evaluate."};
-  Counter frames_dropped_not_finite{*this, "frames_dropped", "reason", "not_finite",
-                                    "Frames never sent, by reason."};  // never sent
+  Counter frames_dropped_not_finite{*this, "frames_dropped", "reason", "not_finite", "Frames never sent, by reason."};
   Counter ticks_recorded{*this, "ticks_recorded", "Ticks written to the recording."};
   Counter recordings_failed{*this, "recordings_failed", "Recordings that ended because of an error."};
 };

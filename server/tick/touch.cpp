@@ -31,10 +31,12 @@ bool are_same(const std::vector<Hand>& a, const std::vector<Hand>& b) {
   });
 }
 
+// The list is sorted and without repeats, as may_touch() searches it, and equal rules must compare equal.
 TouchRule rule_of(const wire::SetTouch& set) {
   TouchRule rule{set.audience, {}};
   if (set.audience != TouchAudience::chosen) return rule;
   for (const std::uint64_t session : set.chosen) {
+    // A client may name any number; one that no session can have would mean another toucher when cut to its bits.
     if (session != kRoomToucher && std::in_range<ToucherId>(session))
       rule.chosen.push_back(static_cast<ToucherId>(session));
   }
@@ -52,6 +54,7 @@ double extent_m(const Hand& hand) {
   return extent_m;
 }
 
+// Owners may always touch their own hair. For others both the moderator and the owner's rule must allow it.
 bool may_touch(const Observer& observer, const Character& character) {
   const SessionId owner = session_of(character.key);
   return (observer.may_touch_others || owner == observer.session) &&
@@ -117,6 +120,7 @@ void Touch::begin_tick(SimulationInputs& inputs) {
 void Touch::open(const std::vector<wire::Prop>& props, bool is_new, Observer& observer, std::int64_t now_ns) {
   Room& room = rooms_->room(observer.room);
   const bool is_alone = room.observers.size() == 1;
+  // A room that nobody was in begins with the props that came with this session, as after a change of server.
   if (is_new && is_alone && !(props.empty() && room.touch.props.empty())) {
     wire::SetProps replacement{props, {}};
     for (const auto& [number, prop] : room.touch.props) replacement.removed.push_back(number);
@@ -124,9 +128,10 @@ void Touch::open(const std::vector<wire::Prop>& props, bool is_new, Observer& ob
   }
   observer.hands_shown.clear();
   if (!observer.sink || !room.touch.had_props) return;
-  wire::RoomProps told{{}, {}, true};
-  for (const auto& [number, prop] : room.touch.props) told.props.push_back(prop);
-  observer.sink->push(std::move(told), now_ns);
+  wire::RoomProps announced{{}, {}, true};
+  for (const auto& [number, prop] : room.touch.props) announced.props.push_back(prop);
+  observer.sink->push(std::move(announced), now_ns);
+  // The only person in the room has just been told all of them.
   if (is_alone) room.touch.props_changed.clear();
 }
 
@@ -144,7 +149,7 @@ void Touch::set_rule(const wire::SetTouch& set, SessionId session) {
   if (!character || character->touch_rule == rule) return;
   character->touch_rule = std::move(rule);
   rules_changed_.insert(character->key);
-  rules_untold_.insert(character->key);
+  rules_unannounced_.insert(character->key);
 }
 
 void Touch::take_hold(const wire::TakeHold& take, SessionId session, std::int64_t now_ns, SimulationInputs& inputs) {
@@ -162,6 +167,7 @@ void Touch::take_hold(const wire::TakeHold& take, SessionId session, std::int64_
                   "take_hold: this session may not touch the hair of member " + std::to_string(take.member), now_ns);
   }
   const TouchKey hand{session, take.hand};
+  // A new hold of the same hand ends the earlier one, whose pin would otherwise take what the new one holds.
   std::erase_if(late_pins_, [&](const auto& pin) { return pin.character == character->key && pin.hand == hand; });
   // The limit as a float is above it.
   const double radius_m = std::min(static_cast<double>(take.radius_m), kGrabRadiusMax_m);
@@ -176,12 +182,14 @@ void Touch::let_go(const wire::LetGo& let_go, SessionId session, std::int64_t no
     return refuse(*observer, wire::ErrorReason::character_unknown,
                   "let_go: the room has no member " + std::to_string(let_go.member), now_ns);
   const Character* const character = find_member(room, let_go.member);
-  if (!character) return;  // it has left meanwhile, with its hair
+  // The member has left meanwhile, with its hair.
+  if (!character) return;
   const Hold hold{character->key, {session, let_go.hand}};
   const SimulationInputs::LetGo release{hold.character, hold.hand, let_go.release};
   const auto is_of_hold = [&](const SimulationInputs::TakeHold& take) {
     return take.character == hold.character && take.grab.hand == hold.hand;
   };
+  // The World releases before it grabs within a step, so a pin in the same tick would find nothing held.
   if (let_go.release == Release::pin && std::ranges::any_of(inputs.grabs, is_of_hold))
     return late_pins_.push_back(release);
   inputs.releases.push_back(release);
@@ -197,23 +205,24 @@ void Touch::set_props(const wire::SetProps& set, SessionId session) {
 }
 
 void Touch::tell_rules(std::uint64_t tick, std::int64_t now_ns, std::int64_t& messages_left) {
-  std::erase_if(rules_untold_, [&](CharacterKey key) {
+  std::erase_if(rules_unannounced_, [&](CharacterKey key) {
     Character* const character = rooms_->find(key);
     if (!character) return true;
-    if (tick < character->touch_rule_told_next || messages_left <= 0) return false;
-    character->touch_rule_told_next = tick + std::max(1u, tick_rate_hz_ / kRuleChangesPer_s);
+    if (tick < character->touch_rule_announced_next || messages_left <= 0) return false;
+    character->touch_rule_announced_next = tick + std::max(1u, tick_rate_hz_ / kRuleChangesPer_s);
     const Room& room = rooms_->room(character->room);
     messages_left -= static_cast<std::int64_t>(room.observers.size());
-    const wire::MemberTouch told = touch_message(*character);
-    const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, told});
+    const wire::MemberTouch announced = touch_message(*character);
+    const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, announced});
     for (const Observer* observer : room.observers) {
-      if (observer->sink && observer->knows(character->slot)) observer->sink->push_encoded(told, packet, now_ns);
+      if (observer->sink && observer->knows(character->slot)) observer->sink->push_encoded(announced, packet, now_ns);
     }
     return true;
   });
 }
 
 void Touch::put_inputs(std::int64_t now_ns, wire::RecordedTick& inputs) {
+  // Rights are checked at the end of the tick's commands, whatever their order was.
   drop_forbidden_pins(inputs);
   std::erase_if(rules_changed_, [&](CharacterKey key) {
     const Character* const character = rooms_->find(key);
@@ -242,15 +251,18 @@ void Touch::put_bodies(std::int64_t now_ns, Room& room, wire::RecordedTick& inpu
   touch.props_changed.clear();
   bool is_changed = std::exchange(touch.is_changed, false);
   for (Observer* observer : touch.touchers) {
+    // Hands are sampled at the same time as poses, so that a hand meets the head where it was then.
     std::vector<Hand> hands = observer->inbox.sample(inputs.sample_time_ns);
     is_changed = is_changed || !are_same(hands, observer->hands);
     observer->hands = std::move(hands);
   }
+  // Who has no hands at this time, and none to come, is asked no more.
   std::erase_if(touch.touchers, [&](const Observer* observer) {
     return observer->hands.empty() && !observer->inbox.is_newer_than(inputs.sample_time_ns);
   });
   if (!is_changed) return;
   std::vector<TouchBody> bodies = bodies_of(touch);
+  // A jump is true for one step: afterwards the prop moves again, and pushes hair by its speed.
   for (auto& [number, prop] : touch.props) prop.has_jumped = false;
   if (bodies.empty() && !touch.is_in_world) return;
   touch.is_in_world = !bodies.empty();
@@ -259,17 +271,17 @@ void Touch::put_bodies(std::int64_t now_ns, Room& room, wire::RecordedTick& inpu
 
 void Touch::tell_props(const Room& room, std::int64_t now_ns) const {
   if (room.touch.props_changed.empty()) return;
-  wire::RoomProps told;
+  wire::RoomProps announced;
   for (const std::uint8_t number : room.touch.props_changed) {
     const auto prop = room.touch.props.find(number);
     if (prop == room.touch.props.end())
-      told.removed.push_back(number);
+      announced.removed.push_back(number);
     else
-      told.props.push_back(prop->second);
+      announced.props.push_back(prop->second);
   }
-  const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, told});
+  const std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, announced});
   for (const Observer* observer : room.observers) {
-    if (observer->sink) observer->sink->push_encoded(told, packet, now_ns);
+    if (observer->sink) observer->sink->push_encoded(announced, packet, now_ns);
   }
 }
 
@@ -288,6 +300,7 @@ void Touch::tell_holds(const Simulation& simulation, const wire::RecordedTick& i
     tell_held(hold, point_count, now_ns);
   }
   std::erase_if(holds_, [&](const Hold& hold) {
+    // A hold ends by itself when its hair is stretched too far, when the level changes, or when the hand has gone.
     if (simulation.held_count(hold.character, hold.hand) > 0) return false;
     counters_->holds_ended.add();
     tell_held(hold, 0, now_ns);
@@ -296,6 +309,7 @@ void Touch::tell_holds(const Simulation& simulation, const wire::RecordedTick& i
   for (const Hold& hold : holds_) {
     Character* const character = rooms_->find(hold.character);
     HAIRNET_ASSERT(character);
+    // LevelChooser leaves such a character on its level.
     character->held_tick = inputs.tick;
   }
 }
@@ -330,6 +344,8 @@ void Touch::find_near_hands(const Room& room) {
     const Character* const character = slot.character;
     if (character && character->in_world) heads_.push_back({character->pose.head().position.x(), character});
   }
+  // Sorted by x, the heads near a hand are one run of the array: a crowd costs a search for each hand, and not a test
+  // of every pair.
   std::ranges::sort(heads_, {}, &Head::x_m);
   for (const Observer* person : room.touch.touchers) {
     NearHands near{person, {}};
@@ -345,6 +361,7 @@ void Touch::find_near_hands(const Room& room) {
       }
     }
     if (near.slots.empty()) continue;
+    // The bytes are the same for each observer, so they are made once.
     near.bytes = codec::encode_hands(person->hands);
     near_.push_back(std::move(near));
   }
@@ -368,8 +385,10 @@ void Touch::show_hands(const wire::RecordedTick& inputs, std::int64_t now_ns, Ob
   std::vector<SessionId> sessions;
   for (const NearHands& near : near_) {
     if (sessions.size() == kPeopleShownMax) break;
+    // Hands without the hair that they touch would be of no use to the observer.
     if (near.person == &observer || !sees_any(observer, near.slots)) continue;
     const std::size_t person_bytes = kPersonBytes + near.bytes.size();
+    // Many people are split over several packets, each of which fits a datagram and means something by itself.
     if (datagram_bytes_max > 0 && shown_bytes + person_bytes > datagram_bytes_max) put_packet();
     shown_bytes += person_bytes;
     shown.people.push_back({near.person->session, near.bytes});

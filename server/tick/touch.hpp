@@ -31,10 +31,16 @@ class Touch {
 
   // What sessions say. It does nothing for a session or a character that has gone. `is_new`: not resumed.
   void open(const std::vector<wire::Prop>& props, bool is_new, Observer& observer, std::int64_t now_ns);
+  // A moderator allows or forbids the session to touch hair of others.
   void set_right(const SetTouchRight& right);
+  // An owner says who may touch one of its characters. Only the newest rule of a tick counts.
   void set_rule(const wire::SetTouch& set, SessionId session);
+  // Puts a grab into the inputs of this tick, or answers with an error. Whether hair is in reach, only the step finds
+  // out; tell_holds() then tells the session.
   void take_hold(const wire::TakeHold& take, SessionId session, std::int64_t now_ns, SimulationInputs& inputs);
+  // Puts a release into the inputs. A pin of hair that was taken in the same tick waits for the next one.
   void let_go(const wire::LetGo& let_go, SessionId session, std::int64_t now_ns, SimulationInputs& inputs);
+  // Places, moves and removes props of the room; sessions have checked the right to.
   void set_props(const wire::SetProps& set, SessionId session);
 
   // Tells of changed rules, each a few times a second at most, while `messages_left` is above 0.
@@ -78,7 +84,7 @@ class Touch {
   TickCounters* counters_;
   std::uint32_t tick_rate_hz_;
   // The World does not know the rules of these yet, or their rooms do not.
-  std::set<CharacterKey> rules_changed_, rules_untold_;
+  std::set<CharacterKey> rules_changed_, rules_unannounced_;
   // Their sessions have heard that they hold hair.
   std::set<Hold> holds_;
   // Pins of hair that was taken in the same tick: the World takes hold after it lets go.

@@ -7,6 +7,7 @@
 namespace hairnet::server {
 namespace {
 
+// The sweep over all addresses runs this often at most, unless the table is crowded.
 constexpr std::int64_t kForgetInterval_ns = 1'000'000'000;
 
 std::size_t index_of(Admission::Place place) {
@@ -15,6 +16,7 @@ std::size_t index_of(Admission::Place place) {
 
 }  // namespace
 
+// A moved-from shared_ptr is null, so the other ticket counts nothing any more.
 Admission::Ticket::Ticket(Ticket&& other) noexcept
     : admission_(std::move(other.admission_)), address_(other.address_), place_(other.place_) {}
 
@@ -33,6 +35,7 @@ Admission::Ticket::~Ticket() {
 
 bool Admission::Ticket::move_to(Place place) {
   if (!admission_ || place == place_) return true;
+  // A session has no bound here: session limits decide about it, after this connection has shown what it wants.
   const std::size_t count = admission_->places_[index_of(place)];
   if (place == Place::http && count >= admission_->limits_.http_max) return false;
   if (place == Place::leaving && count >= kLeavingMax) return false;
@@ -57,6 +60,7 @@ Admission::Admission(const AdmissionLimits& limits)
 
 Admission::Verdict Admission::enter(std::optional<std::uint64_t> address, std::int64_t now_ns, Ticket& ticket) {
   if (limits_.connections_max != 0 && count_ >= limits_.connections_max) return Verdict::full;
+  // The bounds of all come before the rate of one address, so a refused connection takes no token of its address.
   if (places_[index_of(Place::arrival)] >= limits_.arrivals_max) return Verdict::arrivals_full;
   const Verdict verdict = address ? enter_address(*address, now_ns) : Verdict::admitted;
   if (verdict != Verdict::admitted) return verdict;
@@ -64,6 +68,8 @@ Admission::Verdict Admission::enter(std::optional<std::uint64_t> address, std::i
   entered.admission_ = shared_from_this();
   entered.address_ = address;
   ++count_;
+  // The total rate is charged later, in may_accept(): this connection is already here, and refusing it would save
+  // nothing.
   ++unpaid_count_;
   ++places_[index_of(Place::arrival)];
   HAIRNET_ASSERT(count_ == places_[0] + places_[1] + places_[2] + places_[3]);
@@ -73,6 +79,7 @@ Admission::Verdict Admission::enter(std::optional<std::uint64_t> address, std::i
 
 Admission::Verdict Admission::enter_address(std::uint64_t address, std::int64_t now_ns) {
   forget_idle(now_ns);
+  // A first connection starts with a full bucket. try_emplace() copies it only where the address is new.
   const TokenBucket full(limits_.connections_per_address_per_s, limits_.connections_per_address_burst, now_ns);
   Address& entry = addresses_.try_emplace(address, Address{0, full}).first->second;
   const std::size_t count_max = limits_.connections_per_address_max;
@@ -83,13 +90,17 @@ Admission::Verdict Admission::enter_address(std::uint64_t address, std::int64_t 
 }
 
 bool Admission::may_accept(std::int64_t now_ns) {
+  // Connections that came together are paid one by one; the listener pauses until the last one is paid.
   while (unpaid_count_ > 0 && rate_.take(1, now_ns)) --unpaid_count_;
   return unpaid_count_ == 0;
 }
 
 // An address whose bucket is full again is like one that never came.
 void Admission::forget_idle(std::int64_t now_ns) {
+  // An attacker with many addresses (each IPv6 /64 counts as one) must not fill the memory. A crowded table also drops
+  // the idle addresses whose bucket is not full; they then begin with a full one.
   const bool is_crowded = addresses_.size() >= kIdleAddressesMax + count_;
+  // A sweep costs time with the number of addresses, so it does not run at each connection.
   if (now_ns < forget_next_ns_ && !is_crowded) return;
   forget_next_ns_ = now_ns + kForgetInterval_ns;
   std::erase_if(addresses_, [&](const auto& entry) {

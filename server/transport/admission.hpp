@@ -12,14 +12,21 @@ namespace hairnet::server {
 
 // An address is an IPv4 address, or an IPv6 network of 64 bits.
 struct AdmissionLimits {
-  std::size_t connections_max = 0;               // 0: no bound
-  std::size_t connections_per_address_max = 64;  // 0: no bound
-  std::size_t arrivals_max = 256;                // connections whose protocol is not known yet
-  std::size_t http_max = 512;                    // connections that request pages
-  double connections_per_s = 500;                // new ones of all addresses, mean
-  double connections_burst = 1000;               // at once
-  double connections_per_address_per_s = 20;     // new ones of one address, mean
-  double connections_per_address_burst = 200;    // at once
+  // Bounds all connections together; zero: there is no bound.
+  std::size_t connections_max = 0;
+  // Bounds the connections of one address; zero: there is no bound. People behind one NAT share an address.
+  std::size_t connections_per_address_max = 64;
+  // Bounds the connections whose protocol is not known yet. They cost memory and handshakes before anybody knows who
+  // they are.
+  std::size_t arrivals_max = 256;
+  // Bounds the connections that request pages, so that downloads of pages leave room for sessions.
+  std::size_t http_max = 512;
+  // New connections of all addresses: their mean rate, and how many may come at once.
+  double connections_per_s = 500;
+  double connections_burst = 1000;
+  // The same of one address.
+  double connections_per_address_per_s = 20;
+  double connections_per_address_burst = 200;
 };
 
 // Limits the number of connections and the rate of new ones, in all and by address, before they become sessions. I/O
@@ -27,6 +34,8 @@ struct AdmissionLimits {
 class Admission : public std::enable_shared_from_this<Admission> {
  public:
   enum class Verdict : std::uint8_t { admitted, full, address_full, address_rate, arrivals_full };
+  // A connection is in one place at a time, and moves forward: from an arrival to HTTP or a session, and from there
+  // perhaps to leaving. Each place except `session` has a bound of its own.
   enum class Place : std::uint8_t { arrival, http, session, leaving };
 
   // Connections that never joined, and that wait for their peer to read the last bytes.
@@ -34,7 +43,8 @@ class Admission : public std::enable_shared_from_this<Admission> {
   // Addresses without a connection that are remembered for their rate.
   static constexpr std::size_t kIdleAddressesMax = 65'536;
 
-  // Counts one connection for as long as the ticket lives.
+  // Counts one connection for as long as the ticket lives. The destructor gives the place back, so no path through a
+  // connection's code can forget to.
   class Ticket {
    public:
     Ticket() = default;
@@ -51,6 +61,7 @@ class Admission : public std::enable_shared_from_this<Admission> {
 
    private:
     friend class Admission;
+    // Is null for a ticket that counts nothing; the ticket keeps Admission alive beyond its listener.
     std::shared_ptr<Admission> admission_;
     std::optional<std::uint64_t> address_;
     Place place_ = Place::arrival;
@@ -66,6 +77,7 @@ class Admission : public std::enable_shared_from_this<Admission> {
   [[nodiscard]] std::size_t address_count() const { return addresses_.size(); }
 
  private:
+  // One address, also for a while after its last connection has ended: its bucket must not fill at once by a reconnect.
   struct Address {
     std::size_t count = 0;
     TokenBucket arrivals;
@@ -77,11 +89,13 @@ class Admission : public std::enable_shared_from_this<Admission> {
 
   AdmissionLimits limits_;
   std::size_t count_ = 0;
+  // Counts the connections in each Place; their sum is count_.
   std::size_t places_[4] = {};
   std::unordered_map<std::uint64_t, Address> addresses_;
   std::int64_t forget_next_ns_ = 0;
   TokenBucket rate_;
-  std::size_t unpaid_count_ = 0;  // admitted connections that rate_ has not counted yet
+  // Admitted connections that rate_ has not counted yet.
+  std::size_t unpaid_count_ = 0;
 };
 
 }  // namespace hairnet::server

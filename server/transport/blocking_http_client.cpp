@@ -52,8 +52,11 @@ struct BlockingHttpClient::Impl {
   BlockingHttpClientDef def;
   std::shared_ptr<asio::ssl::context> tls;
   asio::io_context loop{1};
-  std::unique_ptr<HttpPeer> peer;  // null: none is connected
-  bool is_kept = false;            // the answer lets the connection be used again
+  // Is null while none is connected.
+  std::unique_ptr<HttpPeer> peer;
+  // The answer lets the connection be used again.
+  bool is_kept = false;
+  // Any thread sets it; it stays set.
   std::atomic<bool> cancelled{false};
 };
 
@@ -69,13 +72,16 @@ asio::awaitable<Error> BlockingHttpClient::Impl::exchange(const ExchangeRequest&
   if (unwritten == beast::error::timeout) co_return unwritten;
 
   http::response_parser<http::vector_body<std::uint8_t>> parser;
+  // An answer to HEAD announces a length and has no body.
   parser.skip(asked.method == ExchangeRequest::Method::head);
   parser.body_limit(std::max(body_bytes_max, kErrorBytesMax));
   const Error unread = co_await peer->read_header(parser);
   if (!unread || unread == http::error::body_limit) answer.status = parser.get().result_int();
+  // The first error names the cause; a server that refuses early breaks the write and still answers.
   if (unread) co_return unwritten ? unwritten : unread;
   const bool is_body_wanted = asked.method == ExchangeRequest::Method::get && answer.status == 200;
   const std::size_t limit = is_body_wanted ? body_bytes_max : kErrorBytesMax;
+  // The announced length is refused before a byte of the body has been read.
   const auto length = parser.content_length();
   if (asked.method != ExchangeRequest::Method::head && length && *length > limit)
     co_return http::make_error_code(http::error::body_limit);
@@ -103,11 +109,13 @@ asio::awaitable<void> BlockingHttpClient::Impl::run(const ExchangeRequest& asked
     }
     is_kept = false;
     Error error = asio::error::operation_aborted;
+    // cancel() may have come while the connection was being made, when there was no exchange to end.
     if (!cancelled) error = co_await exchange(asked, body_bytes_max, answer);
     if (!is_kept) peer.reset();
     if (!error) break;
     answer.fault = exchange_fault_of(error);
     answer.detail = error.message();
+    // A new connection that breaks is a fault of the server, and no second try would be different.
     if (!is_reused || answer.fault != ExchangeFault::broken || cancelled) break;
   }
   if (cancelled) answer.fault = ExchangeFault::cancelled;
@@ -133,6 +141,7 @@ ExchangeAnswer BlockingHttpClient::call(const ExchangeRequest& request, std::siz
     answer.fault = ExchangeFault::cancelled;
     return answer;
   }
+  // run() leaves the loop stopped when nothing is left to do.
   impl_->loop.restart();
   asio::co_spawn(impl_->loop, impl_->run(request, body_bytes_max, answer), asio::detached);
   impl_->loop.run();
@@ -141,6 +150,8 @@ ExchangeAnswer BlockingHttpClient::call(const ExchangeRequest& request, std::siz
 
 void BlockingHttpClient::cancel() {
   impl_->cancelled = true;
+  // The peer belongs to the thread that runs the loop. Without a call under way the task waits for the next one, which
+  // ends at once in any case.
   asio::post(impl_->loop, [impl = impl_.get()] {
     if (impl->peer) impl->peer->close();
   });

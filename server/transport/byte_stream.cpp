@@ -15,6 +15,8 @@ namespace {
 // frames instead of the newest ones from the outbox.
 constexpr int kUnsentSystemBytes = 64 << 10;
 
+// A peer that goes on sending after our end is read for this long and up to this many bytes; both bound what an
+// attacker can make the server do after a refusal.
 constexpr std::chrono::seconds kFinish{1};
 constexpr std::size_t kFinishBytesMax = std::size_t{256} << 10;
 
@@ -26,6 +28,7 @@ ByteStream::ByteStream(asio::ip::tcp::socket socket, const asio::ip::tcp::endpoi
                        TransportCounters& counters)
     : socket_(std::move(socket)), expiry_(socket_.get_executor()), ticket_(std::move(ticket)), counters_(&counters) {
   boost::system::error_code ignored;
+  // A frame must leave now. Nagle's algorithm would hold it back until the previous one is acknowledged.
   socket_.set_option(asio::ip::tcp::no_delay(true), ignored);
   socket_.non_blocking(true, ignored);
   socket_.set_option(UnsentLow(kUnsentSystemBytes), ignored);
@@ -57,6 +60,7 @@ void ByteStream::read_some(asio::mutable_buffer into, Handler handler) {
   if (!put_back_.empty()) {
     const std::size_t taken = asio::buffer_copy(into, asio::buffer(put_back_));
     put_back_.erase(put_back_.begin(), put_back_.begin() + static_cast<std::ptrdiff_t>(taken));
+    // Asio's contract: a handler is never called from within the function that starts the operation.
     asio::post(get_executor(), asio::append(std::move(handler), boost::system::error_code(), taken));
   } else if (tls_) {
     tls_->async_read_some(into, std::move(handler));
@@ -66,6 +70,7 @@ void ByteStream::read_some(asio::mutable_buffer into, Handler handler) {
 }
 
 void ByteStream::write_some(const WriteBuffers& from, Handler handler) {
+  // The first uncorked write still goes through the buffer, behind the bytes that are in it.
   if (is_corked_ || !corked_.empty()) {
     const std::size_t before = corked_.size(), bytes = asio::buffer_size(from);
     corked_.resize(before + bytes);
@@ -97,6 +102,7 @@ void ByteStream::write_corked(std::size_t bytes, Handler handler) {
 asio::awaitable<boost::system::error_code> ByteStream::accept_tls(asio::ssl::context& context) {
   HAIRNET_ASSERT(!tls_);
   tls_.emplace(socket_, context);
+  // The ClientHello was read to detect the protocol, so the handshake gets its bytes from memory.
   const std::vector<std::uint8_t> first = std::exchange(put_back_, {});
   const auto [error, count] =
       co_await tls_->async_handshake(asio::ssl::stream_base::server, asio::buffer(first), kAwaitable);
@@ -105,6 +111,7 @@ asio::awaitable<boost::system::error_code> ByteStream::accept_tls(asio::ssl::con
 
 void ByteStream::expires_after(std::chrono::nanoseconds time) {
   expiry_.expires_after(time);
+  // The timer holds a weak pointer: a stream that nobody uses any more must not live until its deadline.
   expiry_.async_wait([weak = weak_from_this(), turn = ++expiry_count_](const boost::system::error_code& error) {
     const auto self = weak.lock();
     if (error || !self || self->expiry_count_ != turn) return;
@@ -132,11 +139,13 @@ asio::awaitable<void> ByteStream::end_writing() {
 }
 
 asio::awaitable<void> ByteStream::close_gracefully() {
+  // The caller may drop its pointer while this coroutine waits.
   const auto self = shared_from_this();
   if (!is_open()) co_return;
   expires_after(kFinish);
   co_await end_writing();
   std::array<std::uint8_t, 4096> away;
+  // The bytes are read from the socket below TLS: nobody decrypts what nobody reads.
   for (std::size_t bytes = 0; is_open() && bytes < kFinishBytesMax;) {
     const auto [error, count] = co_await socket_.async_read_some(asio::buffer(away), kAwaitable);
     if (error) break;

@@ -33,25 +33,31 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
   [[nodiscard]] const std::string& peer() const { return peer_; }
   // The peer's IPv4 address or IPv6 /64 network; empty when no limits of one address apply to the connection.
   [[nodiscard]] std::string_view network() const { return ticket_.has_address() ? network_ : std::string_view(); }
-  void set_peer(const asio::ip::tcp::endpoint& peer);  // as a proxy names it
+  // Replaces the proxy's address by the one that the proxy names. Log and limits use the new one.
+  void set_peer(const asio::ip::tcp::endpoint& peer);
   [[nodiscard]] bool is_tls() const { return tls_.has_value(); }
   [[nodiscard]] bool is_open() const { return socket_.is_open(); }
   [[nodiscard]] bool has_expired() const { return has_expired_; }
   bool move_to(Admission::Place place) { return ticket_.move_to(place); }
   Admission::Ticket& ticket() { return ticket_; }
 
-  void put_back(std::span<const std::uint8_t> bytes);  // before the bytes that are read next
+  // The bytes come before the ones that are read next, also into the TLS handshake.
+  void put_back(std::span<const std::uint8_t> bytes);
+  // Does the server's side of the handshake; afterwards all reads and writes are inside TLS. Asserts that there is no
+  // TLS yet.
   asio::awaitable<boost::system::error_code> accept_tls(asio::ssl::context& context);
 
+  // Closes the stream after this time, whatever is being done then. A later call replaces the time.
   void expires_after(std::chrono::nanoseconds time);
   void expires_never();
   // While the stream is corked, writes are buffered; the next uncorked write sends them all in one system call.
   void cork(bool corked) { is_corked_ = corked; }
+  // Closes the socket at once; a read or write under way then fails. Unread bytes make the system send a reset.
   void close();
   // Ends writing, then reads and drops what the peer still sends for up to a second, then closes. A socket that is
   // closed with unread bytes resets the connection, and the peer would lose our last bytes.
   asio::awaitable<void> close_gracefully();
-  // the first half of close_gracefully(): ends TLS, then the socket's sending direction
+  // Is the first half of close_gracefully(): ends TLS, then the sending direction of the socket.
   asio::awaitable<void> end_writing();
 
   // Writes as many bytes as the system takes without waiting, and returns their number. Asserts that the stream is
@@ -61,6 +67,7 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
  private:
   void read_some(asio::mutable_buffer into, Handler handler) override;
   void write_some(const WriteBuffers& from, Handler handler) override;
+  // Completes a write of `bytes`: at once while corked, else when all buffered bytes are written.
   void write_corked(std::size_t bytes, Handler handler);
 
   asio::ip::tcp::socket socket_;
@@ -69,8 +76,10 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
   std::string peer_, network_;
   Admission::Ticket ticket_;
   TransportCounters* counters_;
+  // corked_ fills while leaving_ is being written, because a write in progress must keep its memory.
   std::vector<std::uint8_t> put_back_, corked_, leaving_;
-  std::uint64_t expiry_count_ = 0;  // counts timers, so that a cancelled one that already fired is ignored
+  // Counts timers, so that a cancelled one whose handler already waits in the loop is ignored.
+  std::uint64_t expiry_count_ = 0;
   bool is_corked_ = false, has_expired_ = false;
 };
 

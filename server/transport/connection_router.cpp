@@ -21,10 +21,13 @@ namespace {
 
 using asio::ip::tcp;
 
+// A first message, a TLS ClientHello or a short request usually arrives as a whole, so one read suffices for it.
 constexpr std::size_t kFirstReadBytes = 512;
 
-constexpr std::array<std::uint8_t, 7> kTlsHandshakeFailure{21, 3, 1, 0, 2, 2, 40};  // a TLS alert: handshake_failure
+// An alert of TLS: fatal, handshake_failure.
+constexpr std::array<std::uint8_t, 7> kTlsHandshakeFailure{21, 3, 1, 0, 2, 2, 40};
 
+// A browser that opens http:// on a port for TLS shows this text; a reset connection would tell a person nothing.
 constexpr std::string_view kTlsOnly =
     "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain; charset=utf-8\r\nContent-Length: 25\r\n"
     "Connection: close\r\n\r\nthis port takes TLS only\n";
@@ -76,18 +79,23 @@ asio::awaitable<Found> read_protocol(ByteStream& stream) {
 
 void ConnectionRouter::accept(tcp::socket socket) {
   boost::system::error_code error;
+  // The limits need the address first, before anything is allocated or read for this connection.
   const tcp::endpoint endpoint = socket.remote_endpoint(error);
-  if (error) {  // the peer has already left
+  // The peer has already left.
+  if (error) {
     counters->handshakes_failed_silent.add();
     return;
   }
   HAIRNET_ASSERT(counters && admission);
+  // All connections of a proxy come from its one address, so they have no limits until the header names the real peer.
   const bool is_proxied = std::ranges::count(proxies, unmapped(endpoint.address())) != 0;
   const auto address = is_proxied ? std::nullopt : limited_address(endpoint.address());
   Admission::Ticket ticket;
   const Admission::Verdict verdict = admission->enter(address, channel::monotonic_ns(), ticket);
   if (verdict != Admission::Verdict::admitted) return count_refusal(verdict, endpoint);
   auto stream = std::make_shared<ByteStream>(std::move(socket), endpoint, std::move(ticket), *counters);
+  // close() reaches the handshakes by this table. serve() removes the entry before another stream can have the same
+  // address.
   pending.emplace(stream.get(), stream);
   asio::co_spawn(
       stream->get_executor(),
@@ -101,6 +109,7 @@ std::optional<std::uint64_t> ConnectionRouter::limited_address(const asio::ip::a
 
 void ConnectionRouter::count_refusal(Admission::Verdict verdict, const tcp::endpoint& peer) {
   Counter& counter = counter_of(*counters, verdict);
+  // The counter counts every refusal; the log has at most one line a second, with the count so far.
   counter.add();
   if (refusal_log.allow(channel::monotonic_ns()))
     spdlog::warn("event={} peer={} count={}", counter.name().flat(), shown(peer), counter.value());
@@ -108,6 +117,8 @@ void ConnectionRouter::count_refusal(Admission::Verdict verdict, const tcp::endp
 
 // A page of another site that reaches this server under the site's name would be the server's own page for the browser.
 bool ConnectionRouter::refuses_host(std::string_view host, bool opens_session, std::string_view peer) {
+  // Without a list of hosts, a server of the loopback still refuses pages by a foreign name: a DNS entry of an attacker
+  // could point that name at 127.0.0.1 (DNS rebinding), and the page would pass as the server's own.
   static const std::vector<std::string> kLocalHosts{"localhost"};
   const std::vector<std::string>* hosts = &options.hosts;
   if (hosts->empty()) {
@@ -132,6 +143,7 @@ bool ConnectionRouter::refuses_origin(std::string_view origin, std::string_view 
 }
 
 asio::awaitable<void> ConnectionRouter::serve(std::shared_ptr<ByteStream> stream, bool is_proxied) {
+  // Until route() knows the protocol, this one deadline covers the proxy's header and the first bytes together.
   stream->expires_after(options.opening_timeout);
   bool is_known = true;
   if (is_proxied) is_known = co_await read_proxy_header(*stream);
@@ -140,6 +152,8 @@ asio::awaitable<void> ConnectionRouter::serve(std::shared_ptr<ByteStream> stream
 }
 
 asio::awaitable<bool> ConnectionRouter::read_proxy_header(ByteStream& stream) {
+  // The header and the first bytes behind it may come in any pieces. parse_proxy_header() looks at all bytes each time,
+  // and refuses a header that would not fit.
   std::vector<std::uint8_t> first(kProxyHeaderBytesMax);
   std::size_t filled = 0;
   ProxyHeader header;
@@ -172,12 +186,14 @@ asio::awaitable<bool> ConnectionRouter::read_proxy_header(ByteStream& stream) {
       co_return false;
     }
   }
+  // Bytes behind the header belong to the protocol of the peer itself.
   stream.put_back(std::span(first).subspan(header.bytes, filled - header.bytes));
   co_return true;
 }
 
 asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream) {
   Found found = co_await read_protocol(*stream);
+  // An alert of TLS tells the client what is wrong; a closed socket would look like a broken network.
   if (found.protocol == DetectedProtocol::tls && !tls) {
     counters->handshakes_failed_tls_absent.add();
     co_await asio::async_write(*stream, asio::buffer(kTlsHandshakeFailure), kAwaitable);
@@ -185,6 +201,7 @@ asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream
     co_return;
   }
   if (found.protocol == DetectedProtocol::tls) {
+    // The handshake gets a time of its own, because the client has shown that it lives by its first bytes.
     stream->expires_after(options.opening_timeout);
     if (const auto error = co_await stream->accept_tls(*tls)) {
       (stream->has_expired() ? counters->handshakes_failed_timeout : counters->handshakes_failed_tls).add();
@@ -202,6 +219,7 @@ asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream
   }
   if (options.tls_required && !stream->is_tls()) {
     counters->handshakes_failed_tls_required.add();
+    // Size-prefixed packets have no such answer: a client of that protocol knows whether it uses TLS.
     if (found.protocol == DetectedProtocol::http)
       co_await asio::async_write(*stream, asio::buffer(kTlsOnly), kAwaitable);
     co_await stream->close_gracefully();
@@ -211,16 +229,19 @@ asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream
     co_await serve_http(shared_from_this(), stream);
     co_return;
   }
+  // A service port answers HTTP alone.
   if (!open_session) {
     counters->handshakes_failed_http.add();
     stream->close();
     co_return;
   }
   // TLS inside TLS is not supported: its first bytes count as a size prefix, which is out of bounds.
+  // The session has deadlines of its own from here on.
   stream->expires_never();
   stream->move_to(Admission::Place::session);
   counters->connections_opened_tcp.add();
   auto connection = std::make_shared<TcpConnection>(stream, *counters);
+  // The sink is null when the session was refused. The connection still starts, to send the Goodbye that waits in it.
   PacketSink* sink = open_session(connection, channel::monotonic_ns());
   connection->start(sink);
 }

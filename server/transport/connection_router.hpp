@@ -38,21 +38,27 @@ struct ConnectionRouter : std::enable_shared_from_this<ConnectionRouter> {
 
   TransportOptions options;
   TransportCounters* counters = nullptr;
-  OpenSession open_session;  // none: the port has pages only
+  // None: the port has pages only.
+  OpenSession open_session;
   HttpService* service = nullptr;
   std::vector<asio::ip::address> exempt, proxies;
   std::shared_ptr<Admission> admission;
-  std::shared_ptr<asio::ssl::context> tls;                                   // null: no TLS
-  std::unique_ptr<StaticFiles> files;                                        // null: none
-  std::unordered_map<const ByteStream*, std::weak_ptr<ByteStream>> pending;  // pending handshakes, and pages
-  bool is_local = true;                                                      // all its addresses are of the loopback
+  // Null: there is no certificate, and TLS is refused.
+  std::shared_ptr<asio::ssl::context> tls;
+  // Null: there is no folder of pages.
+  std::unique_ptr<StaticFiles> files;
+  // Handshakes and pages under way, which close() ends.
+  std::unordered_map<const ByteStream*, std::weak_ptr<ByteStream>> pending;
+  // All addresses of the port are of the loopback.
+  bool is_local = true;
   bool is_closed = false;
   // What a page that was asked for by this Host needs to connect by WebTransport; none: no sessions.
   std::function<std::string(std::string_view host)> webtransport_page;
   LogThrottle refusal_log, origin_log, host_log, accept_log;
 
   void accept(asio::ip::tcp::socket socket);
-  void close();  // closes the pending connections; the session registry closes the sessions
+  // Closes the pending connections; the session registry closes the sessions.
+  void close();
   // None: the limits of one address do not apply.
   [[nodiscard]] std::optional<std::uint64_t> limited_address(const asio::ip::address& address) const;
   void count_refusal(Admission::Verdict verdict, const asio::ip::tcp::endpoint& peer);

@@ -42,6 +42,7 @@ std::optional<double> weight_of(std::string_view parameters) {
   return weight;
 }
 
+// "x-gzip" is an old name that recipients should take for gzip (RFC 9110, section 8.4.1.3).
 bool names(std::string_view word, ContentCoding coding) {
   if (coding == ContentCoding::identity) return same_word(word, "identity");
   return same_word(word, name_of(coding).token) || (coding == ContentCoding::gzip && same_word(word, "x-gzip"));
@@ -64,11 +65,14 @@ ContentCodingName name_of(ContentCoding coding) {
 std::vector<ContentCoding> accepted_codings(std::string_view accept_encoding) {
   constexpr std::array kCodings{ContentCoding::brotli, ContentCoding::gzip, ContentCoding::identity};
   std::array<std::optional<double>, kCodings.size()> weights;
+  // Is the weight of "*", which stands for every coding that the field does not name.
   std::optional<double> other;
   while (!accept_encoding.empty()) {
     std::string_view item = take(accept_encoding, ',');
     const std::string_view word = take(item, ';');
     const std::optional<double> weight = weight_of(item);
+    // A word that cannot be read may mean anything; without it the client gets a coding that it has named, or plain
+    // bytes.
     if (!weight) continue;
     if (word == "*") other = weight;
     for (std::size_t i = 0; i < kCodings.size(); ++i)
@@ -79,7 +83,9 @@ std::vector<ContentCoding> accepted_codings(std::string_view accept_encoding) {
   const double plain = weights.back().value_or(0);  // unnamed: the last choice
   std::vector<ContentCoding> accepted;
   for (std::size_t i = 0; i + 1 < kCodings.size(); ++i)
+    // A client that prefers plain bytes gets them. At the same weight the compressed copy is smaller.
     if (*weights[i] > 0 && *weights[i] >= plain) accepted.push_back(kCodings[i]);
+  // The sort is stable, so brotli stays before gzip where their weights are equal.
   std::ranges::stable_sort(accepted, std::ranges::greater(),
                            [&](ContentCoding coding) { return *weights[static_cast<std::size_t>(coding)]; });
   accepted.push_back(ContentCoding::identity);

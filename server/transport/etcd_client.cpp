@@ -22,8 +22,10 @@ namespace {
 
 using Error = boost::system::error_code;
 
+// These are the outer bounds. The directory gives calls up earlier, as its lease demands.
 constexpr std::chrono::seconds kConnectTimeout{3}, kAnswerTimeout{10};
-constexpr std::size_t kIdleMax = 4;  // connections to one endpoint that wait for the next call
+// So many connections to one endpoint wait for the next call; further ones are closed after their answer.
+constexpr std::size_t kIdleMax = 4;
 constexpr std::size_t kPasswordBytesMax = 1024, kPasswordFileBytesMax = 65'536;
 
 EtcdFault fault_of(const Error& error, bool is_connected) {
@@ -40,8 +42,8 @@ Result<std::shared_ptr<asio::ssl::context>> make_client_context(const EtcdOption
   auto made = make_client_tls_context(options.ca, "etcd");
   if (!made || options.certificate.empty()) return made;
   for (const auto& [what, file] : {std::pair("certificate", options.certificate), std::pair("key", options.key)}) {
-    if (std::string why = unreadable_pem(file); !why.empty())
-      return Refusal(fmt::format("the {} for etcd, {}, cannot be read: {}", what, file, why));
+    if (std::string error = unreadable_pem(file); !error.empty())
+      return Refusal(fmt::format("the {} for etcd, {}, cannot be read: {}", what, file, error));
   }
   SSL_CTX* native = (*made)->native_handle();
   if (SSL_CTX_use_certificate_chain_file(native, options.certificate.c_str()) != 1)
@@ -55,10 +57,12 @@ Result<std::shared_ptr<asio::ssl::context>> make_client_context(const EtcdOption
 
 }  // namespace
 
+// Coroutines share it, so a call under way outlives the client and finds `sink` null.
 struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
   using Request = http::request<http::string_body>;
   struct Open {
-    std::shared_ptr<HttpPeer> peer;  // null until it has one
+    // Null until the call has a connection.
+    std::shared_ptr<HttpPeer> peer;
   };
 
   explicit Impl(IoLoop& loop) : executor(loop.core().serial) {}
@@ -71,7 +75,9 @@ struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
   [[nodiscard]] Request request_of(const EtcdEndpoint& endpoint, const std::string& path,
                                    const std::string& body) const;
   [[nodiscard]] std::shared_ptr<HttpPeer> new_peer(std::size_t endpoint);
+  // False after cancel(), or when the client has gone: nobody waits for the answer any more.
   [[nodiscard]] bool is_wanted(std::uint64_t id) const { return sink && open.contains(id); }
+  // The entry goes before the sink is called, which may send a new call from within.
   void fail(std::uint64_t id, EtcdFault fault) {
     if (open.erase(id) > 0 && sink) sink->on_fault(id, fault, channel::monotonic_ns());
   }
@@ -81,6 +87,7 @@ struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
   std::vector<EtcdEndpoint> endpoints;
   // Each endpoint has its own.
   std::vector<std::vector<std::shared_ptr<HttpPeer>>> idle;
+  // The calls under way, by their number.
   std::map<std::uint64_t, Open> open;
   std::shared_ptr<asio::ssl::context> tls;
   std::string user, password, token;
@@ -93,6 +100,7 @@ EtcdClient::Impl::Request EtcdClient::Impl::request_of(const EtcdEndpoint& endpo
   Request request(http::verb::post, path, 11);
   request.set(http::field::host, endpoint.host + ":" + std::to_string(endpoint.port));
   request.set(http::field::content_type, "application/json");
+  // etcd takes the token alone, without the word Bearer.
   if (!token.empty()) request.set(http::field::authorization, token);
   request.body() = body;
   request.prepare_payload();
@@ -118,6 +126,7 @@ asio::awaitable<bool> EtcdClient::Impl::authenticate(HttpPeer& peer, const EtcdE
   const Error error = co_await exchange(peer, request_of(endpoint, asked.path, asked.body), parser);
   if (error) co_return false;
   const auto& answer = parser.get();
+  // The body is etcd's reason, until a token has been read.
   Result<std::string> given = Refusal(answer.body());
   if (answer.result_int() == 200) given = etcd::parse_token(answer.body());
   if (given)
@@ -125,6 +134,7 @@ asio::awaitable<bool> EtcdClient::Impl::authenticate(HttpPeer& peer, const EtcdE
   else if (!is_user_refused)
     spdlog::warn("event=etcd_user_refused user={} status={} detail={}", log_text(user), answer.result_int(),
                  log_text(given.error()));
+  // A wrong password is logged once, and not at each call.
   is_user_refused = !given;
   co_return given.has_value();
 }
@@ -134,6 +144,7 @@ asio::awaitable<void> EtcdClient::Impl::run(EtcdCall call) {
   auto& waiting = idle[call.endpoint];
   // An idle connection may have been closed by etcd meanwhile: then a new one is tried.
   for (bool is_reused = !waiting.empty() && !call.is_stream; is_wanted(call.id); is_reused = false) {
+    // A stream always gets a new connection, which it keeps until its end.
     std::shared_ptr<HttpPeer> peer = is_reused ? waiting.back() : new_peer(call.endpoint);
     if (is_reused) waiting.pop_back();
     open[call.id].peer = peer;
@@ -142,6 +153,7 @@ asio::awaitable<void> EtcdClient::Impl::run(EtcdCall call) {
         co_return fail(call.id, fault_of(error, false));
     }
     if (!is_wanted(call.id)) co_return;
+    // One token serves all calls, until etcd refuses it.
     if (token.empty() && !user.empty() && !co_await authenticate(*peer, endpoint))
       co_return fail(call.id, EtcdFault::refused);
     const Request request = request_of(endpoint, call.path, call.body);
@@ -153,10 +165,13 @@ asio::awaitable<void> EtcdClient::Impl::run(EtcdCall call) {
     http::response_parser<http::string_body> parser;
     const Error error = co_await exchange(*peer, request, parser);
     if (!is_wanted(call.id)) co_return;
+    // The connection was closed while it waited, most likely before etcd saw the request, so it is sent again on a new
+    // one.
     if (error && is_reused && fault_of(error, true) == EtcdFault::broken) continue;
     if (error) co_return fail(call.id, fault_of(error, true));
     const auto& answer = parser.get();
-    if (answer.result_int() == 401 || answer.result_int() == 400) token.clear();  // the next call asks for a new one
+    // The next call asks for a new token.
+    if (answer.result_int() == 401 || answer.result_int() == 400) token.clear();
     if (answer.keep_alive() && waiting.size() < kIdleMax) waiting.push_back(std::move(peer));
     open.erase(call.id);
     sink->on_answer(call.id, static_cast<int>(answer.result_int()), answer.body(), channel::monotonic_ns());
@@ -166,6 +181,7 @@ asio::awaitable<void> EtcdClient::Impl::run(EtcdCall call) {
 
 asio::awaitable<void> EtcdClient::Impl::read_stream(std::uint64_t id, std::shared_ptr<HttpPeer> peer) {
   http::response_parser<http::buffer_body> parser;
+  // A watch has no end, so the bound is on each line instead of the whole.
   parser.body_limit(boost::none);
   if (const Error error = co_await peer->read_header(parser)) co_return fail(id, fault_of(error, true));
   if (!is_wanted(id)) co_return;
@@ -174,6 +190,7 @@ asio::awaitable<void> EtcdClient::Impl::read_stream(std::uint64_t id, std::share
     sink->on_answer(id, static_cast<int>(parser.get().result_int()), {}, channel::monotonic_ns());
     co_return;
   }
+  // etcd is silent while nothing changes. A dead one is noticed by TCP's probes (HttpPeer).
   peer->expires_never();
   std::array<char, 16 << 10> piece;
   std::string text;
@@ -185,6 +202,7 @@ asio::awaitable<void> EtcdClient::Impl::read_stream(std::uint64_t id, std::share
     if (error && error != http::error::need_buffer) co_return fail(id, fault_of(error, true));
     text.append(piece.data(), piece.size() - parser.get().body().size);
     if (text.size() > etcd::kAnswerBytesMax) co_return fail(id, EtcdFault::oversize);
+    // The gateway writes one JSON object in a line; the last piece may hold only a part of one, and waits for its rest.
     std::size_t begin = 0;
     for (std::size_t end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
       sink->on_line(id, std::string_view(text).substr(begin, end - begin), channel::monotonic_ns());
@@ -226,6 +244,7 @@ EtcdClient::EtcdClient(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 EtcdClient::~EtcdClient() {
   impl_->sink = nullptr;
+  // Closing the sockets ends the coroutines, which still hold Impl.
   for (auto& [id, one] : impl_->open)
     if (one.peer) one.peer->close();
   for (auto& waiting : impl_->idle)
@@ -242,6 +261,7 @@ void EtcdClient::send(EtcdCall call) {
   asio::co_spawn(
       impl_->executor,
       [impl = impl_, call = std::move(call)]() mutable -> asio::awaitable<void> {
+        // Starting later keeps the promise that the sink is never called inside send().
         co_await asio::post(impl->executor, asio::use_awaitable);
         co_await impl->run(std::move(call));
       },

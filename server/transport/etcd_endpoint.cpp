@@ -11,6 +11,7 @@ constexpr std::uint16_t kEtcdPort = 2379;
 
 Result<EtcdEndpoint> parse_etcd_endpoint(std::string_view url) {
   const std::optional<HttpUrl> parsed = parse_http_url(url);
+  // The paths are etcd's own; a path in the setting would be lost in silence.
   if (!parsed || !(parsed->path.empty() || parsed->path == "/"))
     return Refusal("\"" + std::string(url) + "\" is not an endpoint of etcd, as http://host:2379 or https://host:2379");
   return EtcdEndpoint{parsed->host, parsed->port == 0 ? kEtcdPort : parsed->port, parsed->is_tls};

@@ -24,7 +24,8 @@ struct EtcdOptions {
 };
 
 struct EtcdEndpoint {
-  std::string host;  // a name or a numeric address, without brackets
+  // Is a name or a numeric address, without brackets.
+  std::string host;
   std::uint16_t port = 2379;
   bool is_tls = false;
 };

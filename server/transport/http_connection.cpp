@@ -14,11 +14,14 @@
 namespace hairnet::server {
 namespace {
 
+// The fields of browsers fit easily, also with the cookies of other services on the same host.
 constexpr std::uint32_t kHeaderBytesMax = 8 << 10;
 constexpr std::size_t kTargetBytesMax = 2048;
 // Bounds a body that comes with a GET; it is read and ignored.
 constexpr std::size_t kBodyBytesMax = 4096;
+// Bounds what is read and not yet parsed; Beast's buffer never grows beyond it.
 constexpr std::size_t kReadBytesMax = 16 << 10;
+// A file leaves in pieces of this size, so its length costs no memory, and a slow reader holds one piece.
 constexpr std::size_t kFilePieceBytes = std::size_t{64} << 10;
 constexpr std::string_view kWebTransportPage = "/wt.json";
 // Pages of allowed origins may ask it, with a token.
@@ -59,6 +62,8 @@ bool offers(std::string_view list, std::string_view word) {
   return false;
 }
 
+// One connection's requests, one at a time; a client that sends several at once gets the answers in order. It lives in
+// the frame of serve_http's coroutine.
 class HttpConnection {
  public:
   HttpConnection(std::shared_ptr<ConnectionRouter> router, std::shared_ptr<ByteStream> stream)
@@ -70,19 +75,26 @@ class HttpConnection {
         bytes_(options_->page_bytes_per_s, options_->page_bytes_per_s, channel::monotonic_ns()) {}
 
   asio::awaitable<void> run() {
+    // A connection keeps its place until requests_per_connection_max requests, so one client cannot occupy a place
+    // forever.
     for (std::size_t count = 1; !router_->is_closed; ++count) {
       stream_->expires_after(options_->request_timeout);
       http::request_parser<http::string_body> parser;
       parser.header_limit(kHeaderBytesMax);
+      // Beast would end the connection without an answer beyond its limit; read() checks the announced length and
+      // answers 413.
       parser.body_limit(boost::none);
       auto refused = co_await read(parser, count == 1);
+      // read() closes the stream when nobody is there to read a response.
       if (!stream_->is_open()) co_return;
       const Request& request = parser.get();
       if (!refused) refused = refuse_host(request);
+      // A WebSocket needs no place among the pages: it moves on to the sessions at once.
       if (!refused && count == 1 && !stream_->move_to(Admission::Place::http) && !websocket::is_upgrade(request)) {
         counters_->connections_refused_http.add();
         refused = refusal(503, "too many connections ask for pages; try again later");
       }
+      // The path decides before the headers: a plain GET of it is told to upgrade, and finds no file of that name.
       if (!refused && router_->open_session && path_of(view(request.target())) == WebSocketConnection::kPath) {
         refused = refuse_upgrade(request);
         if (!refused) {
@@ -91,6 +103,8 @@ class HttpConnection {
         }
       }
       if (count == 1 && !refused) counters_->connections_opened_http.add();
+      // A refused request may have left bytes unread, which would be taken for the next request. So its connection
+      // ends.
       const bool keep = !refused && request.keep_alive() && count < options_->requests_per_connection_max;
       StaticFile file;
       const HttpResponse response = refused ? std::move(*refused) : answer(request, file);
@@ -106,12 +120,14 @@ class HttpConnection {
     const auto [error, bytes] = co_await http::async_read_header(*stream_, buffer_, parser, kAwaitable);
     if (error == http::error::header_limit || error == http::error::buffer_overflow) {
       const std::string_view sent(static_cast<const char*>(buffer_.data().data()), buffer_.size());
+      // Beast reports one error for both cases. Without a line's end, it is the address that fills the buffer.
       const bool is_long_line = parser.get().target().empty() && sent.find('\n') == std::string_view::npos;
       co_return is_long_line ? refusal(414, "the address is too long") : refusal(431, "the header is too long");
     }
     if (error) {
       if (is_first)
         (stream_->has_expired() ? counters_->handshakes_failed_timeout : counters_->handshakes_failed_http).add();
+      // Only bytes that are no HTTP get an answer. A peer that left, or a time-out, does not read one.
       if (error.category() == http::make_error_code(http::error::bad_method).category() &&
           error != http::error::end_of_stream && error != http::error::partial_message)
         co_return refusal(400, "this is not HTTP/1.1");
@@ -120,19 +136,26 @@ class HttpConnection {
     }
     const Request& request = parser.get();
     if (request.target().size() > kTargetBytesMax) co_return refusal(414, "the address is too long");
+    // Two Hosts may pass the check of one and mean the other (request smuggling), as a proxy in front may choose
+    // differently.
     if (request.version() >= 11 && request.count(http::field::host) != 1)
       co_return refusal(400, "there must be one Host");
+    // Browsers ask with OPTIONS before a page of another origin may send its token along (a CORS preflight).
     const bool asks_for_leave =
         request.method() == http::verb::options && path_of(view(request.target())) == kRoomPage && router_->service;
     if (request.method() != http::verb::get && request.method() != http::verb::head && !asks_for_leave)
       co_return refusal(405, "there is nothing to change here");
+    // A body of unknown length could go on forever.
     if (parser.chunked() || parser.content_length().value_or(0) > kBodyBytesMax)
       co_return refusal(413, "a request here has no body");
+    // The body is read and dropped, so that the next request begins behind it.
     const auto [body_error, body_bytes] = co_await http::async_read(*stream_, buffer_, parser, kAwaitable);
     if (body_error) stream_->close();
     co_return std::nullopt;
   }
 
+  // Finds what the path means: a page of the service, WebTransport's description, or a file, which `file` then holds
+  // open.
   HttpResponse answer(const Request& request, StaticFile& file) {
     const std::string_view target = view(request.target()), path = path_of(target);
     if (router_->service && is_service_path(path)) {
@@ -145,11 +168,13 @@ class HttpConnection {
     if (router_->webtransport_page && path == kWebTransportPage) {
       HttpResponse response{.content_type = "application/json",
                             .body = router_->webtransport_page(view(request[http::field::host]))};
-      response.allow_origin = "*";  // it is public; the session itself checks the origin
+      // The page is public; the session itself checks the origin.
+      response.allow_origin = "*";
       return response;
     }
     if (!router_->files) return refusal(404, "there is no such page");
-    std::string accepted;  // a header may have several of these fields
+    // A header may have several of these fields.
+    std::string accepted;
     const auto fields = request.equal_range(http::field::accept_encoding);
     for (auto field = fields.first; field != fields.second; ++field) accepted.append(view(field->value())).append(",");
     switch (router_->files->find(path, file, accepted_codings(accepted))) {
@@ -179,6 +204,7 @@ class HttpConnection {
   // A question that pages of other origins may ask: those that may also open a session here.
   HttpResponse answer_page(const Request& request, const HttpRequest& question) {
     const std::string_view origin = view(request[http::field::origin]), host = view(request[http::field::host]);
+    // A page that may not open a session may not learn either where the room is.
     if (request.count(http::field::origin) > 1 || router_->refuses_origin(origin, host, stream_->peer()))
       return refusal(403, "this server answers no pages of that origin; its setting transport.origins lists them");
     HttpResponse response;
@@ -186,7 +212,9 @@ class HttpConnection {
       response.status = 204;
     else
       response = router_->service->handle(question);
+    // The origin was checked above, so it may be repeated; "*" would let pages of every origin read the answer.
     response.allow_origin = origin;
+    // A cache must not give one origin's answer to another.
     response.vary = "Origin";
     return response;
   }
@@ -200,6 +228,7 @@ class HttpConnection {
                  : counters_->http_responses_5xx)
         .add();
     std::string piece = header_of(response, keep_alive, static_cast<std::int64_t>(std::time(nullptr)));
+    // HEAD gets the header of GET, with the length of the body that does not follow.
     const bool body_follows = with_body && response.status != 304;
     if (body_follows) piece += response.body;
     std::uint64_t left = body_follows && response.body.empty() ? response.file_bytes : 0;
@@ -209,11 +238,13 @@ class HttpConnection {
         piece.resize(before + std::min<std::uint64_t>(left, kFilePieceBytes));
         const std::size_t count =
             file.read(offset, {reinterpret_cast<std::uint8_t*>(piece.data()) + before, piece.size() - before});
-        if (count == 0) co_return false;  // the file has become shorter than its announced size
+        // The file has become shorter than its announced size, so the response cannot be completed.
+        if (count == 0) co_return false;
         piece.resize(before + count);
         offset += count;
         left -= count;
       }
+      // The rate comes before the deadline, which is for the peer's reading alone.
       co_await wait_for_rate(piece.size());
       stream_->expires_after(options_->response_timeout);
       const auto [error, bytes] = co_await asio::async_write(*stream_, asio::buffer(piece), kAwaitable);
@@ -229,6 +260,7 @@ class HttpConnection {
   }
 
   asio::awaitable<void> wait_for_rate(std::size_t bytes) {
+    // A piece larger than the bucket would wait forever.
     const double counted = std::min(static_cast<double>(bytes), options_->page_bytes_per_s);
     while (stream_->is_open() && !bytes_.take(counted, channel::monotonic_ns())) {
       counters_->pages_delayed.add();
@@ -240,7 +272,9 @@ class HttpConnection {
 
   std::optional<HttpResponse> refuse_host(const Request& request) {
     const std::string_view host = view(request[http::field::host]);
-    if (host.empty()) return std::nullopt;  // browsers always name one
+    // A client without a Host is no browser: those always name one.
+    if (host.empty()) return std::nullopt;
+    // A client that is no page sends no Origin, and nobody's DNS has lured it here.
     const bool opens_session = websocket::is_upgrade(request) && request.count(http::field::origin) != 0;
     if (!router_->refuses_host(host, opens_session, stream_->peer())) return std::nullopt;
     return refusal(421, "this server has no such name; its setting transport.hosts lists them");
@@ -253,7 +287,8 @@ class HttpConnection {
       return response;
     }
     const std::string_view origin = view(request[http::field::origin]), host = view(request[http::field::host]);
-    const bool has_many = request.count(http::field::origin) > 1;  // like one that is not allowed
+    // Several origins count like one that is not allowed.
+    const bool has_many = request.count(http::field::origin) > 1;
     if (router_->refuses_origin(has_many ? "many" : origin, host, stream_->peer()) || has_many) {
       return refusal(
           403, "this server takes no WebSocket from pages of that origin; its setting transport.origins lists them");
@@ -269,7 +304,8 @@ class HttpConnection {
   asio::awaitable<void> upgrade(const Request& request) {
     // Bytes behind the request belong to the WebSocket.
     stream_->put_back({static_cast<const std::uint8_t*>(buffer_.data().data()), buffer_.size()});
-    stream_->expires_never();  // the WebSocket has its own deadlines
+    // The WebSocket has deadlines of its own.
+    stream_->expires_never();
     stream_->move_to(Admission::Place::session);
     auto connection = std::make_shared<WebSocketConnection>(stream_, *options_, *counters_);
     const bool with_subprotocol = request.count(http::field::sec_websocket_protocol) != 0;
@@ -287,11 +323,13 @@ class HttpConnection {
     connection->start(sink);
   }
 
+  // The router owns the options and the counters, and this pointer keeps them alive.
   std::shared_ptr<ConnectionRouter> router_;
   std::shared_ptr<ByteStream> stream_;
   const TransportOptions* options_;
   TransportCounters* counters_;
   beast::flat_buffer buffer_;
+  // Limits the bytes of pages of this connection.
   TokenBucket bytes_;
 };
 

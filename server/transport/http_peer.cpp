@@ -17,6 +17,7 @@ constexpr int kSilence_s = 8;
 void detect_silence(Tcp::socket& socket) {
   Error ignored;
   socket.set_option(Tcp::no_delay(true), ignored);
+  // Probes find a dead peer while nothing is sent. TCP_USER_TIMEOUT finds one that does not acknowledge what was sent.
   socket.set_option(asio::socket_base::keep_alive(true), ignored);
   using Option = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_KEEPIDLE>;
   using Interval = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_KEEPINTVL>;
@@ -61,9 +62,11 @@ asio::awaitable<Error> HttpPeer::connect(const std::string& host, std::uint16_t 
   detect_silence(socket_.plain.socket());
   if (!socket_.tls) co_return Error();
   Error wrong;
+  // The server may have several certificates, and chooses by this name (SNI), which must not be an address (RFC 6066).
   if (asio::ip::make_address(host, wrong); wrong)  // a name, not a number
     SSL_set_tlsext_host_name(socket_.tls->native_handle(), host.c_str());
   socket_.tls->set_verify_mode(asio::ssl::verify_peer);
+  // Without this callback any certificate of a known authority would pass, also one of another host.
   socket_.tls->set_verify_callback(asio::ssl::host_name_verification(host));
   const auto [refused] = co_await socket_.tls->async_handshake(asio::ssl::stream_base::client, kAwaitable);
   co_return refused;

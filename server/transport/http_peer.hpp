@@ -20,9 +20,11 @@ class HttpPeer {
   HttpPeer(const SerialExecutor& executor, asio::ssl::context* tls, std::size_t buffer_bytes_max)
       : socket_(executor, tls), buffer_(buffer_bytes_max) {}
 
-  // `timeout` is for all of it but finding the addresses of a name.
+  // `timeout` is for all of it but finding the addresses of a name. Connects, and with TLS verifies that the
+  // certificate is of `host`. Call it once, before the other operations.
   asio::awaitable<Error> connect(const std::string& host, std::uint16_t port, std::chrono::milliseconds timeout);
 
+  // The next four carry one operation at a time each, and return its error; an expired time is beast::error::timeout.
   template <class Message>
   asio::awaitable<Error> write(const Message& message) {
     co_return std::get<0>(co_await http::async_write(socket_, message, kAwaitable));
@@ -42,6 +44,7 @@ class HttpPeer {
   // Bounds the operations that follow.
   void expires_after(std::chrono::milliseconds time) { socket_.plain.expires_after(time); }
   void expires_never() { socket_.plain.expires_never(); }
+  // Ends the operation under way; also one that still looks for addresses.
   void close() {
     is_closed_ = true;
     socket_.plain.close();
@@ -60,6 +63,7 @@ class HttpPeer {
 
   Socket socket_;
   beast::flat_buffer buffer_;
+  // connect() asks this after it has found addresses: no socket is open until then that close() could close.
   bool is_closed_ = false;
 };
 

@@ -20,6 +20,7 @@ constexpr std::string_view kSecurityHeaders =
     "data:; "
     "object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'\r\n";
 
+// The program never sets a locale, so strftime writes English names, as HTTP demands.
 std::string http_date(std::int64_t date_s) {
   const auto time = static_cast<std::time_t>(date_s);
   std::tm parts{};
@@ -34,6 +35,7 @@ void add(std::string& header, std::string_view name, std::string_view value) {
   if (!value.empty()) header.append(name).append(": ").append(value).append("\r\n");
 }
 
+// Clients look at the number only; the words help people who read the bytes.
 std::string_view status_name(int status) {
   switch (status) {
     case 200:
@@ -77,19 +79,21 @@ std::string_view status_name(int status) {
 
 }  // namespace
 
-HttpResponse refusal(int status, std::string_view why) {
+HttpResponse refusal(int status, std::string_view error) {
   HAIRNET_ASSERT(status >= 300 && status <= 599);
   HttpResponse response;
   response.status = status;
-  response.body = std::string(why) + "\n";
+  response.body = std::string(error) + "\n";
   return response;
 }
 
 std::string header_of(const HttpResponse& response, bool keep_alive, std::int64_t date_s) {
+  // A body has one source, or its announced length would be wrong.
   HAIRNET_ASSERT(response.body.empty() || response.file_bytes == 0);
   std::string header = "HTTP/1.1 " + std::to_string(response.status) + " ";
   header.append(status_name(response.status)).append("\r\nServer: hairnet\r\n");
   add(header, "Date", http_date(date_s));
+  // Neither status has a body, so there is none to describe.
   const bool has_body = response.status != 304 && response.status != 204;
   if (has_body) {
     add(header, "Content-Type", response.content_type);
@@ -101,6 +105,7 @@ std::string header_of(const HttpResponse& response, bool keep_alive, std::int64_
   add(header, "Vary", response.vary);
   add(header, "Location", response.location);
   add(header, "Access-Control-Allow-Origin", response.allow_origin);
+  // A 204 answers a preflight: pages may send a token with their request.
   if (response.status == 204) add(header, "Access-Control-Allow-Headers", "Authorization");
   if (response.status == 401) add(header, "WWW-Authenticate", "Bearer");
   add(header, "Upgrade", response.upgrade);

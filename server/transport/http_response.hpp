@@ -12,12 +12,14 @@ struct HttpResponse {
   std::string content_type = "text/plain; charset=utf-8";
   std::string cache_control = "no-store";
   std::string body;
-  std::uint64_t file_bytes = 0;  // size of a body that is sent from a file, instead of `body`
+  // The size of a body that is sent from a file, instead of `body`.
+  std::uint64_t file_bytes = 0;
   // Their headers, when not empty.
   std::string etag = {}, location = {}, upgrade = {}, content_encoding = {}, vary = {}, allow_origin = {};
 };
 
-HttpResponse refusal(int status, std::string_view why);
+// A response with one line of text. Asserts that `status` is from 300 to 599.
+HttpResponse refusal(int status, std::string_view error);
 
 // The header with its last empty line. `date_s`: seconds since 1970. Every page may run its own scripts and
 // WebAssembly, draw with WebGL, and connect to any WebSocket or WebTransport; the policy forbids everything else.

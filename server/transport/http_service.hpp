@@ -8,11 +8,16 @@ namespace hairnet::server {
 
 // A request for one of the server's own pages. The string views are valid during the call only.
 struct HttpRequest {
-  std::string_view method;              // GET or HEAD; answer both alike: the transport drops the body of HEAD
-  std::string_view path;                // /healthz, /readyz, /metrics, /fleet, /fleet.json or /room
-  std::string_view query;               // behind '?', not decoded
-  std::string_view peer;                // address:port
-  std::string_view authorization = {};  // the header field
+  // GET or HEAD. Answer both alike: the transport drops the body of HEAD.
+  std::string_view method;
+  // One of /healthz, /readyz, /metrics, /fleet, /fleet.json and /room.
+  std::string_view path;
+  // The part behind '?', not decoded.
+  std::string_view query;
+  // The peer's address:port, for the log.
+  std::string_view peer;
+  // The value of the header field Authorization; empty: there is none.
+  std::string_view authorization = {};
 };
 
 // The app's answers to these paths. I/O thread; must not block or throw.

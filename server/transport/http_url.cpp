@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::size_t kHostBytesMax = 255;
 
+// Only these characters: the host becomes a part of the header Host and of log lines.
 bool is_host(std::string_view host) {
   const auto is_letter = [](char c) {
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' || c == '-' ||
@@ -33,6 +34,7 @@ std::optional<HttpUrl> parse_http_url(std::string_view url) {
   parsed.path = rest.substr(slash);
   rest = rest.substr(0, slash);
   std::string_view host = rest, port;
+  // An IPv6 address has colons, so brackets tell it from its port.
   if (rest.starts_with('[')) {
     const std::size_t end = rest.find(']');
     if (end == std::string_view::npos) return std::nullopt;

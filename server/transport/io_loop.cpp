@@ -13,6 +13,7 @@
 namespace hairnet::server {
 namespace {
 
+// A longer pause saves more wake-ups and delays each pose by more; a millisecond is small beside a tick.
 constexpr std::chrono::milliseconds kBetweenWakes{1};
 
 // A task that finds no memory is cut short; the loop goes on.
@@ -27,6 +28,7 @@ void run_task(const std::function<void()>& task) {
 asio::awaitable<void> repeat(std::chrono::nanoseconds period, std::function<void()> task) {
   asio::steady_timer timer(co_await asio::this_coro::executor);
   while (true) {
+    // The period counts from the end of the last run: a slow task delays the next one and never makes a backlog.
     timer.expires_after(period);
     co_await timer.async_wait(kAwaitable);
     run_task(task);
@@ -34,7 +36,9 @@ asio::awaitable<void> repeat(std::chrono::nanoseconds period, std::function<void
 }
 
 void wait_for_signal(IoLoopCore& core, const std::shared_ptr<std::function<void()>>& task) {
+  // Each signal needs a new wait; a second Ctrl-C must reach the program, too.
   core.signals.async_wait(asio::bind_executor(core.serial, [&core, task](const boost::system::error_code& error, int) {
+    // The loop is ending.
     if (error) return;
     (*task)();
     wait_for_signal(core, task);
@@ -48,8 +52,10 @@ IoLoop::~IoLoop() = default;
 
 void IoLoop::run() {
   while (!core_->context.stopped()) {
+    // Without anything ready, run_one() sleeps in the system until the first byte, task or timer comes.
     if (core_->context.poll() == 0) core_->context.run_one();
     std::unique_lock lock(mutex_);
+    // The pause lets messages gather. post() ends it, so a tick's frames leave at once.
     woken_.wait_for(lock, kBetweenWakes, [this] { return is_woken_; });
     is_woken_ = false;
   }

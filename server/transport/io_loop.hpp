@@ -10,7 +10,8 @@
 
 namespace hairnet::server {
 
-struct IoLoopCore;  // the Asio part; only the transport folder uses it
+// The part with Asio, which only the transport folder uses.
+struct IoLoopCore;
 
 // The I/O thread's event loop. All its tasks run one at a time on the thread that calls run() or poll(). A wake-up
 // costs more than most messages, so under load run() wakes about once a millisecond and handles all messages that have
@@ -22,17 +23,24 @@ class IoLoop {
   IoLoop(const IoLoop&) = delete;
   IoLoop& operator=(const IoLoop&) = delete;
 
-  void run();   // until stop()
-  void poll();  // runs the ready handlers, and returns
-  void stop();  // any thread
+  // Runs handlers on the calling thread until stop().
+  void run();
+  // Runs the handlers that are ready, and returns: for tests, which drive the server from their own loop.
+  void poll();
+  // Ends run() after the handler under way. Any thread.
+  void stop();
 
-  void post(std::function<void()> task);                           // any thread
-  void every(std::int64_t period_ns, std::function<void()> task);  // for the loop's life
-  void on_terminate(std::function<void()> task);                   // SIGTERM or SIGINT, each time
+  // Runs the task on the loop's thread, soon. Any thread.
+  void post(std::function<void()> task);
+  // Runs the task once a period, for the loop's life. A task without memory is cut short.
+  void every(std::int64_t period_ns, std::function<void()> task);
+  // Runs the task at each SIGTERM and SIGINT, which then do not end the program by themselves.
+  void on_terminate(std::function<void()> task);
 
   [[nodiscard]] IoLoopCore& core() { return *core_; }
 
  private:
+  // Ends the wait between two rounds of run().
   void wake();
 
   std::unique_ptr<IoLoopCore> core_;

@@ -23,7 +23,8 @@ using asio::ip::tcp;
 constexpr std::chrono::milliseconds kRetry{100};
 // Port 0 says so: a page that is not there would be an error in the browser's log.
 constexpr std::string_view kNoWebTransport = "{\"port\":0,\"path\":\"\",\"hashes\":[]}\n";
-constexpr std::chrono::milliseconds kPause{10};  // while too many connections arrive
+// While too many connections arrive, the listener asks this often whether it may accept again.
+constexpr std::chrono::milliseconds kPause{10};
 
 std::string shown(const std::string& address, std::uint16_t port) {
   const bool is_v6 = address.find(':') != std::string::npos;
@@ -36,6 +37,7 @@ boost::system::error_code listen(tcp::acceptor& acceptor, const std::string& tex
   if (error) return error;
   const tcp::endpoint endpoint(address, port);
   acceptor.open(endpoint.protocol(), error);
+  // Connections of an earlier server in TIME_WAIT would otherwise block the port after a restart.
   if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
   // "::" means all addresses of IPv4 and IPv6, independent of the system's default; any other IPv6 address means itself
   // only.
@@ -56,11 +58,14 @@ asio::awaitable<void> accept(std::shared_ptr<ConnectionRouter> router, std::shar
   asio::steady_timer retry(acceptor->get_executor());
   while (acceptor->is_open()) {
     auto [error, socket] = co_await acceptor->async_accept(kAwaitable);
+    // close() may have run while this coroutine waited.
     if (!acceptor->is_open()) co_return;
     if (!error) {
       try {
         router->accept(std::move(socket));
       } catch (const std::bad_alloc&) {
+        // One connection without memory is lost; the exception must not end the coroutine, which accepts all later
+        // ones.
         router->counters->accepts_failed.add();
       }
       // Further connections wait in the system's queue.
@@ -91,7 +96,8 @@ std::vector<asio::ip::address> parse_addresses(const std::vector<std::string>& t
 struct Listener::Impl {
   std::shared_ptr<ConnectionRouter> router;
   std::vector<std::shared_ptr<tcp::acceptor>> acceptors;
-  std::shared_ptr<QuicListener> quic;  // null: no WebTransport
+  // Null: the port has no WebTransport.
+  std::shared_ptr<QuicListener> quic;
 };
 
 Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const TransportOptions& options,
@@ -123,6 +129,7 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
     auto acceptor = std::make_shared<tcp::acceptor>(loop.core().serial);
     auto error = listen(*acceptor, address, port);
     if (error == asio::error::address_in_use && in_use == PortInUse::passed_over) {
+      // A check of the configuration takes any free port, and goes on to check certificates and folders.
       acceptor = std::make_shared<tcp::acceptor>(loop.core().serial);
       port = udp_port = 0;
       error = listen(*acceptor, address, port);
@@ -130,18 +137,23 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
     if (error) return Refusal("cannot listen on " + shown(address, port) + ": " + reason_of(error));
     boost::system::error_code ignored;
     const tcp::endpoint local = acceptor->local_endpoint(ignored);
-    port = local.port();  // all addresses use the port that the system picked for the first
+    // All addresses use the port that the system picked for the first one.
+    port = local.port();
+    // One address that is not of the loopback lets pages of other machines come in, so the relaxed rules of origins
+    // end.
     router.is_local = router.is_local && local.address().is_loopback();
     impl->acceptors.push_back(std::move(acceptor));
   }
   if (router.open_session) router.webtransport_page = [](std::string_view) { return std::string(kNoWebTransport); };
   if (options.webtransport && router.open_session) {
+    // WebTransport uses the number of the TCP port by default, so clients that know one number reach both.
     auto quic = QuicListener::create(loop.core().serial, impl->router, udp_port ? udp_port : port, port);
     // Another program may have the UDP port of the same number: WebSockets do without.
     if (!quic && udp_port != 0) return Refusal(std::move(quic.error()));
     if (quic) {
       impl->quic = std::move(*quic);
       impl->quic->start();
+      // The router outlives the listener in pending connections, so the page must not keep the QUIC sockets open.
       router.webtransport_page = [weak = std::weak_ptr(impl->quic)](std::string_view host) {
         const auto listener = weak.lock();
         return listener ? listener->page(host) : std::string(kNoWebTransport);

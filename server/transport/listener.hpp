@@ -17,7 +17,9 @@ namespace hairnet::server {
 enum class PortInUse : std::uint8_t { refused, passed_over };
 
 // One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS, and beside it a UDP port for
-// WebTransport. I/O thread. A program may have several.
+// WebTransport. I/O thread. A program may have several. create() listens at once, and the connections wait in the
+// system until IoLoop::run. The destructor also ends WebTransport sessions at once; TCP and WebSocket sessions live on
+// until their registry closes them.
 class Listener {
  public:
   // Returns the session's sink, or null when the connection was refused and has been closed.

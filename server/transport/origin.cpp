@@ -32,6 +32,7 @@ bool is_digit(char c) {
 }
 
 // "localhost", "127.0.0.1:5173", "[::1]:7420"; in lower case.
+// The name must end there or go on with a port: "localhost.example.com" is not of this machine.
 bool is_loopback(std::string_view authority) {
   for (const std::string_view name : {"localhost", "127.0.0.1", "[::1]"}) {
     if (!authority.starts_with(name)) continue;
@@ -53,10 +54,12 @@ bool is_local_page(std::string_view origin) {
 
 bool origin_allowed(std::string_view origin, std::string_view host, std::span<const std::string> list, bool is_local) {
   if (origin.empty()) return true;
+  // Browsers leave out the scheme's own port and write names in lower case; operators may not.
   const std::string asked = normal_origin(origin);
   if (list.empty()) {
     if (is_local && is_local_page(asked) && is_loopback(lowered(host))) return true;
-    // A proxy in front of the server may end TLS, so the page's scheme may differ from ours.
+    // A proxy in front of the server may end TLS, so the page's scheme may differ from ours. Page and WebSocket come
+    // from one host: the server's own pages need no setting.
     return !host.empty() && (asked == normal_origin(std::string(kHttp).append(host)) ||
                              asked == normal_origin(std::string(kHttps).append(host)));
   }
@@ -65,7 +68,8 @@ bool origin_allowed(std::string_view origin, std::string_view host, std::span<co
 }
 
 bool host_allowed(std::string_view host, std::span<const std::string> list) {
-  if (host.starts_with('[')) return true;  // IPv6
+  // An address of IPv6.
+  if (host.starts_with('[')) return true;
   const std::string name = lowered(host.substr(0, host.find(':')));
   // No name under a top-level domain has digits only.
   if (std::ranges::all_of(name, [](char c) { return is_digit(c) || c == '.'; })) return !name.empty();
@@ -73,10 +77,10 @@ bool host_allowed(std::string_view host, std::span<const std::string> list) {
 }
 
 std::string validate_host(std::string_view host) {
-  const bool sound = host == "*" || (!host.empty() && std::ranges::all_of(lowered(host), [](char c) {
+  const bool valid = host == "*" || (!host.empty() && std::ranges::all_of(lowered(host), [](char c) {
                        return is_digit(c) || (c >= 'a' && c <= 'z') || c == '.' || c == '-' || c == '_';
                      }));
-  return sound ? std::string() : "the host \"" + std::string(host) + "\" is not a name without scheme and port";
+  return valid ? std::string() : "the host \"" + std::string(host) + "\" is not a name without scheme and port";
 }
 
 std::string validate_origin(std::string_view origin) {
@@ -84,9 +88,9 @@ std::string validate_origin(std::string_view origin) {
   const std::string text = lowered(origin);
   const std::size_t scheme = text.starts_with(kHttps) ? kHttps.size() : text.starts_with(kHttp) ? kHttp.size() : 0;
   const std::string_view rest = std::string_view(text).substr(scheme);
-  const bool sound = scheme != 0 && !rest.empty() &&
+  const bool valid = scheme != 0 && !rest.empty() &&
                      std::ranges::all_of(rest, [](char c) { return c > 0x20 && c < 0x7f && c != '/' && c != '?'; });
-  return sound ? std::string()
+  return valid ? std::string()
                : "the origin \"" + std::string(origin) + "\" is not of the form https://host or http://host:port";
 }
 

@@ -9,7 +9,8 @@
 
 namespace hairnet::server {
 
-// Packets that wait to be sent in one write, in order.
+// Packets that wait to be sent in one write, in order. The queue itself has no bound: senders ask whether the
+// connection is writable first, and may then add one packet more.
 struct PacketQueue {
   // A connection with this many bytes queued is not writable. A larger queue would only delay a slow peer's frames.
   static constexpr std::size_t kBytesMax = std::size_t{64} << 10;

@@ -15,11 +15,15 @@ using asio::ip::tcp;
 using Status = ProxyHeader::Status;
 
 constexpr std::string_view kTextSignature = "PROXY ";
+// The specification bounds a line of version 1, with its end, by this.
 constexpr std::size_t kTextBytesMax = 107;
 constexpr std::string_view kBinarySignature{"\r\n\r\n\0\r\nQUIT\n", 12};
-constexpr std::size_t kBinaryBytes = 16;  // signature, version and command, family and protocol, length
+// Signature, version and command, family and protocol, length of the rest.
+constexpr std::size_t kBinaryBytes = 16;
+// Two addresses and two ports.
 constexpr std::size_t kV4Bytes = 12, kV6Bytes = 36;
 
+// Compares only as many bytes as have come, so a header that comes byte by byte is incomplete and not malformed.
 bool begins_like(std::string_view text, std::string_view signature) {
   const std::size_t bytes = std::min(text.size(), signature.size());
   return text.substr(0, bytes) == signature.substr(0, bytes);
@@ -44,6 +48,7 @@ std::optional<tcp::endpoint> parse_text_peer(std::string_view line) {
   const std::string source(take_word(line)), destination(take_word(line));
   std::uint16_t port = 0, ignored = 0;
   if (!parse_port(take_word(line), port) || !parse_port(take_word(line), ignored) || !line.empty()) return std::nullopt;
+  // The destination is checked, too: a line with a wrong one was not written by a proxy.
   boost::system::error_code wrong_source, wrong_destination;
   const auto from = asio::ip::make_address(source, wrong_source);
   const auto to = asio::ip::make_address(destination, wrong_destination);
@@ -58,6 +63,7 @@ ProxyHeader parse_text(std::string_view text) {
   if (end == std::string_view::npos) return {text.size() < kTextBytesMax ? Status::incomplete : Status::malformed};
   const std::string_view line = text.substr(kTextSignature.size(), end - kTextSignature.size());
   const std::size_t bytes = end + 2;
+  // The proxy does not know its peer, or the family; the rest of such a line must be ignored.
   if (line == "UNKNOWN" || line.starts_with("UNKNOWN ")) return {Status::complete, bytes};
   const auto peer = parse_text_peer(line);
   return peer ? ProxyHeader{Status::complete, bytes, peer} : ProxyHeader{Status::malformed};
@@ -75,10 +81,13 @@ ProxyHeader parse_binary(std::span<const std::uint8_t> first) {
   if (first.size() < kBinaryBytes) return {};
   const std::size_t version = first[12] >> 4, command = first[12] & 0xf, family = first[13];
   const std::size_t bytes = kBinaryBytes + (std::size_t{first[14]} << 8 | first[15]);
+  // The length is a stranger's number if the peer is no proxy: it is bounded before anything waits for so many bytes.
   if (version != 2 || command > 1 || bytes > kProxyHeaderBytesMax) return {Status::malformed};
   if (first.size() < bytes) return {};
+  // Values of type, length and value follow the addresses and are skipped, TLS details of the proxy among them.
   const auto addresses = first.first(bytes).subspan(kBinaryBytes);
-  if (command == 0) return {Status::complete, bytes};  // LOCAL
+  // LOCAL is the proxy's own connection, as for a check of health: it has no other peer.
+  if (command == 0) return {Status::complete, bytes};
   constexpr std::size_t kTcpV4 = 0x11, kTcpV6 = 0x21;
   if (family == kTcpV4 && addresses.size() >= kV4Bytes)
     return {Status::complete, bytes, endpoint_of<asio::ip::address_v4>(addresses)};

@@ -13,7 +13,8 @@ namespace hairnet::server {
 // (https://www.haproxy.org/download/2.9/doc/proxy-protocol.txt).
 struct ProxyHeader {
   enum class Status : std::uint8_t {
-    incomplete,  // more bytes are needed, never more than kProxyHeaderBytesMax
+    // More bytes are needed, never more than kProxyHeaderBytesMax.
+    incomplete,
     malformed,
     complete,
   };
@@ -27,6 +28,8 @@ struct ProxyHeader {
 // Proxies add values of type, length and value behind the addresses; this is room for 2 KB of them.
 inline constexpr std::size_t kProxyHeaderBytesMax = 2048;
 
+// Reads the header at the front of `first`, which holds all bytes that have come so far. Asserts that it needs no more
+// than kProxyHeaderBytesMax. The header is not signed: believe it only on connections of listed proxies.
 ProxyHeader parse_proxy_header(std::span<const std::uint8_t> first);
 
 }  // namespace hairnet::server

@@ -21,10 +21,15 @@
 namespace hairnet::server {
 namespace {
 
+// A certificate is shown for days; a look every ten minutes also finds a clock that was set.
 constexpr std::chrono::minutes kRenewalInterval{10};
+// TCP tells a client of a dead server by a reset; over UDP it is mostly silence that does, so pings are closer than
+// those of WebSockets.
 constexpr std::chrono::seconds kKeepAliveMax{5};
-constexpr std::int64_t kTimer_ns_max = 3'600'000'000'000;  // a timer that is due later is set again
+// A timer that is due later is set again after this time.
+constexpr std::int64_t kTimer_ns_max = 3'600'000'000'000;
 
+// Admission and log know endpoints of TCP; the bytes of an address are the same for both.
 asio::ip::tcp::endpoint endpoint_of(const quic::Address& address) {
   asio::ip::tcp::endpoint endpoint;
   endpoint.resize(address.bytes);
@@ -54,6 +59,7 @@ quic::EndpointOptions endpoint_options(const TransportOptions& options, std::uin
   made.connection.keep_alive_ns = std::min(ns(options.ping_after), ns(kKeepAliveMax));
   made.connection.idle_timeout_ns = 2 * made.connection.keep_alive_ns;
   made.identity = identity_of(port);
+  // Half-open handshakes may be forged, and each costs memory; beyond this number a client has to answer a Retry first.
   made.unverified_max = std::max<std::size_t>(1, options.admission.arrivals_max / 4);
   return made;
 }
@@ -120,6 +126,8 @@ void QuicListener::shut() {
 
 asio::awaitable<void> QuicListener::receive(std::shared_ptr<UdpSocket> socket) {
   while (endpoint_) {
+    // The coroutine waits for readiness only: recvmmsg then takes many packets at once, which Asio's own receive
+    // cannot.
     const auto [error] = co_await socket->native().async_wait(asio::ip::udp::socket::wait_read, kAwaitable);
     if (error || !endpoint_) co_return;
     bool may_have_more = true;
@@ -129,7 +137,9 @@ asio::awaitable<void> QuicListener::receive(std::shared_ptr<UdpSocket> socket) {
           socket->receive([&](const quic::Path& path, std::uint8_t ecn, std::span<const std::uint8_t> bytes) {
             if (endpoint_) endpoint_->receive(path, ecn, bytes, now_ns);
           });
+      // One flush after a batch of packets writes all answers together.
       if (endpoint_) flush();
+      // A flood of packets must not keep TCP connections and timers waiting.
       if (may_have_more) co_await asio::post(executor_, kAwaitable);
     }
   }
@@ -142,11 +152,13 @@ asio::awaitable<void> QuicListener::renew_certificates() {
     if (!endpoint_) co_return;
     if (const auto done = own_->poll(std::time(nullptr)); !done)
       spdlog::warn("event=certificate_failed detail={}", log_text(done.error()));
+    // Existing connections keep the certificate that they began with.
     endpoint_->set_credentials(own_->current());
   }
 }
 
 void QuicListener::want_flush() {
+  // A tick makes many sessions send; they share one flush and so one system call.
   if (std::exchange(flush_wanted_, true)) return;
   asio::post(executor_, [self = shared_from_this()] {
     self->flush_wanted_ = false;
@@ -157,11 +169,13 @@ void QuicListener::want_flush() {
 void QuicListener::flush() {
   const std::int64_t now_ns = channel::monotonic_ns();
   endpoint_->flush(now_ns);
+  // Sessions that became writable within the flush have sent more. Writing them at once could go on without end.
   if (endpoint_->has_work()) want_flush();
   const std::int64_t due_ns = std::min(endpoint_->due_ns(), now_ns + kTimer_ns_max);
   if (due_ns >= timer_ns_) return;  // setting a timer costs a system call
   timer_ns_ = due_ns;
   timer_.expires_after(std::chrono::nanoseconds(std::max<std::int64_t>(0, due_ns - now_ns)));
+  // A cancelled timer reports an error, so an older wait does nothing.
   timer_.async_wait([weak = weak_from_this()](const boost::system::error_code& error) {
     const auto self = weak.lock();
     if (error || !self || !self->endpoint_) return;
@@ -200,7 +214,8 @@ std::shared_ptr<void> QuicListener::admit(const quic::Address& remote, std::int6
 int QuicListener::on_request(const quic::Address& remote, const http3::Request& request) {
   if (request.path != WebTransportConnection::kPath) return 404;
   if (router_->is_closed) return 503;
-  // The page has come from the TCP port.
+  // The page came from the TCP port, which its origin names, and the request names the UDP port; the rules of origins
+  // compare the two.
   std::string authority = request.authority;
   const std::string udp = ":" + std::to_string(port());
   if (port() != tcp_port_ && authority.ends_with(udp))
@@ -211,6 +226,7 @@ int QuicListener::on_request(const quic::Address& remote, const http3::Request& 
 }
 
 std::shared_ptr<quic::SessionSink> QuicListener::on_session(quic::Connection& quic, std::int64_t now_ns) {
+  // admit() has made the ticket before any session could open.
   auto ticket = std::static_pointer_cast<QuicTicket>(quic.ticket());
   HAIRNET_ASSERT(ticket);
   ticket->ticket.move_to(Admission::Place::session);
@@ -223,10 +239,12 @@ std::shared_ptr<quic::SessionSink> QuicListener::on_session(quic::Connection& qu
       });
   PacketSink* sink = router_->open_session(connection, now_ns);
   connection->start(sink);
+  // Without a sink the session was refused, and the Goodbye that waits is still sent by the connection's close.
   return sink ? connection : nullptr;
 }
 
 std::string QuicListener::page(std::string_view host) const {
+  // A page that came by the port of a load balancer or of Agones must connect to the number that is open there.
   const bool is_public = port() == tcp_port_ && public_port_ != 0 && host.ends_with(":" + std::to_string(public_port_));
   std::string hashes;
   if (own_) {

@@ -23,11 +23,14 @@ class QuicListener final : public std::enable_shared_from_this<QuicListener>, pr
   // Binds `udp_port` at the router's addresses, or returns one line. `tcp_port` is that of the router's pages.
   static Result<std::shared_ptr<QuicListener>> create(SerialExecutor executor, std::shared_ptr<ConnectionRouter> router,
                                                       std::uint16_t udp_port, std::uint16_t tcp_port);
+  // Begins to receive. The coroutines keep the object alive until shut().
   void start();
+  // Connections that exist go on; packets of new ones are dropped and counted.
   void refuse_new() {
     if (endpoint_) endpoint_->refuse_new();
   }
-  void shut();  // closes the sockets, and ends all sessions at once
+  // Closes the sockets, and ends all sessions at once.
+  void shut();
   // JSON that a page needs to connect: the port, the path, and the hashes of the certificates if no authority has
   // signed them. `host` is that of the request for it.
   [[nodiscard]] std::string page(std::string_view host) const;
@@ -39,7 +42,9 @@ class QuicListener final : public std::enable_shared_from_this<QuicListener>, pr
   QuicListener(SerialExecutor executor, std::shared_ptr<ConnectionRouter> router, std::uint16_t tcp_port);
   Result<void> open(std::uint16_t udp_port);
   asio::awaitable<void> receive(std::shared_ptr<UdpSocket> socket);
+  // Replaces the server's own certificates in time, for the object's life.
   asio::awaitable<void> renew_certificates();
+  // Asks for one flush() after the handlers that are ready, however often it is called before.
   void want_flush();
   void flush();
   void send(std::span<const quic::Burst> bursts);
@@ -53,10 +58,13 @@ class QuicListener final : public std::enable_shared_from_this<QuicListener>, pr
   std::shared_ptr<ConnectionRouter> router_;
   std::uint16_t tcp_port_, public_port_ = 0;
   std::vector<std::shared_ptr<UdpSocket>> sockets_;
-  std::optional<quic::OwnCertificates> own_;  // none: the configured certificate
-  std::unique_ptr<quic::Endpoint> endpoint_;  // null once shut
+  // Is none where the settings name a certificate.
+  std::optional<quic::OwnCertificates> own_;
+  // Is null once shut.
+  std::unique_ptr<quic::Endpoint> endpoint_;
   asio::steady_timer timer_, renewal_;
-  std::int64_t timer_ns_ = std::numeric_limits<std::int64_t>::max();  // when timer_ is due; then: it waits for nothing
+  // timer_ is due at this time; the largest number says that it waits for nothing.
+  std::int64_t timer_ns_ = std::numeric_limits<std::int64_t>::max();
   bool flush_wanted_ = false;
 };
 

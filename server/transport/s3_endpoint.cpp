@@ -9,6 +9,8 @@ namespace {
 
 constexpr std::size_t kPathBytesMax = 512, kRegionBytesMax = 64;
 
+// A signature covers the path as it is encoded. These characters are the same encoded and plain, so no encoder is
+// needed.
 bool is_plain(char c) {
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '.' || c == '_';
 }
@@ -50,6 +52,8 @@ Result<S3Endpoint> parse_s3_endpoint(std::string_view url) {
                    (url.ends_with('/') ? "" : "/") + "bucket");
   S3Endpoint endpoint;
   endpoint.is_tls = parsed->is_tls;
+  // The signature covers Host, and HTTP leaves the scheme's own port out of it: a proxy that did so would break the
+  // signature.
   const std::uint16_t usual = parsed->is_tls ? 443 : 80;
   endpoint.port = parsed->port == 0 ? usual : parsed->port;
   endpoint.host_field = parsed->host.find(':') == std::string::npos ? parsed->host : "[" + parsed->host + "]";

@@ -14,7 +14,8 @@ using Tcp = asio::ip::tcp;
 using Error = boost::system::error_code;
 using agones::Fault;
 
-constexpr std::chrono::seconds kCallTimeout{5};  // for connection, request and answer
+// Bounds connection, request and answer together. The caller's own time-out is shorter and comes first.
+constexpr std::chrono::seconds kCallTimeout{5};
 
 Fault fault_of(const Error& error) {
   if (error == beast::error::timeout) return Fault::timeout;
@@ -32,6 +33,7 @@ http::verb verb_of(agones::Request::Method method) {
 
 }  // namespace
 
+// Coroutines share it, so a call under way outlives the client and finds `sink` null.
 struct SidecarClient::Impl {
   Impl(SerialExecutor its_executor, std::uint16_t its_port) : executor(std::move(its_executor)), port(its_port) {}
 
@@ -51,20 +53,24 @@ asio::awaitable<void> SidecarClient::Impl::run(std::uint64_t id, agones::Request
   if (found == open.end()) co_return;
   const std::shared_ptr<beast::tcp_stream> stream = found->second;
   stream->expires_after(kCallTimeout);
+  // Addresses instead of the name localhost: a resolver could take longer than the call.
   const std::array<Tcp::endpoint, 2> loopback{Tcp::endpoint(asio::ip::address_v4::loopback(), port),
                                               Tcp::endpoint(asio::ip::address_v6::loopback(), port)};
   const auto [unconnected, endpoint] = co_await stream->async_connect(loopback, kAwaitable);
   if (unconnected) co_return fail(id, unconnected == beast::error::timeout ? Fault::timeout : Fault::unreachable);
-  if (!open.contains(id)) co_return;  // cancelled
+  // cancel() was called meanwhile.
+  if (!open.contains(id)) co_return;
   http::request<http::string_body> request(verb_of(asked.method), asked.path, 11);
   request.set(http::field::host, "localhost:" + std::to_string(port));
   request.set(http::field::content_type, "application/json");
+  // A call every few seconds is not worth a kept connection, which the sidecar could close at any time.
   request.keep_alive(false);
   request.body() = std::move(asked.body);
   request.prepare_payload();
   const auto [unsent, sent_bytes] = co_await http::async_write(*stream, request, kAwaitable);
   if (unsent) co_return fail(id, fault_of(unsent));
   http::response_parser<http::string_body> parser;
+  // Anything on the machine may listen on the port, so its answer is bounded, too.
   parser.body_limit(agones::kAnswerBytesMax);
   beast::flat_buffer buffer(agones::kAnswerBytesMax);
   const auto [unread, read_bytes] = co_await http::async_read(*stream, buffer, parser, kAwaitable);

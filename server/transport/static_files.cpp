@@ -17,6 +17,7 @@
 namespace hairnet::server {
 namespace {
 
+// Bounds the system calls that one request can cause.
 constexpr std::size_t kDepthMax = 16;
 
 // The type of unknown files: a browser then stores the file and runs nothing.
@@ -74,11 +75,14 @@ bool is_hashed(std::string_view name) {
   const std::size_t dash = name.rfind('-', dot);
   if (dot == std::string_view::npos || dash == std::string_view::npos) return false;
   const std::string_view hash = name.substr(dash + 1, dot - dash - 1);
+  // A word such as "index-settings.js" has no digit, so it does not pass for a hash and is asked for again.
   return hash.size() >= 8 &&
          std::ranges::all_of(hash, [](char c) { return std::isalnum(static_cast<unsigned char>(c)); }) &&
          std::ranges::any_of(hash, [](char c) { return c >= '0' && c <= '9'; });
 }
 
+// Time and size stand for the content: a hash would read the whole file for each request. The ending tells the copies
+// apart, as a cache may hold several.
 std::string etag_of(const struct stat& status, std::string_view ending) {
   std::array<char, 64> text;
   const auto time_ns = status.st_mtim.tv_sec * 1'000'000'000LL + status.st_mtim.tv_nsec;
@@ -139,6 +143,8 @@ std::size_t StaticFile::read(std::uint64_t offset, std::span<std::uint8_t> into)
 }
 
 Result<std::unique_ptr<StaticFiles>> StaticFiles::open(const std::string& folder) {
+  // O_PATH needs no right to list the folder. The descriptor stays on this folder when its name later means another
+  // one.
   const int descriptor = ::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return Refusal("cannot open the web root " + folder + ": " + std::strerror(errno));
   return std::unique_ptr<StaticFiles>(new StaticFiles(descriptor));
@@ -150,6 +156,7 @@ StaticFiles::~StaticFiles() {
 
 StaticFind StaticFiles::find(std::string_view path, StaticFile& file, const std::vector<ContentCoding>& codings) const {
   std::string decoded;
+  // Decoding happens once: a path decoded twice could become a "..", which the first check did not see.
   if (!decode_path(path, decoded)) return StaticFind::bad_path;
   if (decoded.ends_with('/')) decoded += "index.html";
 
@@ -159,9 +166,12 @@ StaticFind StaticFiles::find(std::string_view path, StaticFile& file, const std:
   for (std::size_t depth = 0; depth < kDepthMax; ++depth) {
     const std::size_t slash = rest.find('/');
     const std::string name(rest.substr(0, slash));
+    // This refuses "..", hidden files and "//" alike.
     if (name.empty() || name.starts_with('.')) return StaticFind::not_found;
     const int from = folder.value() >= 0 ? folder.value() : folder_;
     if (slash != std::string_view::npos) {
+      // O_NOFOLLOW refuses a symbolic link in each step, also one that somebody makes during the walk. A check of the
+      // whole path before opening it would lose that race.
       folder.reset(::openat(from, name.c_str(), O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
       if (folder.value() < 0) return StaticFind::not_found;
       rest.remove_prefix(slash + 1);
@@ -170,6 +180,7 @@ StaticFind StaticFiles::find(std::string_view path, StaticFile& file, const std:
     Descriptor opened(-1);
     struct stat status {};
     if (!open_and_stat(from, name, opened, status)) return StaticFind::not_found;
+    // Relative links in a page resolve against the address, so a folder's page needs the '/' at its end.
     if (S_ISDIR(status.st_mode)) return StaticFind::is_folder;
     if (!S_ISREG(status.st_mode)) return StaticFind::not_found;
     ContentCodingName coding;
@@ -178,6 +189,7 @@ StaticFind StaticFiles::find(std::string_view path, StaticFile& file, const std:
       if (coding.ending.empty()) break;
       Descriptor copy(-1);
       struct stat of_copy {};
+      // A compressed copy counts only beside its file, which was opened first and gives the type.
       if (!open_and_stat(from, name + std::string(coding.ending), copy, of_copy) || !S_ISREG(of_copy.st_mode)) continue;
       opened.reset(copy.release());
       status = of_copy;
@@ -189,6 +201,8 @@ StaticFind StaticFiles::find(std::string_view path, StaticFile& file, const std:
     file.etag = etag_of(status, coding.ending);
     file.content_encoding = coding.token;
     file.content_type = type_of(name);
+    // A new version of a hashed file has a new name, so the old one may be kept; every other file is asked for each
+    // time, and mostly answered by 304.
     file.cache_control = is_hashed(name) ? "public, max-age=31536000, immutable" : "no-cache";
     return StaticFind::found;
   }
@@ -208,6 +222,7 @@ bool decode_path(std::string_view path, std::string& decoded) {
       if (c == '/') return false;  // a name cannot contain one
       i += 2;
     }
+    // A backslash separates folders for some programs that read the same address.
     if (is_control(c) || c == '\\') return false;
     decoded += c;
   }

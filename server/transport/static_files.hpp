@@ -25,7 +25,8 @@ class StaticFile {
 
   std::uint64_t bytes = 0;
   std::string etag, content_type, cache_control;
-  std::string content_encoding;  // empty: the bytes are the file's own
+  // Empty: the bytes are the file's own, without compression.
+  std::string content_encoding;
 
  private:
   friend class StaticFiles;

@@ -10,13 +10,16 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::size_t kFlatBytesMax = std::size_t{16} << 10;  // up to this size copying costs less than gathering
+// Up to this size copying costs less than gathering buffers in the system call.
+constexpr std::size_t kFlatBytesMax = std::size_t{16} << 10;
+// A larger buffer is freed after its write, so that one burst does not cost memory for the connection's life.
 constexpr std::size_t kFlatKeptBytes = std::size_t{128} << 10;
 
 }  // namespace
 
 TcpConnection::TcpConnection(std::shared_ptr<ByteStream> stream, TransportCounters& counters)
     : stream_(std::move(stream)),
+      // The timer never fires: send() wakes the writer by cancelling it.
       wake_writer_(stream_->get_executor(), asio::steady_timer::time_point::max()),
       splitter_(kHelloPacketBytesMax),
       counters_(&counters) {}
@@ -37,26 +40,30 @@ asio::awaitable<void> TcpConnection::read() {
   std::size_t buffer_bytes = kHelloPacketBytesMax;
   auto buffer = std::make_unique_for_overwrite<std::uint8_t[]>(buffer_bytes);
   while (!shut_) {
+    // A stranger costs 16 KiB of buffer; only a session that has joined gets the larger one, which saves system calls.
     if (is_joined_ && buffer_bytes < kReadBytes) {
       buffer_bytes = kReadBytes;
       buffer = std::make_unique_for_overwrite<std::uint8_t[]>(buffer_bytes);
     }
     const auto [error, count] = co_await stream_->async_read_some(asio::buffer(buffer.get(), buffer_bytes), kAwaitable);
     if (error) {
+      // A peer that closes its socket without TLS' own end is no fault: browsers and phones do so.
       const bool ended = error == asio::error::eof || error == asio::ssl::error::stream_truncated;
       end(ended ? "the peer closed" : error.message());
       co_return;
     }
     counters_->bytes_read.add(count);
     counters_->received_bytes_tcp.add(count);
-    if (!sink_) continue;  // closing: drop what still arrives; unread bytes would reset the connection
+    // While the connection closes, what still arrives is dropped: unread bytes would reset the connection.
+    if (!sink_) continue;
     const std::int64_t now_ns = channel::monotonic_ns();
     try {
-      const bool sound = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
+      const bool valid = splitter_.feed({buffer.get(), count}, [&](std::span<const std::uint8_t> packet) {
         counters_->received_packets_tcp.add();
         if (sink_) sink_->on_packet(packet, now_ns);
       });
-      if (!sound && sink_) sink_->on_broken_stream(now_ns);
+      // The sink may have closed the connection within on_packet(), so sink_ is asked again each time.
+      if (!valid && sink_) sink_->on_broken_stream(now_ns);
     } catch (const std::bad_alloc&) {
       end("no memory was left");
     }
@@ -72,8 +79,10 @@ asio::awaitable<void> TcpConnection::write() {
     }
     HAIRNET_ASSERT(sending_.empty());
     HAIRNET_ASSERT(!is_writing_);
+    // Packets that come during this write gather in unsent_ and leave together in the next one.
     std::swap(sending_, unsent_);
     is_writing_ = true;
+    // The queue has just become empty. The session fills it while the system writes, so the connection never runs dry.
     if (sink_) sink_->on_writable(channel::monotonic_ns());
     if (const auto error = co_await write_out()) {
       end(error.message());
@@ -95,7 +104,8 @@ asio::awaitable<boost::system::error_code> TcpConnection::write_out() {
   if (sending_.packets.size() == 1) {
     std::tie(error, count) = co_await asio::async_write(*stream_, asio::buffer(sending_.packets[0]), kAwaitable);
   } else if (stream_->is_tls() || sending_.bytes <= kFlatBytesMax) {
-    flat_.clear();  // one record of TLS; without it each buffer would become a record
+    // One buffer becomes one record of TLS; without it each packet would have a record.
+    flat_.clear();
     for (const auto& packet : sending_.packets) flat_.insert(flat_.end(), packet.begin(), packet.end());
     std::tie(error, count) = co_await asio::async_write(*stream_, asio::buffer(flat_), kAwaitable);
   } else {
@@ -115,12 +125,15 @@ void TcpConnection::count_written(std::size_t bytes, std::size_t packet_count) {
 
 void TcpConnection::mark_joined() {
   is_joined_ = true;
+  // Before this call a packet beyond kHelloPacketBytesMax breaks the stream, so strangers cannot fill the memory.
   splitter_.allow(wire::kPacketBytesMax);
 }
 
 void TcpConnection::send(std::vector<std::uint8_t> packet) {
   HAIRNET_ASSERT(!packet.empty());
   if (closing_) return;
+  // The usual frame goes straight to the socket: no queue, no wake-up of the writer. Inside TLS a write is
+  // asynchronous, and a packet that waits must not be overtaken.
   if (!is_writing_ && unsent_.empty() && !stream_->is_tls()) {
     const std::size_t bytes = stream_->write_now(packet);
     count_written(bytes, bytes == packet.size() ? 1 : 0);
@@ -135,11 +148,13 @@ void TcpConnection::close(std::string_view) {
   if (closing_) return;
   closing_ = true;
   sink_ = nullptr;
+  // A refused stranger may wait for its Goodbye to be read, but only so many at a time; a member always may.
   if (!is_joined_ && !stream_->move_to(Admission::Place::leaving)) {
     counters_->connections_cut_leaving.add();
     return shut();
   }
   wake_writer_.cancel();
+  // A peer that neither reads nor closes is cut after this time.
   stream_->expires_after(kLinger);
 }
 

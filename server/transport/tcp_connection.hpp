@@ -18,11 +18,14 @@ namespace hairnet::server {
 // serial executor, a reader and a writer, keep the object alive until both have ended.
 class TcpConnection final : public Connection, public std::enable_shared_from_this<TcpConnection> {
  public:
-  static constexpr std::chrono::seconds kLinger{2};  // for packets that wait when the connection closes
+  // Packets that wait when the connection closes have this long to leave; after it the socket is cut.
+  static constexpr std::chrono::seconds kLinger{2};
 
   TcpConnection(std::shared_ptr<ByteStream> stream, TransportCounters& counters);
 
-  void start(PacketSink* sink);  // null: the connection was refused and has been closed
+  // Begins to read and write. `sink` is null when the connection was refused and has been closed; it must live until
+  // close() or PacketSink::on_closed.
+  void start(PacketSink* sink);
 
   void mark_joined() override;
   void send(std::vector<std::uint8_t> packet) override;
@@ -36,8 +39,11 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   asio::awaitable<void> read();
   asio::awaitable<void> write();
   asio::awaitable<boost::system::error_code> write_out();
+  // A packet counts when its last byte was given to the system; `packet_count` may be 0 for a part of one.
   void count_written(std::size_t bytes, std::size_t packet_count);
-  void end(std::string_view reason);  // by the peer or the network
+  // The peer or the network has ended the connection: closes the socket, and tells the sink once.
+  void end(std::string_view reason);
+  // Closes the socket at once, and lets both coroutines end. Does not tell the sink.
   void shut();
 
   std::shared_ptr<ByteStream> stream_;

@@ -20,6 +20,8 @@ int no_passphrase(char*, int, int, void*) {
   return -1;  // otherwise OpenSSL would prompt at the terminal
 }
 
+// Answers ALPN with HTTP/1.1, the only version of HTTP here. A client that offers only others gets no answer to it, and
+// the handshake goes on.
 int choose_http11(SSL*, const unsigned char** out, unsigned char* out_length, const unsigned char* in,
                   unsigned int in_length, void*) {
   static constexpr unsigned char kOurs[] = {8, 'h', 't', 't', 'p', '/', '1', '.', '1'};
@@ -44,6 +46,7 @@ std::string unreadable_pem(const std::string& path) {
   const Result<std::string> text = read_text_file(path, kPemBytesMax);
   if (!text) return text.error();
   if (text->empty()) return "it is empty";
+  // read_text_file() has removed the mark from its copy, but OpenSSL reads the file itself.
   std::ifstream file(path, std::ios::binary);
   return file.peek() == 0xef ? "it begins with a byte order mark; save it without" : "";
 }
@@ -57,21 +60,25 @@ std::string openssl_reason() {
 
 Result<std::shared_ptr<asio::ssl::context>> make_tls_context(const TlsFiles& files) {
   for (const auto& [what, file] : {std::pair("certificate", files.certificate), std::pair("key", files.key)}) {
-    if (std::string why = unreadable_pem(file); !why.empty())
-      return Refusal(fmt::format("cannot read the {} {}: {}", what, file, why));
+    if (std::string error = unreadable_pem(file); !error.empty())
+      return Refusal(fmt::format("cannot read the {} {}: {}", what, file, error));
   }
   ERR_clear_error();
   auto made = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
   SSL_CTX* context = made->native_handle();
   SSL_CTX_set_min_proto_version(context, TLS1_2_VERSION);
+  // Renegotiation lets a client make the server compute handshake after handshake, and compression leaks secrets by
+  // length (CRIME). A peer that leaves without TLS' end is common and no error.
   SSL_CTX_set_options(context, SSL_OP_NO_RENEGOTIATION | SSL_OP_NO_COMPRESSION | SSL_OP_CIPHER_SERVER_PREFERENCE |
                                    SSL_OP_IGNORE_UNEXPECTED_EOF);
-  SSL_CTX_set_mode(context, SSL_MODE_RELEASE_BUFFERS);  // an idle connection costs 34 KB less
+  // An idle connection costs 34 KB less.
+  SSL_CTX_set_mode(context, SSL_MODE_RELEASE_BUFFERS);
   SSL_CTX_set_default_passwd_cb(context, no_passphrase);
   SSL_CTX_set_alpn_select_cb(context, choose_http11, nullptr);
   if (SSL_CTX_use_certificate_chain_file(context, files.certificate.c_str()) != 1)
     return Refusal("the certificate " + files.certificate + " is not a PEM certificate chain: " + openssl_reason());
   if (SSL_CTX_use_PrivateKey_file(context, files.key.c_str(), SSL_FILETYPE_PEM) != 1) {
+    // OpenSSL compares the key with the certificate while it reads the key; a mismatch is not a fault of the file.
     const bool other = ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH ||
                        ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_TYPE_MISMATCH;
     const std::string reason = openssl_reason();
@@ -94,10 +101,10 @@ Result<std::shared_ptr<asio::ssl::context>> make_client_tls_context(const std::s
   boost::system::error_code ignored;
   if (ca.empty())
     made->set_default_verify_paths(ignored);
-  else if (std::string why = unreadable_pem(ca);
-           !why.empty() || SSL_CTX_load_verify_locations(context, ca.c_str(), nullptr) != 1)
+  else if (std::string error = unreadable_pem(ca);
+           !error.empty() || SSL_CTX_load_verify_locations(context, ca.c_str(), nullptr) != 1)
     return Refusal("the certificates of the authority of " + std::string(whose) + ", " + ca +
-                   ", cannot be read: " + (why.empty() ? openssl_reason() : why));
+                   ", cannot be read: " + (error.empty() ? openssl_reason() : error));
   return made;
 }
 

@@ -25,8 +25,8 @@ struct TransportCounters : CounterSet {
                                  "Connections whose protocol is known, by transport."};
   Counter connections_opened_websocket{*this, "connections_opened", "transport", "websocket"};
   Counter connections_opened_webtransport{*this, "connections_opened", "transport", "webtransport"};
-  Counter connections_opened_http{*this, "connections_opened", "transport",
-                                  "http"};  // their first request was accepted
+  // Their first request was accepted.
+  Counter connections_opened_http{*this, "connections_opened", "transport", "http"};
   Counter connections_tls{*this, "connections_tls",
                           "Connections inside TLS, which also count as one of their transport."};
 
@@ -51,11 +51,11 @@ struct TransportCounters : CounterSet {
                                    "Connections closed before their protocol was known, by reason."};
   Counter handshakes_failed_timeout{*this, "handshakes_failed", "reason", "timeout"};
   Counter handshakes_failed_tls{*this, "handshakes_failed", "reason", "tls"};
-  // TLS, but the server has no certificate
+  // The peer began with TLS, but the server has no certificate.
   Counter handshakes_failed_tls_absent{*this, "handshakes_failed", "reason", "tls_absent"};
-  // plain, but the server requires TLS
+  // The connection was plain, but the server requires TLS.
   Counter handshakes_failed_tls_required{*this, "handshakes_failed", "reason", "tls_required"};
-  // a proxy's connection that does not begin with a header of the PROXY protocol
+  // The connection of a proxy did not begin with a header of the PROXY protocol.
   Counter handshakes_failed_proxy{*this, "handshakes_failed", "reason", "proxy"};
   Counter handshakes_failed_http{*this, "handshakes_failed", "reason", "http"};
   Counter handshakes_failed_websocket{*this, "handshakes_failed", "reason", "websocket"};
@@ -63,9 +63,8 @@ struct TransportCounters : CounterSet {
   Counter hosts_refused{*this, "hosts_refused", "Requests whose Host is not allowed."};
   Counter pages_delayed{*this, "pages_delayed",
                         "Pieces of pages that waited, as their connection had its share of bytes."};
-  Counter connections_cut_leaving{
-      *this, "connections_cut", "reason", "leaving",
-      "Connections closed before their last bytes were read, by reason."};  // before their last bytes were read
+  Counter connections_cut_leaving{*this, "connections_cut", "reason", "leaving",
+                                  "Connections closed before their last bytes were read, by reason."};
 
   Counter http_responses_2xx{*this, "http_responses", "code", "2xx",
                              "Responses of HTTP, by the class of their status code."};
@@ -79,7 +78,8 @@ struct TransportCounters : CounterSet {
   Counter websockets_closed_malformed{*this, "websockets_closed", "reason", "malformed"};
   Counter websockets_closed_timeout{*this, "websockets_closed", "reason", "timeout"};
 
-  quic::QuicCounters quic;  // a set of its own
+  // Is a set of its own, which metrics lists apart.
+  quic::QuicCounters quic;
 };
 
 }  // namespace hairnet::server

@@ -15,10 +15,15 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::size_t kReceiveMax = 32;  // packets of a system call
-constexpr int kReceiveCallsMax = 8;      // then others have their turn
+// One system call takes up to this many packets.
+constexpr std::size_t kReceiveMax = 32;
+// After this many calls the loop's other work has its turn.
+constexpr int kReceiveCallsMax = 8;
+// No packet that we asked for is longer; a longer one is cut by the system, marked and dropped.
 constexpr std::size_t kReceiveBytesMax = 2048;
-constexpr int kSystemBufferBytes = 4 << 20;  // what the system allows of it
+// A tick's packets for all observers leave in one burst, which the system's default may not hold. The system gives as
+// much of this as its settings allow.
+constexpr int kSystemBufferBytes = 4 << 20;
 constexpr std::size_t kControlBytes = 128;
 
 struct ControlBuffer {
@@ -27,6 +32,7 @@ struct ControlBuffer {
 
 template <class Value>
 void put_control(msghdr& message, int level, int type, const Value& value) {
+  // Entries follow each other, each padded to its alignment; msg_controllen is where the next one begins.
   auto* at = reinterpret_cast<cmsghdr*>(static_cast<std::uint8_t*>(message.msg_control) + message.msg_controllen);
   HAIRNET_ASSERT(message.msg_controllen + CMSG_SPACE(sizeof(value)) <= kControlBytes);
   at->cmsg_level = level;
@@ -48,8 +54,10 @@ void read_control(msghdr& message, quic::Address& local, std::uint8_t& ecn) {
       std::memcpy(&info, CMSG_DATA(at), sizeof(info));
       local.v6.sin6_addr = info.ipi6_addr;
     } else if (at->cmsg_level == IPPROTO_IP && at->cmsg_type == IP_TOS) {
+      // ECN is the lower two bits; the upper six are the class of traffic.
       ecn = *CMSG_DATA(at) & 3;
     } else if (at->cmsg_level == IPPROTO_IPV6 && at->cmsg_type == IPV6_TCLASS) {
+      // IPv4 brings one byte, IPv6 an int.
       int traffic_class = 0;
       std::memcpy(&traffic_class, CMSG_DATA(at), sizeof(traffic_class));
       ecn = static_cast<std::uint8_t>(traffic_class & 3);
@@ -108,12 +116,15 @@ void UdpSocket::set_options(bool is_v6) {
     set(IPPROTO_IP, IP_PKTINFO, 1);
     set(IPPROTO_IP, IP_RECVTOS, 1);
   }
+  // An IPv6 socket of all addresses carries IPv4, too.
   set(IPPROTO_IP, IP_MTU_DISCOVER, IP_PMTUDISC_PROBE);
+  // The size 0 changes nothing, and shows whether the kernel knows the option.
   has_segments_ = set(IPPROTO_UDP, UDP_SEGMENT, 0);
 }
 
 bool UdpSocket::is_of(const quic::Address& local) const {
   if (local.port() != local_.port()) return false;
+  // A socket of all addresses fits each local address of its family.
   if (local_.address().is_unspecified()) return (local.any.sa_family == AF_INET6) == local_.address().is_v6();
   return local == quic::Address::of(local_.data(), static_cast<socklen_t>(local_.size()));
 }
@@ -126,6 +137,7 @@ bool UdpSocket::receive(const OnPacket& on_packet) {
       batch.received[i] = {};
       msghdr& message = batch.received[i].msg_hdr;
       message.msg_name = &batch.remotes[i].any;
+      // The kernel writes lengths into these fields, so they are set again before each call.
       message.msg_namelen = sizeof(sockaddr_in6);
       message.msg_iov = &batch.into[i];
       message.msg_iovlen = 1;
@@ -145,6 +157,7 @@ bool UdpSocket::receive(const OnPacket& on_packet) {
       read_control(message, path.local, ecn);
       on_packet(path, ecn, std::span(batch.packets[i]).first(batch.received[i].msg_len));
     }
+    // A batch that is not full has emptied the socket, and another call would find nothing.
     if (count < static_cast<int>(kReceiveMax)) return false;
   }
   return true;
@@ -156,6 +169,7 @@ std::size_t UdpSocket::send(std::span<const quic::Burst> bursts) {
   batch.from.clear();
   std::vector<std::pair<const quic::Burst*, std::span<const std::uint8_t>>> pieces;
   for (const quic::Burst& burst : bursts) {
+    // With UDP_SEGMENT a burst is one piece, which the system cuts; without it each packet is a piece.
     const std::size_t step = has_segments_ ? burst.bytes.size() : burst.segment_bytes;
     for (std::size_t at = 0; at < burst.bytes.size(); at += step)
       pieces.emplace_back(&burst, burst.bytes.subspan(at, std::min(step, burst.bytes.size() - at)));
@@ -166,6 +180,7 @@ std::size_t UdpSocket::send(std::span<const quic::Burst> bursts) {
   batch.sent_control.resize(pieces.size());
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const auto& [burst, bytes] = pieces[i];
+    // sendmsg reads these bytes only; its interface has no const.
     batch.from[i] = {const_cast<std::uint8_t*>(bytes.data()), bytes.size()};
     batch.to[i] = burst->path.remote;
     batch.sent_control[i] = {};
@@ -175,6 +190,7 @@ std::size_t UdpSocket::send(std::span<const quic::Burst> bursts) {
     message.msg_iov = &batch.from[i];
     message.msg_iovlen = 1;
     message.msg_control = batch.sent_control[i].bytes.data();
+    // The source address goes with each packet, so that an answer leaves by the address that the peer knows.
     if (burst->path.local.any.sa_family == AF_INET6) {
       in6_pktinfo info{};
       info.ipi6_addr = burst->path.local.v6.sin6_addr;
@@ -198,7 +214,8 @@ std::size_t UdpSocket::send(std::span<const quic::Burst> bursts) {
       continue;
     }
     if (errno == EINTR) continue;
-    if (errno == EIO && has_segments_) {  // the network card cannot
+    // The network card cannot cut bursts; from now on each packet is a message.
+    if (errno == EIO && has_segments_) {
       has_segments_ = false;
       std::vector<quic::Burst> left;
       for (std::size_t i = done; i < pieces.size(); ++i) {
@@ -207,7 +224,8 @@ std::size_t UdpSocket::send(std::span<const quic::Burst> bursts) {
       }
       return lost + send(left);
     }
-    // QUIC takes what is dropped here for lost, and slows down.
+    // QUIC takes what is dropped here for lost, and slows down. A full system drops all that is left of this wake-up:
+    // waiting would delay newer frames. Any other error is taken as a fault of one destination.
     const bool is_full = errno == EAGAIN || errno == EWOULDBLOCK || errno == ENOBUFS;
     const std::size_t end = is_full ? pieces.size() : done + 1;
     for (; done < end; ++done)

@@ -12,6 +12,8 @@
 namespace hairnet::server {
 
 // A UDP socket that takes and sends many packets with each system call, and knows to which of its addresses each came.
+// I/O thread. A socket of all addresses must answer from the address to which a packet came: the peer knows no other
+// one.
 class UdpSocket {
  public:
   using OnPacket = std::function<void(const quic::Path&, std::uint8_t ecn, std::span<const std::uint8_t>)>;
@@ -22,11 +24,13 @@ class UdpSocket {
 
   ~UdpSocket();
 
-  // Takes up to some hundred packets that have come. False when none is left.
+  // Takes up to some hundred packets that have come, many with each recvmmsg. False when none is left.
   bool receive(const OnPacket& on_packet);
-  // Returns the number of packets that the system did not take.
+  // Sends all packets in as few calls as possible (sendmmsg, with UDP_SEGMENT where the system cuts bursts). Returns
+  // the number of packets that the system did not take.
   std::size_t send(std::span<const quic::Burst> bursts);
   [[nodiscard]] std::uint16_t port() const { return local_.port(); }
+  // Whether packets from this local address leave by this socket.
   [[nodiscard]] bool is_of(const quic::Address& local) const;
   // Whether the system cuts bursts into packets (UDP_SEGMENT).
   [[nodiscard]] bool has_segments() const { return has_segments_; }
@@ -36,7 +40,8 @@ class UdpSocket {
   explicit UdpSocket(SerialExecutor executor);
   void set_options(bool is_v6);
 
-  struct Batch;  // memory of system calls
+  // Holds the memory of the system calls, which is reused from call to call.
+  struct Batch;
   asio::ip::udp::socket socket_;
   asio::ip::udp::endpoint local_;
   std::unique_ptr<Batch> batch_;

@@ -11,8 +11,9 @@
 namespace hairnet::server {
 namespace {
 
-constexpr std::size_t kKeptBytes = std::size_t{64} << 10;  // kept of a larger message's memory
-// up to this size a copy costs less than another system call
+// A larger message's memory is freed after it, down to this size.
+constexpr std::size_t kKeptBytes = std::size_t{64} << 10;
+// Up to this size a copy costs less than another system call.
 constexpr std::size_t kCorkedBytesMax = std::size_t{32} << 10;
 
 }  // namespace
@@ -24,8 +25,11 @@ WebSocketConnection::WebSocketConnection(std::shared_ptr<ByteStream> stream, con
       wake_writer_(stream_->get_executor(), asio::steady_timer::time_point::max()),
       counters_(&counters) {
   socket_.binary(true);
+  // One packet is one message in one frame; browsers join fragments in any case, so splitting would only add headers.
   socket_.auto_fragment(false);
   socket_.read_message_max(kHelloPacketBytesMax);
+  // The three values: the upgrade's time; the silence after which the peer counts as gone; and pings at half of this
+  // silence.
   socket_.set_option(websocket::stream_base::timeout{options.opening_timeout, 2 * options.ping_after, true});
 }
 
@@ -51,6 +55,8 @@ void WebSocketConnection::start(PacketSink* sink) {
 
 asio::awaitable<void> WebSocketConnection::read() {
   while (true) {
+    // Reading in pieces lets the buffer grow with what has come. The announced length alone would make a stranger's
+    // header cost memory.
     const auto [error, count] = co_await socket_.async_read_some(message_, kReadBytes, kAwaitable);
     if (error) {
       report_closed(count_end(error));
@@ -61,8 +67,10 @@ asio::awaitable<void> WebSocketConnection::read() {
     if (!sink_) {  // closing: read and drop everything until the peer's own end
       message_.consume(message_.size());
     } else if (!socket_.got_binary()) {
+      // Text is refused at its first piece, before the rest of the message has come.
       counters_->websockets_closed_text.add();
       message_.consume(message_.size());
+      // close_with() clears sink_, so it is copied before.
       PacketSink* sink = sink_;
       close_with(websocket::close_code::unknown_data, "packets are binary messages");
       sink->on_closed("a text message", channel::monotonic_ns());
@@ -83,6 +91,7 @@ void WebSocketConnection::deliver() {
   try {
     sink_->on_packet({static_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, channel::monotonic_ns());
   } catch (const std::bad_alloc&) {
+    // The session whose packet found no memory ends; the others go on.
     report_closed("no memory was left");
     stream_->close();
   }
@@ -115,6 +124,7 @@ asio::awaitable<boost::system::error_code> WebSocketConnection::write_out() {
   const std::size_t count = sending_.packets.size();
   const bool together = sending_.bytes <= kCorkedBytesMax;
   for (std::size_t i = 0; i < count; ++i) {
+    // The last message is written uncorked, and takes the buffered ones along in one system call.
     stream_->cork(together && i + 1 < count);
     const auto [error, bytes] = co_await socket_.async_write(asio::buffer(sending_.packets[i]), kAwaitable);
     counters_->bytes_written.add(bytes);
@@ -147,6 +157,7 @@ void WebSocketConnection::close_with(websocket::close_code code, std::string_vie
   if (closing_) return;
   closing_ = true;
   sink_ = nullptr;
+  // A close frame holds 125 bytes: 2 of the code, and the reason.
   close_reason_ = {code, beast::string_view(reason.data(), std::min<std::size_t>(reason.size(), 100))};
   if (!is_joined_ && !stream_->move_to(Admission::Place::leaving)) {
     counters_->connections_cut_leaving.add();
@@ -158,6 +169,7 @@ void WebSocketConnection::close_with(websocket::close_code code, std::string_vie
 
 std::string_view WebSocketConnection::count_end(const boost::system::error_code& error) {
   if (error == websocket::error::closed) return "the peer closed";
+  // A closed tab or a lost network often ends a WebSocket without a close frame.
   if (error == asio::error::eof || error == asio::ssl::error::stream_truncated) return "the peer went";
   if (error == websocket::error::message_too_big) {
     counters_->websockets_closed_oversize.add();

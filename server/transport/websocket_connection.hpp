@@ -19,7 +19,7 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
  public:
   static constexpr std::string_view kPath = "/ws";
   static constexpr std::string_view kSubprotocol = "hairnet";
-  // for packets that wait when the connection closes, and for the peer's own end
+  // Packets that wait when the connection closes, and the close frame of the peer, have this long.
   static constexpr std::chrono::seconds kLinger{2};
 
   using Request = http::request<http::string_body>;
@@ -28,7 +28,8 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
 
   // Answers the upgrade request, or refuses it. The answer names the subprotocol if the client offered it.
   asio::awaitable<boost::system::error_code> accept(const Request& request, bool with_subprotocol);
-  void start(PacketSink* sink);  // null: the connection was refused and has been closed
+  // Begins to read and write. `sink` is null when the connection was refused and has been closed.
+  void start(PacketSink* sink);
 
   void mark_joined() override;
   void send(std::vector<std::uint8_t> packet) override;
@@ -41,19 +42,27 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
  private:
   asio::awaitable<void> read();
   asio::awaitable<void> write();
+  // Sends sending_, a message for each packet, in as few system calls as their size allows.
   asio::awaitable<boost::system::error_code> write_out();
   void deliver();
+  // Lets the writer send what waits, and then a close frame. Does not tell the sink.
   void close_with(websocket::close_code code, std::string_view reason);
+  // Counts why the reader ended, and returns it in words for the log.
   std::string_view count_end(const boost::system::error_code& error);
-  void report_closed(std::string_view reason);  // by the peer or the network
+  // The peer or the network has ended the connection: tells the sink once.
+  void report_closed(std::string_view reason);
 
   std::shared_ptr<ByteStream> stream_;
-  websocket::stream<ByteStream&, false> socket_;  // without compression
+  // The template's `false` leaves out compression: frames are packed bits, and compression would keep memory for each
+  // connection.
+  websocket::stream<ByteStream&, false> socket_;
   beast::flat_buffer message_;
   asio::steady_timer wake_writer_;
   TransportCounters* counters_;
-  PacketSink* sink_ = nullptr;    // null once closed
-  PacketQueue unsent_, sending_;  // one fills while the other is being sent
+  // Is null once closed.
+  PacketSink* sink_ = nullptr;
+  // One fills while the other is being sent.
+  PacketQueue unsent_, sending_;
   websocket::close_reason close_reason_{websocket::close_code::normal};
   bool is_joined_ = false, closing_ = false, ended_ = false;
 };

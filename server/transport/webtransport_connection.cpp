@@ -22,6 +22,7 @@ WebTransportConnection::WebTransportConnection(quic::Connection& quic, std::stri
 void WebTransportConnection::mark_joined() {
   is_joined_ = true;
   splitter_.allow(wire::kPacketBytesMax);
+  // A member's uploads need a larger window than a stranger's Hello.
   if (quic_) quic_->widen();
 }
 
@@ -61,9 +62,11 @@ void WebTransportConnection::reset_download(DownloadStream stream) {
 
 void WebTransportConnection::close(std::string_view reason) {
   sink_ = nullptr;
+  // The pointer is cleared before anything else: the QUIC connection may end within its close().
   quic::Connection* quic = std::exchange(quic_, nullptr);
   if (!quic) return;
   const std::int64_t now_ns = channel::monotonic_ns();
+  // A refused stranger waits for its Goodbye to be read only while few others do.
   if (!is_joined_ && !ticket_->ticket.move_to(Admission::Place::leaving)) {
     counters_->connections_cut_leaving.add();
     quic->cut(now_ns);
@@ -77,17 +80,19 @@ void WebTransportConnection::close(std::string_view reason) {
 void WebTransportConnection::on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns) {
   counters_->bytes_read.add(bytes.size());
   counters_->received_bytes_webtransport.add(bytes.size());
-  const bool is_sound = splitter_.feed(bytes, [&](std::span<const std::uint8_t> packet) {
+  const bool is_valid = splitter_.feed(bytes, [&](std::span<const std::uint8_t> packet) {
     counters_->received_packets_webtransport.add();
     if (sink_) sink_->on_packet(packet, now_ns);
   });
-  if (!is_sound && sink_) sink_->on_broken_stream(now_ns);
+  // The sink may have closed the connection within on_packet().
+  if (!is_valid && sink_) sink_->on_broken_stream(now_ns);
 }
 
 void WebTransportConnection::on_datagram(std::span<const std::uint8_t> bytes, std::int64_t now_ns) {
   counters_->bytes_read.add(bytes.size());
   counters_->received_bytes_webtransport.add(bytes.size());
   counters_->received_packets_webtransport.add();
+  // A datagram is a whole packet without a size prefix. It may be lost, come twice or late.
   if (sink_) sink_->on_datagram(bytes, now_ns);
 }
 
@@ -108,10 +113,10 @@ void WebTransportConnection::on_sent(std::size_t bytes) {
   counters_->sent_bytes_webtransport.add(bytes);
 }
 
-void WebTransportConnection::on_closed(std::string_view why, std::int64_t now_ns) {
+void WebTransportConnection::on_closed(std::string_view error, std::int64_t now_ns) {
   quic_ = nullptr;
   ticket_ = nullptr;
-  if (PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(why, now_ns);
+  if (PacketSink* sink = std::exchange(sink_, nullptr)) sink->on_closed(error, now_ns);
 }
 
 }  // namespace hairnet::server

@@ -40,7 +40,8 @@ class WebTransportConnection final : public Connection, public quic::SessionSink
                          std::shared_ptr<QuicTicket> ticket, TransportCounters& counters,
                          std::function<void()> on_work);
 
-  void start(PacketSink* sink) { sink_ = sink; }  // null: the connection was refused and has been closed
+  // `sink` is null when the connection was refused and has been closed.
+  void start(PacketSink* sink) { sink_ = sink; }
 
   void mark_joined() override;
   void send(std::vector<std::uint8_t> packet) override;
@@ -65,16 +66,20 @@ class WebTransportConnection final : public Connection, public quic::SessionSink
   void on_downloads_writable(std::int64_t now_ns) override;
   void on_download_stopped(DownloadStream stream, std::int64_t now_ns) override;
   void on_sent(std::size_t bytes) override;
-  void on_closed(std::string_view why, std::int64_t now_ns) override;
+  void on_closed(std::string_view error, std::int64_t now_ns) override;
 
  private:
-  quic::Connection* quic_;  // null once closed
+  // Is null once closed. The endpoint owns it, and tells of its end by on_closed().
+  quic::Connection* quic_;
   std::string peer_, network_;
-  std::shared_ptr<QuicTicket> ticket_;  // null once closed: the QUIC connection may last a little longer
+  // Is null once closed; the QUIC connection holds the ticket, too, and may last a little longer.
+  std::shared_ptr<QuicTicket> ticket_;
   TransportCounters* counters_;
   std::function<void()> on_work_;
+  // Finds packets in the channel's bytes; datagrams need none.
   channel::PacketSplitter splitter_;
-  PacketSink* sink_ = nullptr;  // null once closed
+  // Is null once closed.
+  PacketSink* sink_ = nullptr;
   bool is_joined_ = false;
 };
 

@@ -256,7 +256,7 @@ int run(const Options& o) {
     }
     const auto percent = [](float share) { return 100 * static_cast<double>(share); };
     std::printf(
-        "\n%s: moved %.1f s, fitted %.1f s; %zu B; held-out motions: learnt %.1f %%, low %.1f %%; in wind %.1f and "
+        "\n%s: moved %.1f s, fitted %.1f s; %zu B; validation motions: learnt %.1f %%, low %.1f %%; in wind %.1f and "
         "%.1f "
         "%%, at most %.1f m/s\n",
         name.c_str(), fit_s - start_s, end_s - fit_s, wire::encode_learnt(hair).size(), percent(hair.error),
@@ -279,7 +279,7 @@ int run(const Options& o) {
       means.push_back(mean_of(own, name));
       means.back().update({{"moved_s", fit_s - start_s},
                            {"fitted_s", end_s - fit_s},
-                           {"held_out", {hair.error, hair.low_error, hair.wind.error, hair.wind.low_error}},
+                           {"validation", {hair.error, hair.low_error, hair.wind.error, hair.wind.low_error}},
                            {"learnt_us", times.learnt_us},
                            {"low_us", times.low_us}});
       print(means.back());

@@ -1,5 +1,5 @@
-#include "client/tools/command_line/end_program.hpp"
 #include "client/tools/command_line/parse.hpp"
+#include "client/tools/command_line/run_program.hpp"
 #include "tests/fidelity/sections.hpp"
 
 int main(int argc, char** argv) {
@@ -19,5 +19,5 @@ int main(int argc, char** argv) {
                          add_modes, add_learnt, add_playout})
     add(app, chosen);
   if (const auto exit_status = hairnet::parse_command_line(app, argc, argv)) return *exit_status;
-  return hairnet::end_program("hairnet-fidelity", chosen());
+  return hairnet::run_program("hairnet-fidelity", chosen);
 }

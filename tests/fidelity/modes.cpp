@@ -213,11 +213,11 @@ int run(const Options& o) {
     const codec::CoefficientCode coder(basis.deviation_m);
     const Level& finest = (*subject.levels)[LevelIndex::high];
     const std::size_t basis_bytes = wire::encode_basis(finest.geometry, basis, *finest.skin).size();
-    std::printf("\n%s: %zu nodes, %zu modes of %zu kB in %.1f s; held-out error of the first n, %%:", name.c_str(),
+    std::printf("\n%s: %zu nodes, %zu modes of %zu kB in %.1f s; validation error of the first n, %%:", name.c_str(),
                 basis.node_count, basis.mode_count(), basis_bytes / 1000, subject.modes_s);
     for (const std::size_t count : kCounts)
-      if (count <= basis.mode_count()) std::printf(" %.1f", 100 * double{subject.modes->held_out_error[count - 1]});
-    std::printf("; of all %.1f; within 10 %%: %zu\n", 100 * double{subject.modes->held_out_error.back()},
+      if (count <= basis.mode_count()) std::printf(" %.1f", 100 * double{subject.modes->validation_error[count - 1]});
+    std::printf("; of all %.1f; within 10 %%: %zu\n", 100 * double{subject.modes->validation_error.back()},
                 subject.modes->count_within(0.1f));
     print_head(o.error_percent);
     for (const std::string& motion_name : o.motions) {
@@ -247,7 +247,7 @@ void hairnet::fidelity::add_modes(CLI::App& program, std::function<int()>& chose
   app.add_option("--duration", o.duration_s, "of each motion, at most, s")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--modes-error", o.training.error_max, "of all modes, held out, as a share of the motion")
+  app.add_option("--modes-error", o.training.error_max, "of all modes, on validation motions, as a share of the motion")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--error", o.error_percent, "of coded frames, % of the motion")

@@ -12,9 +12,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     fuzz::require(!got.error().empty(), "a refusal has a line");
     return 0;
   }
-  fuzz::require(validate(got->basis).empty(), "sound: " + validate(got->basis));
-  fuzz::require(validate(got->geometry).empty(), "sound: " + validate(got->geometry));
-  fuzz::require(validate(got->skin).empty(), "sound: " + validate(got->skin));
+  fuzz::require(validate(got->basis).empty(), "valid: " + validate(got->basis));
+  fuzz::require(validate(got->geometry).empty(), "valid: " + validate(got->geometry));
+  fuzz::require(validate(got->skin).empty(), "valid: " + validate(got->skin));
   const std::vector<std::uint8_t> encoded = wire::encode_basis(got->geometry, got->basis, got->skin);
   const Result<wire::HairBasis> again = wire::decode_basis(encoded);
   fuzz::require(again.has_value(), "encoded again it is refused");

@@ -1,9 +1,9 @@
 #include <span>
 
-#include "client/assets/import/body.hpp"
+#include "client/assets/import/imported_body.hpp"
 #include "tests/fuzz/imported_body.hpp"
 
-// A glTF file, text or binary, gives a sound mesh or a refusal, and asks for no file outside its folder.
+// A glTF file, text or binary, gives a valid mesh or a refusal, and asks for no file outside its folder.
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hairnet;
   const auto beside = [&](const std::string& name) -> Result<std::vector<std::byte>> {

@@ -37,7 +37,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   link::RecordingHttp3Owner whole, single;
   run(steps, size + 1, whole);
   run(steps, 1, single);
-  fuzz::require(whole.failure == single.failure && whole.why == single.why, "the same failure");
+  fuzz::require(whole.failure == single.failure && whole.error == single.error, "the same failure");
   fuzz::require(whole.received == single.received && whole.datagrams == single.datagrams, "the same bytes");
   fuzz::require(whole.downloads == single.downloads && whole.downloads_ended == single.downloads_ended &&
                     whole.downloads_reset == single.downloads_reset,

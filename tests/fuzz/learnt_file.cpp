@@ -16,7 +16,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     fuzz::require(!got.error().empty(), "a refusal has a line");
     return 0;
   }
-  fuzz::require(validate(*got).empty(), "sound: " + validate(*got));
+  fuzz::require(validate(*got).empty(), "valid: " + validate(*got));
   const std::vector<std::uint8_t> encoded = wire::encode_learnt(*got);
   const Result<LearntHair> again = wire::decode_learnt(encoded);
   fuzz::require(again.has_value(), "encoded again it is refused");

@@ -11,6 +11,6 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::require((got.fault == wire::LevelFileFault::none) == got.detail.empty(), "a fault has a line");
   fuzz::require((got.fault == wire::LevelFileFault::none) == (got.levels != nullptr), "levels or a fault");
   if (!got.levels) return 0;
-  for (const Level& level : got.levels->levels) fuzz::require(validate(level).empty(), "sound: " + validate(level));
+  for (const Level& level : got.levels->levels) fuzz::require(validate(level).empty(), "valid: " + validate(level));
   return 0;
 }

@@ -54,13 +54,13 @@ class Client {
     now_ns_ += 1'000'000;
     core_.poll(now_ns_);
     for (std::vector<std::uint8_t> packet; !(packet = core_.take_packet(now_ns_)).empty();)
-      require(wire::decode_packet(packet).error == wire::DecodeError::none, "says only sound packets");
+      require(wire::decode_packet(packet).error == wire::DecodeError::none, "says only valid packets");
     for (const link::Event& event : core_.take_events()) {
-      require(!told_end_, "tells nothing after the end");
-      told_end_ = std::holds_alternative<link::Disconnected>(event);
+      require(!announced_end_, "tells nothing after the end");
+      announced_end_ = std::holds_alternative<link::Disconnected>(event);
       if (const auto* frames = std::get_if<link::FrameBatch>(&event)) std::ranges::for_each(frames->frames, check);
     }
-    require(told_end_ == core_.ended(), "tells of the end");
+    require(announced_end_ == core_.ended(), "tells of the end");
     if (!core_.wants_close()) return;
     core_.on_closed("", now_ns_);
     const std::int64_t deadline_ns = core_.next_deadline_ns();
@@ -81,7 +81,7 @@ class Client {
   link::LinkCore core_;
   std::int64_t now_ns_ = 1'000'000'000;
   int sessions_ = 0;
-  bool told_end_ = false;
+  bool announced_end_ = false;
 };
 
 }  // namespace

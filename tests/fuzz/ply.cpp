@@ -1,8 +1,8 @@
-#include "client/assets/import/body.hpp"
+#include "client/assets/import/imported_body.hpp"
 #include "tests/fuzz/imported_body.hpp"
 #include "tests/fuzz/imported_strands.hpp"
 
-// A .ply gives sound strands or a refusal, and a sound mesh or a refusal.
+// A .ply gives valid strands or a refusal, and a valid mesh or a refusal.
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hairnet;
   fuzz::require_mesh(decode_ply_mesh(std::as_bytes(std::span(data, size))));

@@ -21,8 +21,8 @@ void feed(const std::vector<std::uint8_t>& bytes) {
 
 }  // namespace
 
-// Feeds a target the files of the folders named, each once, and then some thousand spoilt ones: what fuzzing has found
-// stays tested without a fuzzer, and a little is searched around it.
+// Feeds a target the files of the folders named, each once, and then some thousand corrupted ones: what fuzzing has
+// found stays tested without a fuzzer, and a little is searched around it.
 int main(int argc, char** argv) {
   namespace fs = std::filesystem;
   std::vector<fs::path> files;
@@ -53,6 +53,6 @@ int main(int argc, char** argv) {
   int mutations = 0;
   for (; mutations < kMutations && std::chrono::steady_clock::now() < until; ++mutations)
     feed(hairnet::wire::mutated(random, inputs[random() % inputs.size()]));
-  std::printf("%zu inputs, %d spoilt\n", files.size(), mutations);
+  std::printf("%zu inputs, %d corrupted\n", files.size(), mutations);
   return 0;
 }

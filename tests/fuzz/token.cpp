@@ -19,7 +19,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (!claims) return 0;
   fuzz::require(claims->expires_s > kNow_s && claims->not_before_s.value_or(0) <= kNow_s, "good now");
   fuzz::require(!claims->room || *claims->room == kRoom, "good here");
-  fuzz::require(channel::validate(*claims).empty(), "sound: " + channel::validate(*claims));
+  fuzz::require(channel::validate(*claims).empty(), "valid: " + channel::validate(*claims));
   const auto again = channel::verify(channel::sign(*claims, key), key, kNow_s, kRoom);
   fuzz::require(again && *again == *claims, "the same claims again");
   return 0;

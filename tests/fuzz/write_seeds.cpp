@@ -8,7 +8,7 @@
 #include "client/tools/command_line/parse.hpp"
 #include "schema/channel/token.hpp"
 #include "schema/codec/frame.hpp"
-#include "schema/http3/settings.hpp"
+#include "schema/http3/control_stream.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "schema/wire/frame_datagram.hpp"
 #include "schema/wire/groom_file.hpp"

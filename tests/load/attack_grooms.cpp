@@ -94,13 +94,13 @@ std::vector<std::uint8_t> make_rubbish(std::size_t byte_count) {
   return bytes;
 }
 
-EncodedGroom make_newcomer_groom(std::uint64_t seed) {
+EncodedGroom make_late_joiner_groom(std::uint64_t seed) {
   Groom groom = named_groom();
-  groom.name = "newcomer";
+  groom.name = "late_joiner";
   Random random(seed, 0x1e3c0);
   add_strands(groom, 20, random);
   auto bytes = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(groom));
-  return {"newcomer", wire::hash_groom(*bytes), std::move(bytes)};
+  return {"late_joiner", wire::hash_groom(*bytes), std::move(bytes)};
 }
 
 }  // namespace hairnet::load

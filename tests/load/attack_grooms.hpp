@@ -22,6 +22,6 @@ std::vector<std::uint8_t> make_big_groom();
 std::vector<std::uint8_t> make_rubbish(std::size_t byte_count);
 
 // A few strands that no groom of another seed has: what a user uploads who comes during an attack.
-EncodedGroom make_newcomer_groom(std::uint64_t seed);
+EncodedGroom make_late_joiner_groom(std::uint64_t seed);
 
 }  // namespace hairnet::load

@@ -72,8 +72,8 @@ class AttackTest : public testing::Test {
   AttackTest() {
     context_.connector = &wire_;
     context_.events = &events_;
-    context_.newcomer_groom.fill(7);
-    context_.newcomer_groom_bytes = 500;
+    context_.late_joiner_groom.fill(7);
+    context_.late_joiner_groom_bytes = 500;
   }
   // Connects, and is welcomed.
   void welcome(Attacker& attacker, const wire::Welcome& welcome = {}) {
@@ -230,12 +230,12 @@ TEST_F(AttackTest, upload_sends_from_the_wanted_offset_and_then_another_groom) {
 }
 
 TEST_F(AttackTest, offers_stay_without_their_bytes) {
-  AttackOffers newcomers(context_, 9, SlowOffers{0, 1000, 1, 0, true});
-  welcome(newcomers);
-  newcomers.act(2 * kSecond_ns);
-  newcomers.act(3 * kSecond_ns);
+  AttackOffers late_joiners(context_, 9, SlowOffers{0, 1000, 1, 0, true});
+  welcome(late_joiners);
+  late_joiners.act(2 * kSecond_ns);
+  late_joiners.act(3 * kSecond_ns);
   ASSERT_THAT(wire_.all<wire::GroomOffer>(), SizeIs(1));
-  EXPECT_EQ(wire_.all<wire::GroomOffer>().at(0).hash, context_.newcomer_groom);
+  EXPECT_EQ(wire_.all<wire::GroomOffer>().at(0).hash, context_.late_joiner_groom);
   EXPECT_EQ(wire_.all<wire::GroomOffer>().at(0).byte_count, 500u);
   EXPECT_THAT(wire_.all<wire::GroomChunk>(), SizeIs(0));
 }
@@ -263,8 +263,8 @@ TEST_F(AttackTest, grooms_are_valid_within_the_default_limits) {
     const auto groom = wire::decode_groom(bytes);
     EXPECT_TRUE(groom) << groom.error();
   }
-  EXPECT_TRUE(wire::decode_groom(*make_newcomer_groom(1).bytes));
-  EXPECT_NE(make_newcomer_groom(1).hash, make_newcomer_groom(2).hash);
+  EXPECT_TRUE(wire::decode_groom(*make_late_joiner_groom(1).bytes));
+  EXPECT_NE(make_late_joiner_groom(1).hash, make_late_joiner_groom(2).hash);
   EXPECT_FALSE(wire::decode_groom(make_rubbish(1000)));
 }
 

@@ -18,11 +18,11 @@ constexpr int kLowestPriority = 19;
 }  // namespace
 
 AttackThread::AttackThread(const Plan& plan, const asio::ip::tcp::endpoint& server, const AttackContext& context,
-                           std::vector<EncodedGroom> newcomers, std::int64_t begin_ns)
+                           std::vector<EncodedGroom> late_joiner_grooms, std::int64_t begin_ns)
     : plan_(&plan),
       server_(server),
       context_(context),
-      newcomers_(std::move(newcomers)),
+      late_joiner_grooms_(std::move(late_joiner_grooms)),
       begin_ns_(begin_ns),
       events_(plan.stages.size()),
       thread_([this](const std::stop_token& stop) { run(stop); }) {}
@@ -51,8 +51,8 @@ void AttackThread::attack(std::size_t stage, const std::stop_token& stop) {
   AttackContext context = context_;
   context.connector = &connector;
   context.events = &events_[stage];
-  context.newcomer_groom = newcomers_[stage].hash;
-  context.newcomer_groom_bytes = newcomers_[stage].bytes->size();
+  context.late_joiner_groom = late_joiner_grooms_[stage].hash;
+  context.late_joiner_groom_bytes = late_joiner_grooms_[stage].bytes->size();
   const auto attackers = make_attackers(*plan_->stages[stage].attack, context);
   const std::int64_t end_ns = begin_ns_ + plan_->stage_begin_ns(stage + 1);
   while (channel::monotonic_ns() < end_ns && !stop.stop_requested()) {

@@ -16,9 +16,9 @@ namespace hairnet::load {
 // must not make the clients late that are its witnesses.
 class AttackThread {
  public:
-  // `context` has no connector and no events. `newcomers`: the groom that will be uploaded in each stage.
+  // `context` has no connector and no events. `late_joiner_grooms`: the groom that will be uploaded in each stage.
   AttackThread(const Plan& plan, const asio::ip::tcp::endpoint& server, const AttackContext& context,
-               std::vector<EncodedGroom> newcomers, std::int64_t begin_ns);
+               std::vector<EncodedGroom> late_joiner_grooms, std::int64_t begin_ns);
 
   // Ends the attacks, and returns for each stage what attackers did and heard, counted. Once.
   std::vector<std::map<std::string, std::uint64_t, std::less<>>> finish();
@@ -30,7 +30,7 @@ class AttackThread {
   const Plan* plan_;
   asio::ip::tcp::endpoint server_;
   AttackContext context_;
-  std::vector<EncodedGroom> newcomers_;
+  std::vector<EncodedGroom> late_joiner_grooms_;
   std::int64_t begin_ns_;
   std::vector<std::map<std::string, std::uint64_t, std::less<>>> events_;  // by stage
   std::jthread thread_;

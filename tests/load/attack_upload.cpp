@@ -96,10 +96,11 @@ void AttackOffers::proceed(std::int64_t now_ns) {
   while (offered_.size() < attack_.offers_max && offers_.take(now_ns)) {
     Offered next;
     std::ranges::generate(next.hash, [&] { return static_cast<std::uint8_t>(random_.next()); });
-    if (attack_.is_newcomers_groom) next.hash = context_->newcomer_groom;
+    if (attack_.is_late_joiners_groom) next.hash = context_->late_joiner_groom;
     offered_.push_back(next);
     count("offers");
-    send(wire::GroomOffer{next.hash, attack_.is_newcomers_groom ? context_->newcomer_groom_bytes : attack_.byte_count},
+    send(wire::GroomOffer{next.hash,
+                          attack_.is_late_joiners_groom ? context_->late_joiner_groom_bytes : attack_.byte_count},
          now_ns);
   }
   while (bytes_.take(now_ns))

@@ -34,8 +34,8 @@ struct SlowOffers {
   std::uint32_t offers_max = 0;
   // Counts bytes a second of each groom.
   double byte_hz = 0;
-  // Offers the newcomer's groom, else grooms that nobody has.
-  bool is_newcomers_groom = false;
+  // Offers the late joiner's groom, else grooms that nobody has.
+  bool is_late_joiners_groom = false;
 };
 
 class AttackOffers final : public Attacker {

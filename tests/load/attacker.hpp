@@ -14,9 +14,9 @@ namespace hairnet::load {
 // What all attackers of a stage share. Outlives them; one thread.
 struct AttackContext {
   Connector* connector = nullptr;
-  wire::GroomHash groom{};           // for characters: the server has it ready
-  wire::GroomHash newcomer_groom{};  // which a newcomer of this stage will upload
-  std::uint64_t newcomer_groom_bytes = 0;
+  wire::GroomHash groom{};              // for characters: the server has it ready
+  wire::GroomHash late_joiner_groom{};  // which a late joiner of this stage will upload
+  std::uint64_t late_joiner_groom_bytes = 0;
   std::map<std::string, std::uint64_t, std::less<>>* events = nullptr;  // what attackers did, and the server's answers
 };
 

@@ -102,7 +102,8 @@ const std::array<std::string_view, kAttackNames.size()>& attack_meanings() {
       "2 persons upload grooms over a body of 2 million triangles through each other",
       "2 persons upload the largest hairstyles that can be built: 90 000 strands of 20 points",
       "4 sessions of 512 characters resume as fast as they can",
-      "offers of 64 MiB and a byte every 4.5 s, 400 tiny offers a second, the newcomer's groom offered and never sent, "
+      "offers of 64 MiB and a byte every 4.5 s, 400 tiny offers a second, the late joiner's groom offered and never "
+      "sent, "
       "rubbish behind long builds",
       "2000 silent sockets, 600 pages whose answers nobody reads, and 64 sessions of 16 characters that promise signs "
       "of "

@@ -153,13 +153,13 @@ void Client::on_end(std::string_view reason, std::int64_t now_ns) {
 // The server's reason, or the end of the connection, is an error unless the plan wanted it.
 void Client::lose(std::string_view reason, std::int64_t now_ns) {
   const bool meant = std::exchange(meant_to_lose_, false);
-  const std::string why = !reason.empty()   ? "goodbye_" + std::string(reason)
-                          : closed_.empty() ? "no_welcome"
-                                            : "closed_" + closed_;
+  const std::string error = !reason.empty()   ? "goodbye_" + std::string(reason)
+                            : closed_.empty() ? "no_welcome"
+                                              : "closed_" + closed_;
   if (slow_)
-    context_->tally->count_bad_client_end(now_ns, "slow", why);
+    context_->tally->count_bad_client_end(now_ns, "slow", error);
   else if (!meant && state_ != State::leaving)
-    context_->tally->count_error(now_ns, why);
+    context_->tally->count_error(now_ns, error);
   closed_.clear();
   give_up_poses(now_ns, now_ns, !meant);
   if (state_ == State::active) state_ = State::away;

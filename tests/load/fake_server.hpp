@@ -92,7 +92,7 @@ class FakeServer final : public Connector {
     void poll(std::int64_t) override {}
     [[nodiscard]] std::int64_t next_deadline_ns() const override { return connected ? kNever_ns : retry_ns; }
     void tell(ProtocolEvents& events, std::int64_t now_ns) override {
-      if (std::exchange(told, state) == state) return;
+      if (std::exchange(announced, state) == state) return;
       wire::Welcome welcome;
       welcome.tick_rate_hz = 30;
       welcome.resumed = true;
@@ -131,7 +131,7 @@ class FakeServer final : public Connector {
 
     enum class State : std::uint8_t { away, welcomed, lost, ended };
     FakeServer* server;
-    State state = State::away, told = State::away;
+    State state = State::away, announced = State::away;
     bool connected = false;
     std::int64_t retry_ns = 0;
     std::vector<std::uint32_t> characters;

@@ -12,7 +12,7 @@ link::LinkCoreOptions core_options(ProtocolOptions& options) {
   core.client_name = std::move(options.name);
   core.room = std::move(options.room);
   core.token = std::move(options.token);
-  core.seed = options.seed;
+  core.trace = options.seed;
   core.decode_share = options.decode_share;
   core.evaluate_learnt = options.evaluate_learnt;
   core.catalog = std::move(options.catalog);

@@ -10,7 +10,7 @@
 #include <span>
 
 #include "client/files/write_file.hpp"
-#include "client/tools/command_line/end_program.hpp"
+#include "client/tools/command_line/run_program.hpp"
 #include "core/broken_pipe.hpp"
 #include "tests/load/find_capacity.hpp"
 #include "tests/load/live_view.hpp"
@@ -23,8 +23,8 @@ namespace {
 
 std::atomic<bool> stop_asked{false};
 
-int fail(const std::string& why) {
-  std::fputs(fmt::format("hairnet-load: {}\n", why).c_str(), stderr);
+int fail(const std::string& error) {
+  std::fputs(fmt::format("hairnet-load: {}\n", error).c_str(), stderr);
   return static_cast<int>(Outcome::failed);
 }
 
@@ -131,9 +131,11 @@ int perform(const Options& options) {
 
 int main(int argc, char** argv) {
   hairnet::ignore_broken_pipes();
-  const auto parsed = hairnet::load::parse_options(argc, argv);
-  if (const int* exit_code = std::get_if<int>(&parsed)) return hairnet::end_program("hairnet-load", *exit_code);
-  hairnet::load::raise_descriptor_limit();
-  for (const int number : {SIGINT, SIGTERM}) signal(number, [](int) { hairnet::load::stop_asked = true; });
-  return hairnet::end_program("hairnet-load", hairnet::load::perform(std::get<hairnet::load::Options>(parsed)));
+  return hairnet::run_program("hairnet-load", [&] {
+    const auto parsed = hairnet::load::parse_options(argc, argv);
+    if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
+    hairnet::load::raise_descriptor_limit();
+    for (const int number : {SIGINT, SIGTERM}) signal(number, [](int) { hairnet::load::stop_asked = true; });
+    return hairnet::load::perform(std::get<hairnet::load::Options>(parsed));
+  });
 }

@@ -185,7 +185,7 @@ const std::vector<Preset>& presets() {
                    "steady:14s:name=calm,measured=no"],
         "require": ["frames_missed_share_over_calm<0.005", "gap_ticks_max<=2", "level_high_share_over_calm>-0.1",
                     "errors==0", "server_ticks_skipped==0", "server_resident_after_mib_over_calm<64",
-                    "newcomer_welcome_s<2", "newcomer_ready_s<10", "healthz_max_s<2"]})"}};
+                    "late_joiner_welcome_s<2", "late_joiner_ready_s<10", "healthz_max_s<2"]})"}};
   return all;
 }
 

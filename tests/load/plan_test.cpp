@@ -83,10 +83,10 @@ TEST(Stage, refuses_invalid_text_with_one_line) {
                                                              {"steady:1s:attack=x", "not one of zigzag"},
                                                              {"steady:1s:warm=1s", "all warm-up"},
                                                              {"steady:1s:colour=red", "unknown key"}};
-  for (const auto& [text, why] : bad) {
+  for (const auto& [text, error] : bad) {
     const auto stage = parse_stage(text, nullptr);
     ASSERT_FALSE(stage) << text;
-    EXPECT_THAT(stage.error(), HasSubstr(why)) << text;
+    EXPECT_THAT(stage.error(), HasSubstr(error)) << text;
     EXPECT_EQ(stage.error().find('\n'), std::string::npos) << text;
   }
 }
@@ -129,10 +129,10 @@ TEST(Plan, refuses_bad_json_and_names_the_key) {
       {R"({"stages": ["steady:1s", "steady:1s:attack=big", "steady:1s:attack=wind", "steady:1s"]})",
        "a stage with an attack needs"},
       {R"({"stage": ["steady:1s"]})", "stage: unknown key"}};
-  for (const auto& [json, why] : bad) {
+  for (const auto& [json, error] : bad) {
     const auto plan = parse_plan(json);
     ASSERT_FALSE(plan) << json;
-    EXPECT_THAT(plan.error(), HasSubstr(why)) << json;
+    EXPECT_THAT(plan.error(), HasSubstr(error)) << json;
   }
 }
 

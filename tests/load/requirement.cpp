@@ -34,8 +34,9 @@ bool is_name(std::string_view text) {
 }  // namespace
 
 Result<Requirement> parse_requirement(std::string_view text) {
-  const auto wrong = [&](std::string_view why) {
-    return Refusal(fmt::format("requirement '{}': {}; it looks like latency_p99_ms<40 or storm/errors==0", text, why));
+  const auto wrong = [&](std::string_view error) {
+    return Refusal(
+        fmt::format("requirement '{}': {}; it looks like latency_p99_ms<40 or storm/errors==0", text, error));
   };
   const std::size_t at = text.find_first_of("<>=");
   if (at == std::string_view::npos) return wrong("has none of < <= > >= ==");

@@ -14,8 +14,8 @@
 #include "tests/load/frame_check.hpp"
 #include "tests/load/get_page.hpp"
 #include "tests/load/groom_uploader.hpp"
+#include "tests/load/late_joiner.hpp"
 #include "tests/load/link_protocol_client.hpp"
-#include "tests/load/newcomer.hpp"
 #include "tests/load/stage_figures.hpp"
 
 namespace hairnet::load {
@@ -36,8 +36,8 @@ constexpr int kGoodbyeRounds = 50;
 constexpr std::chrono::seconds kScrapeWait{1};
 constexpr std::int64_t kScrapeRound_ns = 1'100'000'000;
 constexpr std::int64_t kNewcomerAfter_ns = 2'000'000'000;  // a stage's begin: its attack has set in
-// Loopback addresses of witnesses, and of newcomers: 127.1.0.1 and 127.3.0.1 on.
-constexpr std::uint32_t kFirstWitnessHost = 0x010001, kFirstNewcomerHost = 0x030001;
+// Loopback addresses of witnesses, and of late joiners: 127.1.0.1 and 127.3.0.1 on.
+constexpr std::uint32_t kFirstWitnessHost = 0x010001, kFirstLateJoinerHost = 0x030001;
 
 void run_until(asio::io_context& io, std::int64_t time_ns) {
   io.run_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(time_ns)));
@@ -73,8 +73,8 @@ class Run {
     if (options.check_share > 0) context_.watcher = &check_;
     if (!plan.has_attacks()) return;
     context_.first_host = kFirstWitnessHost;
-    newcomer_figures_.resize(plan.stages.size());
-    for (std::size_t i = 0; i < plan.stages.size(); ++i) newcomer_grooms_.push_back(make_newcomer_groom(i));
+    late_joiner_figures_.resize(plan.stages.size());
+    for (std::size_t i = 0; i < plan.stages.size(); ++i) late_joiner_grooms_.push_back(make_late_joiner_groom(i));
   }
 
   Result<RunResult> perform() {
@@ -94,7 +94,7 @@ class Run {
       std::optional<AttackThread> attacks;
       if (plan_->has_attacks()) {
         const AttackContext attack{.groom = context_.grooms->front().hash};
-        attacks.emplace(*plan_, server_, attack, newcomer_grooms_, begin_ns_);
+        attacks.emplace(*plan_, server_, attack, late_joiner_grooms_, begin_ns_);
       }
       Fleet fleet(*plan_, context_, begin_ns_);
       drive(fleet);
@@ -140,7 +140,7 @@ class Run {
       run_until(io_, std::min({soonest_ns, next_sample_ns(), next_mark_ns(), end_ns_}));
       now_ns = channel::monotonic_ns();
       pass_marks(now_ns);
-      if (plan_->has_attacks()) receive_newcomer(now_ns);
+      if (plan_->has_attacks()) receive_late_joiner(now_ns);
       if (now_ns < end_ns_) fleet.advance(now_ns);
       tally_->advance(now_ns);
       if (now_ns >= next_sample_ns()) {
@@ -150,7 +150,7 @@ class Run {
     }
     result_.ended_early = now_ns < end_ns_;
     pass_marks(now_ns);
-    dismiss_newcomer(now_ns);
+    dismiss_late_joiner(now_ns);
     run_until(io_, now_ns + kLastAnswers_ns);
     fleet.finish(channel::monotonic_ns());
     for (int i = 0; i < kGoodbyeRounds && !fleet.empty(); ++i) {
@@ -161,23 +161,23 @@ class Run {
     if (result_.ended_early) ended_ns_ = now_ns;
   }
 
-  // Each stage has its newcomer.
-  void receive_newcomer(std::int64_t now_ns) {
-    while (next_newcomer_ < plan_->stages.size() && begin_ns_ + plan_->stage_begin_ns(next_newcomer_) <= now_ns) {
-      dismiss_newcomer(now_ns);
-      const std::size_t stage = next_newcomer_++;
-      newcomer_ = std::make_unique<Newcomer>(
-          io_, *connector_, server_, make_link_protocol_client(peer_options("load-newcomer", "load-newcomer")),
-          newcomer_grooms_[stage], kFirstNewcomerHost + static_cast<std::uint32_t>(stage),
+  // Each stage has its late joiner.
+  void receive_late_joiner(std::int64_t now_ns) {
+    while (next_late_joiner_ < plan_->stages.size() && begin_ns_ + plan_->stage_begin_ns(next_late_joiner_) <= now_ns) {
+      dismiss_late_joiner(now_ns);
+      const std::size_t stage = next_late_joiner_++;
+      late_joiner_ = std::make_unique<LateJoiner>(
+          io_, *connector_, server_, make_link_protocol_client(peer_options("load-late-joiner", "load-late-joiner")),
+          late_joiner_grooms_[stage], kFirstLateJoinerHost + static_cast<std::uint32_t>(stage),
           begin_ns_ + plan_->stage_begin_ns(stage) + kNewcomerAfter_ns);
     }
-    if (newcomer_) newcomer_->poll(now_ns);
+    if (late_joiner_) late_joiner_->poll(now_ns);
   }
-  void dismiss_newcomer(std::int64_t now_ns) {
-    if (!newcomer_) return;
-    newcomer_figures_[next_newcomer_ - 1] = newcomer_->figures(now_ns);
-    if (!newcomer_->fault().empty()) tally_->count_error(now_ns - 1, "newcomer: " + newcomer_->fault());
-    newcomer_.reset();
+  void dismiss_late_joiner(std::int64_t now_ns) {
+    if (!late_joiner_) return;
+    late_joiner_figures_[next_late_joiner_ - 1] = late_joiner_->figures(now_ns);
+    if (!late_joiner_->fault().empty()) tally_->count_error(now_ns - 1, "late joiner: " + late_joiner_->fault());
+    late_joiner_.reset();
   }
 
   [[nodiscard]] bool stopped() const { return options_->stop && *options_->stop; }
@@ -280,7 +280,7 @@ class Run {
   }
 
   void add_attack(std::size_t index, StageResult& stage) {
-    stage.figures.merge(newcomer_figures_[index]);
+    stage.figures.merge(late_joiner_figures_[index]);
     for (const auto& [event, count] : attack_events_[index])
       stage.tally.counts.bad_client_ends["attack: " + event] = count;
   }
@@ -302,11 +302,11 @@ class Run {
   std::vector<Mark> marks_;
   std::size_t next_mark_ = 0;
   std::size_t scrapes_under_way_ = 0;
-  std::vector<EncodedGroom> newcomer_grooms_;  // by stage, in a plan with attacks; likewise the next
-  std::vector<Figures> newcomer_figures_;
+  std::vector<EncodedGroom> late_joiner_grooms_;  // by stage, in a plan with attacks; likewise the next
+  std::vector<Figures> late_joiner_figures_;
   std::vector<std::map<std::string, std::uint64_t, std::less<>>> attack_events_;
-  std::unique_ptr<Newcomer> newcomer_;
-  std::size_t next_newcomer_ = 0;  // its stage
+  std::unique_ptr<LateJoiner> late_joiner_;
+  std::size_t next_late_joiner_ = 0;  // its stage
   std::int64_t sample_count_ = 0, sampled_ns_ = 0;
   std::optional<ProcessUse> sampled_own_, sampled_server_;
 };

@@ -134,7 +134,7 @@ Result<double> parse_duration_s(std::string_view text) {
 }
 
 Result<Stage> parse_stage(std::string_view text, const Stage* before) {
-  const auto wrong = [&](const std::string& why) { return Refusal(fmt::format("stage '{}': {}", text, why)); };
+  const auto wrong = [&](const std::string& error) { return Refusal(fmt::format("stage '{}': {}", text, error)); };
   const std::vector<std::string_view> parts = split(text, ':');
   if (parts.size() < 2 || parts.size() > 3) return wrong("is not KIND:DURATION[:KEY=VALUE,...]");
   Stage stage;

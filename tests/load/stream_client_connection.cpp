@@ -78,8 +78,8 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
       const link::ServerStream::Read read = co_await stream_->read();
       fault = read.fault;
       if (!fault.empty()) break;
-      const bool is_sound = co_await take(read);
-      if (!is_sound) fault = "the server sent a size that no packet has";
+      const bool is_valid = co_await take(read);
+      if (!is_valid) fault = "the server sent a size that no packet has";
     }
     if (events_) events_->on_closed(fault, channel::monotonic_ns());
   }

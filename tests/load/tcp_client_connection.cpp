@@ -117,11 +117,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (fault) return fail(fault);
     if (readable_ != kUnlimited) readable_ -= count;
     const std::int64_t arrival_ns = channel::monotonic_ns();
-    const bool sound = splitter_.feed({buffer_->data(), count}, [&](std::span<const std::uint8_t> packet) {
+    const bool valid = splitter_.feed({buffer_->data(), count}, [&](std::span<const std::uint8_t> packet) {
       if (events_) events_->on_packet(packet, arrival_ns);
     });
     if (!events_) return;
-    if (!sound) {
+    if (!valid) {
       events_->on_closed("stream_broken", arrival_ns);
       return;
     }

@@ -123,10 +123,10 @@ class Manifests(unittest.TestCase):
         for path in files():
             for whole in load(path):
                 for keys in paths_of(whole):
-                    for spoil in (rename, retype):
-                        spoilt = copy.deepcopy(whole)
-                        if spoil(spoilt, keys):
-                            self.assertNotEqual(object_faults(spoilt, path.name), [], (path.name, spoil.__name__, keys))
+                    for corrupt in (rename, retype):
+                        corrupted = copy.deepcopy(whole)
+                        if corrupt(corrupted, keys):
+                            self.assertNotEqual(object_faults(corrupted, path.name), [], (path.name, corrupt.__name__, keys))
                             count += 1
         self.assertGreater(count, 500)
 

@@ -80,7 +80,7 @@ inline Groom make_head_of_hair(int strand_count, unsigned seed = 1) {
   return groom;
 }
 
-// Every odd kind of strand that a sound groom may hold, beside ordinary ones.
+// Every odd kind of strand that a valid groom may hold, beside ordinary ones.
 inline Groom make_odd_groom() {
   Groom groom = make_head_of_hair(40);
   add(groom, {});                                             // empty

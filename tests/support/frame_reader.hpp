@@ -64,7 +64,7 @@ class FrameReader {
     std::optional<codec::CoefficientCode> code;
     if (modes) code.emplace(modes->basis.deviation_m);
     codec::DecodedFrame decoded;
-    if (!codec::decode_frame(frame.content, code ? &*code : nullptr, decoded)) return "a content that is not sound";
+    if (!codec::decode_frame(frame.content, code ? &*code : nullptr, decoded)) return "a content that is not valid";
     out.pose = decoded.pose;
     if (!modes || frame.level == LevelIndex::rigid) return {};
     out.coefficients = std::move(decoded.coefficients);

@@ -33,7 +33,7 @@ class RecordingHttp3Owner final : public Http3Owner {
     ++calls;
     ++failures;
     failure = code;
-    why = reason;
+    error = reason;
   }
   void on_channel_open() override {
     ++calls;
@@ -67,7 +67,7 @@ class RecordingHttp3Owner final : public Http3Owner {
   std::map<StreamId, http3::Bytes> sent;
   std::set<StreamId> stopped;
   std::optional<http3::ErrorCode> failure;
-  std::string why;
+  std::string error;
   int failures = 0, channels = 0, ends = 0;
   http3::Bytes received;
   std::vector<http3::Bytes> datagrams;

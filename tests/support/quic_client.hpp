@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "client/link/webtransport/quic_connection.hpp"
-#include "schema/quic/address.hpp"
+#include "schema/quic/socket_address.hpp"
 
 namespace hairnet::quic {
 
@@ -48,7 +48,7 @@ class QuicClient : private link::QuicEvents {
   [[nodiscard]] bool is_ready() const { return connection_->is_ready(); }
   // The code of a QUIC library that ended it; 0: none did.
   [[nodiscard]] int error() const { return connection_->error(); }
-  [[nodiscard]] const std::string& why() const { return connection_->why(); }
+  [[nodiscard]] const std::string& reason() const { return connection_->reason(); }
   [[nodiscard]] ngtcp2_connection_close_error close_error() const { return connection_->close_error(); }
 
   std::map<std::int64_t, Bytes> received;  // by stream

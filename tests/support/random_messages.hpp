@@ -9,7 +9,7 @@
 
 namespace hairnet::wire {
 
-// Sound messages, grooms and entries of random content, the same for the same seed.
+// Valid messages, grooms and entries of random content, the same for the same seed.
 class RandomMessages {
  public:
   explicit RandomMessages(std::uint64_t seed) : random_(seed) {}
@@ -68,7 +68,7 @@ class RandomMessages {
   void draw(Prop& prop);
   void draw(SetProps& set);
   void draw(RoomProps& room);
-  void draw(Pose& sound) { sound = pose(); }
+  void draw(Pose& valid) { valid = pose(); }
   void draw(MaterialScale& scale) { scale = material_scale(); }
   void draw(Wind& any) { any = wind(); }
   void draw(HairState& state) { state = hair_state(); }

@@ -49,8 +49,8 @@ std::string SimulatedEtcd::header() const {
          std::to_string(revision_) + R"(","raft_term":"2"})";
 }
 
-SimulatedEtcd::Answer SimulatedEtcd::refuse(int status, int code, const std::string& why) const {
-  return {status, Json{{"error", why}, {"message", why}, {"code", code}}.dump()};
+SimulatedEtcd::Answer SimulatedEtcd::refuse(int status, int code, const std::string& error) const {
+  return {status, Json{{"error", error}, {"message", error}, {"code", code}}.dump()};
 }
 
 SimulatedEtcd::Answer SimulatedEtcd::handle(const std::string& path, const std::string& body, std::int64_t now_ns) {

@@ -73,7 +73,7 @@ class SimulatedEtcd {
   };
 
   [[nodiscard]] std::string header() const;
-  Answer refuse(int status, int code, const std::string& why) const;
+  Answer refuse(int status, int code, const std::string& error) const;
   Answer range(const Json& request) const;
   Json found(const Json& range) const;
   Answer txn(const Json& request);

@@ -8,7 +8,7 @@
 #include <vector>
 
 // Rules for the source tree itself: who includes whom, that pages name files that exist, that comments are sentences,
-// and that a class is in one file.
+// that a class is in one file, and that no file is too long to read at a time.
 namespace hairnet::tree {
 
 // Which folder may include which: one line a folder, `FOLDER: FOLDER ... <library> ...`; `any` allows everything.
@@ -23,11 +23,15 @@ std::vector<std::string> wrong_includes(const std::filesystem::path& root, const
 // file. `words` are names that look like files of the tree but are others' (demo/sheet.png, model.onnx).
 std::vector<std::string> broken_links(const std::filesystem::path& root, const std::set<std::string>& words = {});
 // Looks through the C and C++ files of core, schema, server, client and tests for comments that begin with a lower-case
-// of, that, from or to. Such a comment is a fragment that leans on the line it stands in.
+// of, that, from or to. Such a comment is half a sentence, of which the line holds the other half.
 std::vector<std::string> comments_that_begin_with_a_preposition(const std::filesystem::path& root);
 // Looks through the same folders, without client/web, for classes whose member functions are defined in more than one
 // .cpp file. `excused` are allowed to: `folder/Class` with a reason. An excuse that is not needed is a fault, too.
 std::vector<std::string> classes_in_several_files(const std::filesystem::path& root,
                                                   const std::map<std::string, std::string>& excused);
+// Looks through the same folders and client/web for sources of more than `lines_max` lines. `excused` may be longer:
+// files with a reason. An excuse that is not needed is a fault, too.
+std::vector<std::string> files_longer_than(std::size_t lines_max, const std::filesystem::path& root,
+                                           const std::map<std::string, std::string>& excused);
 
 }  // namespace hairnet::tree

@@ -127,5 +127,24 @@ TEST_F(Planted, excuse_without_a_class_is_found) {
               ElementsAre(HasSubstr("server/room/Room: is excused")));
 }
 
+// Files may only be longer for a reason that is written here.
+const std::map<std::string, std::string> kExcusedFiles{
+    {"client/assets/import/usd_crate.cpp", "one binary format, whose parts refer to each other by number"},
+    {"client/hairnet.h", "the manual of the C interface, which callers read from top to end"},
+    {"client/link/link_core.cpp", "the protocol's one state machine: each message may change its state"},
+};
+
+TEST(Files, are_at_most_600_lines_long) {
+  EXPECT_THAT(files_longer_than(600, kRoot, kExcusedFiles), IsEmpty());
+}
+TEST_F(Planted, file_that_is_too_long_is_found) {
+  write("core/pose/pose.cpp", "\n\n\n\n");
+  write("client/web/src/pose.ts", "\n\n\n");
+  EXPECT_THAT(files_longer_than(3, root_, {}), ElementsAre(HasSubstr("core/pose/pose.cpp: has 4 lines")));
+  EXPECT_THAT(files_longer_than(3, root_, {{"core/pose/pose.cpp", "a reason"}}), IsEmpty());
+  EXPECT_THAT(files_longer_than(4, root_, {{"core/pose/pose.cpp", "a reason"}}),
+              ElementsAre(HasSubstr("core/pose/pose.cpp: is excused")));
+}
+
 }  // namespace
 }  // namespace hairnet::tree

@@ -11,11 +11,11 @@ namespace hairnet::same_bits {
 namespace {
 
 void add(std::span<const std::uint8_t> file, hairnet_room* room, hairnet_groom*& groom) {
-  std::array<char, 200> why;
-  const hairnet_error error = hairnet_groom_load(file.data(), file.size(), &groom, why.data(), why.size());
-  HAIRNET_ASSERT(error == HAIRNET_OK);
+  std::array<char, 200> error;
+  const hairnet_error loaded = hairnet_groom_load(file.data(), file.size(), &groom, error.data(), error.size());
+  HAIRNET_ASSERT(loaded == HAIRNET_OK);
   std::uint32_t own = 0;
-  const hairnet_error added = hairnet_add_character(room, groom, nullptr, &own, why.data(), why.size());
+  const hairnet_error added = hairnet_add_character(room, groom, nullptr, &own, error.data(), error.size());
   HAIRNET_ASSERT(added == HAIRNET_OK);
 }
 
@@ -91,12 +91,12 @@ class Pictures {
       lattices.insert(lattices.end(), coefficients.begin(), coefficients.end());
     }
     for (const float number : records) sum += number;
-    hairnet_motions told;
-    const hairnet_error moved = hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &told);
+    hairnet_motions announced;
+    const hairnet_error moved = hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &announced);
     HAIRNET_ASSERT(moved == HAIRNET_OK);
-    swing.insert(swing.end(), told.swing, told.swing + 4 * 512 * told.count);
-    for (std::size_t n = 0; n < told.count; ++n)
-      for (const double number : told.motions[n].before) sum += number;
+    swing.insert(swing.end(), announced.swing, announced.swing + 4 * 512 * announced.count);
+    for (std::size_t n = 0; n < announced.count; ++n)
+      for (const double number : announced.motions[n].before) sum += number;
   }
 
   std::vector<std::uint32_t> sources;

@@ -14,7 +14,7 @@ constexpr std::uint32_t kManyCharacters = 12, kTooManyCharacters = 20;  // for t
 }  // namespace
 
 bool sends_bad_datagrams(Misbehaviour kind) {
-  return kind == Misbehaviour::datagram_spoiler || kind == Misbehaviour::noise || kind == Misbehaviour::mutant ||
+  return kind == Misbehaviour::datagram_corrupter || kind == Misbehaviour::noise || kind == Misbehaviour::mutant ||
          kind == Misbehaviour::stranger;
 }
 
@@ -89,7 +89,7 @@ void BadClient::hello() {
   hello.room = plan_.room;
   hello.token = plan_.token;
   if (plan_.kind == Misbehaviour::drip_reader) hello.role = wire::Role::observer;
-  const double resumes = plan_.kind == Misbehaviour::resumer ? 1 : plan_.kind == Misbehaviour::newcomer ? 0 : 0.5;
+  const double resumes = plan_.kind == Misbehaviour::resumer ? 1 : plan_.kind == Misbehaviour::rejoiner ? 0 : 0.5;
   if (welcome_ && random_.unit() < resumes) {
     hello.session = welcome_->session;
     hello.secret = welcome_->secret;
@@ -157,8 +157,8 @@ void BadClient::say_part_of_hello() {
 }
 
 void BadClient::on_bytes(std::span<const std::uint8_t> bytes) {
-  const bool sound = splitter_.feed(bytes, [this](std::span<const std::uint8_t> packet) { on_packet(packet); });
-  if (!sound) journal_->fault(name(), "is sent a stream that cannot be split");
+  const bool valid = splitter_.feed(bytes, [this](std::span<const std::uint8_t> packet) { on_packet(packet); });
+  if (!valid) journal_->fault(name(), "is sent a stream that cannot be split");
 }
 
 void BadClient::on_packet(std::span<const std::uint8_t> packet) {
@@ -185,11 +185,11 @@ void BadClient::on_packet(std::span<const std::uint8_t> packet) {
   }
 }
 
-void BadClient::on_closed(const std::string& why) {
-  if (is_welcome_) journal_->count(kind_name() + " cut off, " + why);
+void BadClient::on_closed(const std::string& error) {
+  if (is_welcome_) journal_->count(kind_name() + " cut off, " + error);
   connection_.reset();
   ++turn_;
-  const bool is_eager = plan_.kind == Misbehaviour::newcomer || plan_.kind == Misbehaviour::resumer;
+  const bool is_eager = plan_.kind == Misbehaviour::rejoiner || plan_.kind == Misbehaviour::resumer;
   timeline_->after(static_cast<std::int64_t>(is_eager ? random_.between(1e6, 5e7) : random_.between(2e7, 8e8)),
                    [this] { connect(); });
 }
@@ -228,15 +228,15 @@ void BadClient::misbehave() {
       if (random_.unit() < 0.2) send(wire::Observe{});
       if (random_.unit() < 0.3 && !members_.empty()) send(wire::GroomRequest{assets().grooms.back().hash, 0});
       return send(wire::PoseBatch{});
-    case Misbehaviour::groom_spoiler:
-      return spoil_groom();
+    case Misbehaviour::groom_corrupter:
+      return corrupt_groom();
     case Misbehaviour::crowd:
       return add_crowd();
     case Misbehaviour::churner:
       add_crowd();
       if (random_.unit() < 0.3) redial(1e8);
       return;
-    case Misbehaviour::newcomer:
+    case Misbehaviour::rejoiner:
       if (random_.unit() < 0.2) redial(2e7);
       return;
     case Misbehaviour::resumer:
@@ -258,7 +258,7 @@ void BadClient::misbehave() {
       return choose();
     case Misbehaviour::windmaker:
       return make_wind();
-    case Misbehaviour::datagram_spoiler:
+    case Misbehaviour::datagram_corrupter:
       add_characters(2, LevelIndex::ether);
       return pose_characters();
   }
@@ -346,7 +346,7 @@ wire::Message BadClient::random_valid_message() {
   }
 }
 
-void BadClient::spoil_groom() {
+void BadClient::corrupt_groom() {
   if (!welcome_) return;
   const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
   std::vector<std::uint8_t> bytes = *groom.bytes;

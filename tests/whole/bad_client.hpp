@@ -18,32 +18,32 @@
 namespace hairnet::whole {
 
 enum class Misbehaviour : std::uint8_t {
-  silent,          // connects, and sends nothing, half a hello, or a packet just too small to be refused before a hello
-  noise,           // random bytes
-  mutant,          // sends a hello, then valid packets with changed bits
-  stranger,        // sends a hello, then valid messages without sense
-  flood,           // more messages than may be sent
-  pose_flood,      // more poses than may be sent
-  slow_reader,     // reads slowly, or not at all
-  wrong_hello,     // wrong version, room, token or session
-  groom_spoiler,   // uploads other bytes than those of the hash, or stops halfway
-  crowd,           // adds and removes as many characters as allowed, and more
-  churner,         // comes and goes all the time
-  newcomer,        // joins a new session again and again, also when the server is full
-  resumer,         // has many characters, and resumes again and again
-  groom_trickler,  // offers large grooms and those of players, and uploads a few bytes of each
-  groom_heaper,    // uploads grooms that cannot be built
-  drip_reader,     // observes, and reads a few bytes a second
-  shuffler,        // adds and removes characters as fast as it can
-  hoarder,         // has as many characters as it may, in a room of its own
-  chooser,         // has many characters, and asks for the nearest again and again
-  windmaker,       // sets the wind again and again
-  datagram_spoiler,  // sends datagrams that are no poses, or nothing at all
+  silent,       // connects, and sends nothing, half a hello, or a packet just too small to be refused before a hello
+  noise,        // random bytes
+  mutant,       // sends a hello, then valid packets with changed bits
+  stranger,     // sends a hello, then valid messages without sense
+  flood,        // more messages than may be sent
+  pose_flood,   // more poses than may be sent
+  slow_reader,  // reads slowly, or not at all
+  wrong_hello,  // wrong version, room, token or session
+  groom_corrupter,     // uploads other bytes than those of the hash, or stops halfway
+  crowd,               // adds and removes as many characters as allowed, and more
+  churner,             // comes and goes all the time
+  rejoiner,            // joins a new session again and again, also when the server is full
+  resumer,             // has many characters, and resumes again and again
+  groom_trickler,      // offers large grooms and those of players, and uploads a few bytes of each
+  groom_heaper,        // uploads grooms that cannot be built
+  drip_reader,         // observes, and reads a few bytes a second
+  shuffler,            // adds and removes characters as fast as it can
+  hoarder,             // has as many characters as it may, in a room of its own
+  chooser,             // has many characters, and asks for the nearest again and again
+  windmaker,           // sets the wind again and again
+  datagram_corrupter,  // sends datagrams that are no poses, or nothing at all
 };
 inline constexpr std::array<std::string_view, 21> kMisbehaviourNames{
-    "silent",       "noise",         "mutant",       "stranger", "flood",    "pose_flood", "slow",
-    "wrong_hello",  "groom_spoiler", "crowd_of_one", "churner",  "newcomer", "resumer",    "groom_trickler",
-    "groom_heaper", "drip_reader",   "shuffler",     "hoarder",  "chooser",  "windmaker",  "datagram_spoiler"};
+    "silent",       "noise",           "mutant",       "stranger", "flood",    "pose_flood", "slow",
+    "wrong_hello",  "groom_corrupter", "crowd_of_one", "churner",  "rejoiner", "resumer",    "groom_trickler",
+    "groom_heaper", "drip_reader",     "shuffler",     "hoarder",  "chooser",  "windmaker",  "datagram_corrupter"};
 
 // Where its line has datagrams. Others would be sent away before they do what is theirs.
 [[nodiscard]] bool sends_bad_datagrams(Misbehaviour kind);
@@ -67,7 +67,7 @@ class BadClient final : public ClientEvents {
   void on_open() override;
   void on_bytes(std::span<const std::uint8_t> bytes) override;
   void on_room() override {}
-  void on_closed(const std::string& why) override;
+  void on_closed(const std::string& error) override;
 
  private:
   [[nodiscard]] std::int64_t clock_ns() const { return timeline_->now_ns() + 77 * kSecond_ns; }
@@ -89,7 +89,7 @@ class BadClient final : public ClientEvents {
   void mutate();
   void say_part_of_hello();
   void flood_poses();
-  void spoil_groom();
+  void corrupt_groom();
   void trickle_groom();
   void heap_groom();
   void add_crowd();

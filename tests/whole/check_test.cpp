@@ -95,7 +95,7 @@ TEST_F(Check, leaves_nothing_and_passes_beside_the_server_itself) {
                            "--record", record,   "--port-file",          path("port")};
   auto check = start("hairnet-server", settings, "check");
   finish(*check, 0);
-  EXPECT_THAT(check->out(), HasSubstr("# configuration is sound: 127.0.0.1:" + std::to_string(port())));
+  EXPECT_THAT(check->out(), HasSubstr("# configuration is valid: 127.0.0.1:" + std::to_string(port())));
   EXPECT_FALSE(std::filesystem::exists(path("a")));
   EXPECT_FALSE(std::filesystem::exists(path("port")));
   EXPECT_EQ(std::filesystem::file_size(record), 18u);

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <optional>
 
+#include "server/fleet/choose_server.hpp"
 #include "server/fleet/etcd_directory.hpp"
 #include "server/fleet/fleet_values.hpp"
-#include "server/fleet/placement.hpp"
 #include "tests/whole/etcd_line.hpp"
 
 namespace hairnet::whole {
@@ -435,10 +435,10 @@ class DirectoryTrial {
     std::fill(wanted_.begin(), wanted_.end(), true);
     const std::int64_t begin_ns = timeline_.now_ns(), end_ns = begin_ns + (lease_s_ + 30) * kSecond_ns;
     while (timeline_.now_ns() < end_ns && !why_not_settled().empty()) run_until(timeline_.now_ns() + 100 * kMs);
-    if (const std::string why = why_not_settled(); !why.empty()) fault("not settled: " + why);
+    if (const std::string error = why_not_settled(); !error.empty()) fault("not settled: " + error);
     count("settled after ms", static_cast<std::uint64_t>((timeline_.now_ns() - begin_ns) / kMs));
     run_until(timeline_.now_ns() + 5 * kSecond_ns);
-    if (const std::string why = why_not_settled(); !why.empty()) fault("settled no longer: " + why);
+    if (const std::string error = why_not_settled(); !error.empty()) fault("settled no longer: " + error);
   }
   std::string why_not_settled() {
     for (std::size_t room = 0; room < room_count_; ++room) {

@@ -37,7 +37,7 @@ std::int64_t EtcdLineEnd::delay() {
 }
 
 // Cut short, or with something behind it.
-std::string EtcdLineEnd::spoil(std::string text) {
+std::string EtcdLineEnd::corrupt(std::string text) {
   if (random_.unit() >= line_->damaged) return text;
   if (random_.unit() < 0.5) return text + "}";
   text.resize(random_.next() % text.size());
@@ -74,7 +74,7 @@ void EtcdLineEnd::arrive(server::EtcdCall call) {
   if (random_.unit() < line_->loss) return;
   const int times = random_.unit() < line_->repeated ? 2 : 1;
   deliver(call.id, line_->timeline->now_ns() + delay() + late_ns_,
-          [this, id = call.id, status = answer.status, body = spoil(answer.body), times] {
+          [this, id = call.id, status = answer.status, body = corrupt(answer.body), times] {
             if (loses_answers()) return;
             open_.erase(id);
             if (body.size() > EtcdLine::kAnswerBytesMax)
@@ -93,7 +93,7 @@ void EtcdLineEnd::open_stream(const server::EtcdCall& call) {
     if (stream.is_dead) return;
     stream.last_ns = std::max(stream.last_ns + 1, line_->timeline->now_ns() + delay() + late_ns_);
     const int times = random_.unit() < line_->repeated ? 2 : 1;
-    deliver(id, stream.last_ns, [this, id, line = spoil(std::move(text)), times] {
+    deliver(id, stream.last_ns, [this, id, line = corrupt(std::move(text)), times] {
       if (line.size() > EtcdLine::kAnswerBytesMax) {
         cancel(id);
         return sink_->on_fault(id, server::EtcdFault::oversize, own_ns_());

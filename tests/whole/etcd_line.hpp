@@ -86,7 +86,7 @@ class EtcdLineEnd final : public server::EtcdTransport {
     bool is_dead = false;      // silently
   };
   [[nodiscard]] std::int64_t delay();
-  [[nodiscard]] std::string spoil(std::string text);
+  [[nodiscard]] std::string corrupt(std::string text);
   [[nodiscard]] bool loses_answers() const { return cut_ == LineCut::both || cut_ == LineCut::answers; }
   [[nodiscard]] bool is_reached(std::size_t endpoint) const;
   void arrive(server::EtcdCall call);

@@ -76,9 +76,9 @@ class FleetTrial {
   void check_nothing_left();
   void stop_servers();
 
-  // Runs until `why` is empty, and returns it.
+  // Runs until `error` is empty, and returns it.
   template <class Why>
-  std::string run_until_well(std::int64_t until_ns, Why why);
+  std::string run_until_well(std::int64_t until_ns, Why error);
   void run_until(std::int64_t time_ns);
   ServerHost* owner_of(const std::string& room);
   [[nodiscard]] std::string unsettled() const;
@@ -380,11 +380,11 @@ void FleetTrial::run_until(std::int64_t time_ns) {
 }
 
 template <class Why>
-std::string FleetTrial::run_until_well(std::int64_t until_ns, Why why) {
-  std::string reason = why();
+std::string FleetTrial::run_until_well(std::int64_t until_ns, Why error) {
+  std::string reason = error();
   while (!reason.empty() && timeline_.now_ns() < until_ns) {
     run_until(timeline_.now_ns() + kLook_ns);
-    reason = why();
+    reason = error();
   }
   return reason;
 }
@@ -408,8 +408,9 @@ void FleetTrial::calm() {
     journal_.fault("all", "have sent what never arrives");
   for (const auto& player : players_) player->calm_down();
   const std::int64_t begun_ns = timeline_.now_ns(), bound_ns = lease_s_ * kSecond_ns + kRecovery_ns_max;
-  if (const std::string why = run_until_well(begun_ns + bound_ns, [this] { return unsettled(); }); !why.empty())
-    journal_.fault("all", fmt::format("are not well {} s after the last disturbance: {}", bound_ns / kSecond_ns, why));
+  if (const std::string error = run_until_well(begun_ns + bound_ns, [this] { return unsettled(); }); !error.empty())
+    journal_.fault("all",
+                   fmt::format("are not well {} s after the last disturbance: {}", bound_ns / kSecond_ns, error));
   journal_.count("ms until all are well", static_cast<std::uint64_t>((timeline_.now_ns() - begun_ns) / kMs));
   report(fmt::format("settled after {} ms", (timeline_.now_ns() - begun_ns) / kMs));
 }
@@ -423,8 +424,8 @@ ServerHost* FleetTrial::owner_of(const std::string& room) {
 void FleetTrial::moderate(const std::string& room) {
   moderator_ = make_player(kKeptOut - 1, room, kModerator);
   moderator_->join();
-  const auto why = [this]() -> std::string { return moderator_->is_active() ? "" : "is not let in"; };
-  if (!run_until_well(timeline_.now_ns() + kRecovery_ns_max, why).empty())
+  const auto error = [this]() -> std::string { return moderator_->is_active() ? "" : "is not let in"; };
+  if (!run_until_well(timeline_.now_ns() + kRecovery_ns_max, error).empty())
     return journal_.fault("moderator", "is not let in");
   Wind wind;
   wind.mean_m_per_s = winds_m_per_s_[room] = {1.0 + static_cast<double>(random_.next() % 4), 0, 2};
@@ -454,7 +455,7 @@ void FleetTrial::move_with_rules() {
     drain(*former);
   else
     kill(*former, begun_ns + moment(100 * kMs, 2 * kSecond_ns));
-  const auto why = [&]() -> std::string {
+  const auto error = [&]() -> std::string {
     for (const auto& player : players_) {
       if (player->plan().room != room) continue;
       for (const auto& [number, member] : player->members())
@@ -465,7 +466,7 @@ void FleetTrial::move_with_rules() {
   };
   run_until(timeline_.now_ns() + kLook_ns);
   const std::int64_t bound_ns = is_drained ? kDrainedMove_ns_max : lease_s_ * kSecond_ns + kRecovery_ns_max;
-  if (const std::string reason = run_until_well(begun_ns + bound_ns, why); !reason.empty())
+  if (const std::string reason = run_until_well(begun_ns + bound_ns, error); !reason.empty())
     return journal_.fault("all", fmt::format("are not well {} s after a server {}: {}", bound_ns / kSecond_ns,
                                              is_drained ? "was drained" : "was killed", reason));
   journal_.count(is_drained ? "ms until all are well after a drain" : "ms until all are well after a kill",

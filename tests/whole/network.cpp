@@ -290,10 +290,10 @@ void SimulatedConnection::at_server(Action action) {
 void SimulatedConnection::take(std::span<const std::uint8_t> bytes) {
   if (!sink_ || broken_stream_) return;
   const std::int64_t now_ns = host_->clock_ns();
-  const bool sound = splitter_.feed(bytes, [&](std::span<const std::uint8_t> packet) {
+  const bool valid = splitter_.feed(bytes, [&](std::span<const std::uint8_t> packet) {
     if (sink_) sink_->on_packet(packet, now_ns);
   });
-  if (sound) return;
+  if (valid) return;
   broken_stream_ = true;
   if (sink_) sink_->on_broken_stream(now_ns);
 }
@@ -393,9 +393,10 @@ void SimulatedConnection::break_now(const ConnectionLoss& how) {
   down_->kill();
   kill_downloads();
   const auto self = shared_from_this();
-  if (how.client_told_ns >= 0) timeline_->after(how.client_told_ns, [self] { self->tell_client("reset"); });
-  if (how.server_told_ns >= 0)
-    timeline_->after(how.server_told_ns, [self] { self->at_server([](auto& wire) { wire.tell_server("reset"); }); });
+  if (how.client_announced_ns >= 0) timeline_->after(how.client_announced_ns, [self] { self->tell_client("reset"); });
+  if (how.server_announced_ns >= 0)
+    timeline_->after(how.server_announced_ns,
+                     [self] { self->at_server([](auto& wire) { wire.tell_server("reset"); }); });
 }
 
 void SimulatedConnection::break_after(std::uint64_t bytes, bool of_server, const ConnectionLoss& how) {
@@ -417,16 +418,16 @@ void SimulatedConnection::on_server_killed() {
   kill_downloads();
 }
 
-void SimulatedConnection::tell_client(const std::string& why) {
+void SimulatedConnection::tell_client(const std::string& error) {
   if (std::exchange(over_, true)) return;
-  if (ClientEvents* client = std::exchange(client_, nullptr)) client->on_closed(why);
+  if (ClientEvents* client = std::exchange(client_, nullptr)) client->on_closed(error);
 }
 
-void SimulatedConnection::tell_server(std::string_view why) {
+void SimulatedConnection::tell_server(std::string_view error) {
   if (server_closed_) return;
   server::PacketSink* const sink = sink_;
   end_at_server();
-  if (sink) sink->on_closed(why, host_->clock_ns());
+  if (sink) sink->on_closed(error, host_->clock_ns());
 }
 
 void SimulatedConnection::end_at_server() {

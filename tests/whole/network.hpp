@@ -118,8 +118,8 @@ class ClientEvents {
   virtual void on_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_datagram(std::span<const std::uint8_t>) {}
   virtual void on_download_packet(std::span<const std::uint8_t>) {}
-  virtual void on_room() = 0;                          // more can be written
-  virtual void on_closed(const std::string& why) = 0;  // the last call
+  virtual void on_room() = 0;                            // more can be written
+  virtual void on_closed(const std::string& error) = 0;  // the last call
 };
 
 class SimulatedConnection;
@@ -138,7 +138,7 @@ class Host {
 
 // A connection loss without a close: who notices, and after how long. Less than 0: never.
 struct ConnectionLoss {
-  std::int64_t client_told_ns = 0, server_told_ns = 0;
+  std::int64_t client_announced_ns = 0, server_announced_ns = 0;
 };
 
 // One connection between a client and the server.
@@ -217,8 +217,8 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   void answer();
   void take(std::span<const std::uint8_t> bytes);
   void take_datagram(std::span<const std::uint8_t> bytes);
-  void tell_client(const std::string& why);
-  void tell_server(std::string_view why);
+  void tell_client(const std::string& error);
+  void tell_server(std::string_view error);
   void end_at_server();
   void kill_downloads();
 

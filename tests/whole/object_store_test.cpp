@@ -162,13 +162,13 @@ TEST_F(ObjectStoreTest, a_server_ends_while_its_store_says_nothing) {
 }
 
 TEST_F(ObjectStoreTest, a_malformed_store_is_refused_at_the_start_in_one_line) {
-  const auto refuses = [&](const Arguments& more, const std::string& why) {
+  const auto refuses = [&](const Arguments& more, const std::string& error) {
     Arguments arguments{"--port", "0", "--groom-cache", path("grooms")};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const auto server = start("hairnet-server", arguments, "server");
     finish(*server, 2);
     EXPECT_TRUE(is_one_line(server->err())) << server->err();
-    EXPECT_THAT(server->err(), HasSubstr(why));
+    EXPECT_THAT(server->err(), HasSubstr(error));
   };
   refuses({"--object-store", "minio:9000/bucket"}, "minio:9000/bucket");
   refuses({"--object-store", "http://127.0.0.1:9000"}, "names no bucket");

@@ -37,7 +37,7 @@ struct Recovery {
   // RFC 9002, with the two probes of ngtcp2. The growth is such that the window is the one of ngtcp2 at 5 % loss
   // (tests/unit/server/quic_pace_test.cpp).
   static Recovery quic() {
-    return {.timeout_more_ns = quic::AnswerDelay::kToldDelay_ns,
+    return {.timeout_more_ns = quic::AnswerDelay::kAnnouncedDelay_ns,
             .probes = 2,
             .growth = 2,
             .grows_unused = true,

@@ -51,7 +51,7 @@ void Player::make_core() {
   options.room = plan_.room;
   options.token = plan_.token;
   options.connect_timeout_s = plan_.quality.lossy || plan_.find_server ? 5 : 1;
-  options.seed = random_.next();
+  options.trace = random_.next();
   core_ = std::make_unique<link::LinkCore>(options);
   members_.clear();
   removing_.clear();
@@ -115,9 +115,9 @@ void Player::leave(bool says_goodbye) {
   if (connection_) {
     const std::shared_ptr<SimulatedConnection> wire = std::exchange(connection_, nullptr);
     wire->forget_client();
-    const bool server_told = random_.unit() < 0.7;
-    if (!server_told) journal_->count("half-open, left");
-    wire->break_now({-1, server_told ? static_cast<std::int64_t>(random_.between(0, 1e8)) : -1});
+    const bool server_announced = random_.unit() < 0.7;
+    if (!server_announced) journal_->count("half-open, left");
+    wire->break_now({-1, server_announced ? static_cast<std::int64_t>(random_.between(0, 1e8)) : -1});
   }
   finish();
   core_.reset();
@@ -181,7 +181,7 @@ void Player::break_connection(const ConnectionLoss& how, std::optional<std::uint
     connection_->break_after(*after_bytes, of_server, how);
   }
   journal_->count(after_bytes ? "broken at a byte" : "broken");
-  if (how.server_told_ns < 0) journal_->count("half-open");
+  if (how.server_announced_ns < 0) journal_->count("half-open");
 }
 
 void Player::pause_reading(bool paused) {
@@ -303,11 +303,11 @@ void Player::on_download_packet(std::span<const std::uint8_t> packet) {
   turn();
 }
 
-void Player::on_closed(const std::string& why) {
+void Player::on_closed(const std::string& error) {
   if (!core_) return;
   note_break();
   connection_.reset();
-  core_->on_closed(why, clock_ns());
+  core_->on_closed(error, clock_ns());
   turn();
 }
 
@@ -364,12 +364,12 @@ void Player::add_pose(std::uint32_t number, Character& character, std::vector<wi
   poses.push_back(pose);
   if (!plan_.sends_garbage || calm_ || random_.unit() > 0.1) return;
   pose.sequence = ++character.sequence;
-  spoil(pose);
+  corrupt(pose);
   poses.push_back(pose);
   journal_->count("garbage pose");
 }
 
-void Player::spoil(wire::PoseSample& sample) {
+void Player::corrupt(wire::PoseSample& sample) {
   RigidTransform& bone = sample.pose.bones[static_cast<std::size_t>(random_.next() % kBoneCount)];
   switch (random_.next() % 8) {
     case 0:

@@ -120,7 +120,7 @@ class Player final : public ClientEvents {
   void on_datagram(std::span<const std::uint8_t> bytes) override;
   void on_download_packet(std::span<const std::uint8_t> packet) override;
   void on_room() override { turn(); }
-  void on_closed(const std::string& why) override;
+  void on_closed(const std::string& error) override;
 
  private:
   struct EventHandler;
@@ -137,7 +137,7 @@ class Player final : public ClientEvents {
   void act();
   void send_poses();
   void add_pose(std::uint32_t number, Character& character, std::vector<wire::PoseSample>& poses);
-  void spoil(wire::PoseSample& pose);
+  void corrupt(wire::PoseSample& pose);
   Pose pose_of(const Character& character) const;
   void change_appearance(Character& character);
   void note_frames(const wire::DecodedPacket& decoded);

@@ -14,7 +14,7 @@ std::vector<std::string> missing_refusals(const std::map<std::string, std::uint6
       "server: poses_thinned",
       "server: poses_dropped_over_rate",
       "server: sessions_closed_by_server_slow",
-      "newcomer sent away, server_full",
+      "new client sent away, server_full",
       "server: sessions_refused_full",
       "server: sessions_refused_subject",
       "server: sessions_refused_address",
@@ -33,8 +33,8 @@ std::vector<std::string> missing_refusals(const std::map<std::string, std::uint6
       "hoarder got limit_exceeded",
       "chooser sent away, over_rate",
       "windmaker got limit_exceeded",
-      "datagram_spoiler got malformed",
-      "datagram_spoiler sent away, protocol_error",
+      "datagram_corrupter got malformed",
+      "datagram_corrupter sent away, protocol_error",
       "server: datagrams_dropped",
   };
   std::vector<std::string> missing;

@@ -238,7 +238,7 @@ void Scenario::choose_misbehaviours() {
 // The clients of one kind share a room, an address and a token.
 void Scenario::make_bad_group(Misbehaviour kind, std::uint64_t address) {
   const auto one_to = [this](std::uint64_t max) { return 1 + static_cast<int>(random_.next() % max); };
-  const bool is_many = kind == Misbehaviour::silent || kind == Misbehaviour::newcomer;
+  const bool is_many = kind == Misbehaviour::silent || kind == Misbehaviour::rejoiner;
   const bool is_some = kind == Misbehaviour::groom_trickler || kind == Misbehaviour::hoarder ||
                        kind == Misbehaviour::drip_reader || kind == Misbehaviour::resumer;
   const int count = is_many ? 4 + one_to(8) : is_some ? 1 + one_to(3) : 1;
@@ -294,10 +294,10 @@ void Scenario::restart_server() {
   journal_.count(drained ? "server stopped" : "server killed");
   if (drained) host_->drain();
   const std::int64_t down_ns = moment(10 * kMs, 1200 * kMs);
-  const std::int64_t told_ns = chance(0.7) ? 50 * kMs : 2 * kSecond_ns;
-  timeline_.after(drained ? 300 * kMs : 0, [this, told_ns, down_ns] {
+  const std::int64_t announced_ns = chance(0.7) ? 50 * kMs : 2 * kSecond_ns;
+  timeline_.after(drained ? 300 * kMs : 0, [this, announced_ns, down_ns] {
     host_->count_life(host_->life());
-    host_->kill({told_ns, -1});
+    host_->kill({announced_ns, -1});
     timeline_.after(down_ns, [this] {
       report("server starts");
       host_->start();
@@ -373,16 +373,16 @@ void Scenario::calm() {
   for (const auto& player : players_) backlog_s_max = std::max(backlog_s_max, backlog_s(*player));
   const auto backlog_ns_max = static_cast<std::int64_t>(1e9 * backlog_s_max);
   std::int64_t well_since_ns = begun_ns;
-  std::string why = "nothing was looked at";
+  std::string error = "nothing was looked at";
   do {
     timeline_.run(timeline_.now_ns() + 50 * kMs);
-    why = unsettled();
-    if (!why.empty()) well_since_ns = timeline_.now_ns();
+    error = unsettled();
+    if (!error.empty()) well_since_ns = timeline_.now_ns();
   } while (well_since_ns < begun_ns + kSettle_ns_max + backlog_ns_max &&
            timeline_.now_ns() - well_since_ns < backlog_ns_max);
-  if (!why.empty())
+  if (!error.empty())
     journal_.fault("all", "are not well " + std::to_string((timeline_.now_ns() - begun_ns) / kSecond_ns) +
-                              " s after the last disturbance: " + why);
+                              " s after the last disturbance: " + error);
   report("settled after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
 }
 
@@ -402,7 +402,7 @@ std::int64_t Scenario::owner_heard_ns(const Player::Member& member) const {
 void Scenario::check_motion() {
   const std::int64_t begun_ns = timeline_.now_ns();
   timeline_.run(begun_ns + kMotion_ns);
-  if (std::string why = unsettled(); !why.empty()) journal_.fault("all", "are no longer well: " + why);
+  if (std::string error = unsettled(); !error.empty()) journal_.fault("all", "are no longer well: " + error);
   for (const auto& player : players_) {
     const double tick_s = 1.0 / config_.tick_rate_hz;
     for (const auto& [number, member] : player->members()) {

@@ -46,7 +46,7 @@ server::LevelBuild build_once(const server::LevelBuildDef& def, const wire::Groo
   const std::lock_guard lock(mutex);
   if (const auto found = built.find(hash); found != built.end() && goes_on() == server::BuildFault::none)
     return found->second;
-  server::LevelBuild build = server::build_levels_here(def, hash, file, groom, goes_on);
+  server::LevelBuild build = server::build_levels_in_process(def, hash, file, groom, goes_on);
   if (build.levels) built.emplace(hash, build);
   return build;
 }
@@ -141,7 +141,7 @@ void ServerHost::note_claims() {
 void ServerHost::poll_fleet() {
   const std::int64_t now_ns = clock_ns();
   fleet_->poll(server_->takes_clients(), server_->largest_room(), now_ns);
-  server_->set_outgrown_room(fleet_->outgrown_room());
+  server_->set_overloaded_room(fleet_->overloaded_room());
   if (drained_since_ns_ < 0) return;
   const bool is_drained = server_->session_count() == 0 && connection_count() == 0;
   if (is_drained) fleet_->directory().stop(now_ns);
@@ -183,8 +183,8 @@ void ServerHost::kill(const ConnectionLoss& how) {
     if (!wire) continue;
     wire->on_server_killed();
     ConnectionLoss one = how;
-    one.client_told_ns = static_cast<std::int64_t>(random_.unit() * static_cast<double>(how.client_told_ns));
-    one.server_told_ns = -1;
+    one.client_announced_ns = static_cast<std::int64_t>(random_.unit() * static_cast<double>(how.client_announced_ns));
+    one.server_announced_ns = -1;
     wire->break_now(one);
   }
   server_.reset();
@@ -464,7 +464,7 @@ void ServerHost::check_empty() {
   check("characters, counted by sessions,", server.context().character_count);
   check("rooms, counted by sessions,", server.context().rooms.size());
   check("subjects, counted by sessions,", server.context().subjects.size());
-  check("bearers of tokens, counted by sessions,", server.context().bearers.size());
+  check("token holders, counted by sessions,", server.context().token_holders.size());
   check("users of grooms", server.grooms().user_count());
   check("bytes of uploads", server.grooms().upload_bytes());
   check("characters in the World", server.scheduler().simulation().character_count());

@@ -23,20 +23,24 @@ std::size_t bytes_of(AbcType type) {
   }
 }
 
-// Appends a number of 1, 2 or 4 bytes.
+// Appends a number of 1, 2 or 4 bytes. A header's numbers all have the width of its largest one.
 void put_sized(std::uint32_t number, std::uint32_t size_hint, ByteWriter& out) {
   out.put(std::as_bytes(std::span(&number, 1)).first(std::size_t{1} << size_hint));
 }
 
 }  // namespace
 
+// Called for each frame and property, so it does not allocate for a sample that equals the last.
 void AbcArchiveWriter::add(AbcOutProperty& property, std::span<const std::byte> values) {
   const MurmurDigest key = murmur_128(values);
   const bool is_first = property.sample_count == 0;
   if (is_first || key != property.last_key) {
-    // Between changed samples, equal ones are stored again.
+    // Between changed samples, equal ones are stored again. The format stores samples only between the first and the
+    // last changed one, and there each. So samples that were skipped as equal are written when a later one changes, as
+    // references to the same block.
     for (std::uint32_t i = property.last_changed + 1; property.first_changed != 0 && i < property.sample_count; ++i)
       store(property, written_.at(property.last_key));
+    // Texts are counted by their zeros, since one sample holds several texts.
     const std::size_t count = property.type == AbcType::text
                                   ? static_cast<std::size_t>(std::ranges::count(values, std::byte{0}))
                                   : values.size() / (bytes_of(property.type) * property.extent);
@@ -44,6 +48,8 @@ void AbcArchiveWriter::add(AbcOutProperty& property, std::span<const std::byte> 
     property.is_homogeneous = property.is_homogeneous && (is_first || count == property.value_count);
     property.value_count = count;
     property.last_key = key;
+    // Equal samples of different properties share a block too. Two samples of the same 128-bit digest are taken as
+    // equal, as Alembic itself does.
     const auto [found, is_new] = written_.try_emplace(key, 0);
     if (is_new) found->second = out_.data({std::as_bytes(std::span(key)), values});
     store(property, found->second);
@@ -54,6 +60,7 @@ void AbcArchiveWriter::add(AbcOutProperty& property, std::span<const std::byte> 
 }
 
 void AbcArchiveWriter::store(AbcOutProperty& property, Word sample) {
+  // A scalar has no dimensions; an array has them behind each sample.
   property.stored.push_back(sample);
   if (property.kind != AbcKind::array) return;
   // The dimensions of numbers follow from their bytes.
@@ -62,6 +69,8 @@ void AbcArchiveWriter::store(AbcOutProperty& property, Word sample) {
   property.stored.push_back(is_text ? out_.data({std::as_bytes(std::span(&count, 1))}) : out_.data({}));
 }
 
+// Index 0 stands for no metadata and 255 for metadata in the header itself. Words that do not fit the table of 254 are
+// written out each time.
 std::uint8_t AbcArchiveWriter::index_of(const std::string& metadata) {
   constexpr std::size_t kTableMax = 254, kBytesMax = 255;
   if (metadata.empty()) return 0;
@@ -74,6 +83,8 @@ std::uint8_t AbcArchiveWriter::index_of(const std::string& metadata) {
   return static_cast<std::uint8_t>(index);
 }
 
+// The bits are those that `read_property` of the importer reads: 0x1 one value in every sample, 0x100 an index of
+// times, 0x200 the changed samples, 0x400 as many values in each, 0x800 no change.
 void AbcArchiveWriter::put_header(const AbcOutProperty& property, ByteWriter& headers) {
   const auto timing = static_cast<std::uint32_t>(property.timing);
   const auto name_bytes = static_cast<std::uint32_t>(property.name.size()),
@@ -82,6 +93,7 @@ void AbcArchiveWriter::put_header(const AbcOutProperty& property, ByteWriter& he
   const std::uint32_t size_hint = largest > 0xffff ? 2 : largest > 0xff ? 1 : 0;
   const std::uint8_t metadata = index_of(property.metadata);
   std::uint32_t info = std::uint32_t{metadata} << 20 | size_hint << 2;
+  // Samples that change from the second to the last are the usual case, and need no numbers.
   const bool is_constant = property.last_changed == 0,
              is_plain = property.first_changed == 1 && property.last_changed + 1 == property.sample_count;
   if (property.kind != AbcKind::compound) {
@@ -101,6 +113,8 @@ void AbcArchiveWriter::put_header(const AbcOutProperty& property, ByteWriter& he
       put_sized(property.last_changed, size_hint, headers);
     }
     if (timing != 0) put_sized(timing, size_hint, headers);
+    // Each sampling states the largest number of samples of its properties, which readers use as the length of the
+    // motion.
     std::uint32_t& samples_max = samples_max_[timing];
     samples_max = std::max(samples_max, is_constant ? std::min(property.sample_count, 1U) : property.sample_count);
   }
@@ -111,6 +125,7 @@ void AbcArchiveWriter::put_header(const AbcOutProperty& property, ByteWriter& he
   headers.text(property.metadata);
 }
 
+// Children are written before their parents, because a group stores the places of its children.
 AbcArchiveWriter::Word AbcArchiveWriter::write(const std::vector<AbcOutProperty>& properties) {
   std::vector<Word> words;
   ByteWriter headers;
@@ -134,7 +149,8 @@ AbcArchiveWriter::Word AbcArchiveWriter::write(const AbcOutObject& object) {
     if (metadata == kOwnMetadata) headers.put(static_cast<std::uint32_t>(child.metadata.size())).text(child.metadata);
   }
   // Digests of the properties and of the children end the list. They tell equal objects of one archive from others; the
-  // places of all that lies below do that too.
+  // places of all that lies below do that too. Alembic computes them otherwise, but programs compare them only within a
+  // file.
   const MurmurDigest own = murmur_128(std::as_bytes(std::span(words).first(1))),
                      below = murmur_128(std::as_bytes(std::span(words).subspan(1)));
   headers.put(std::as_bytes(std::span(own))).put(std::as_bytes(std::span(below)));
@@ -142,10 +158,13 @@ AbcArchiveWriter::Word AbcArchiveWriter::write(const AbcOutObject& object) {
   return out_.group(words);
 }
 
+// The root's children have a fixed order: versions, objects, metadata, times, and the table of metadata that all
+// headers above have filled.
 Result<void> AbcArchiveWriter::finish(const AbcOutObject& top, std::string_view metadata, double rate_hz) {
   const Word objects = write(top);
   ByteWriter times, table;
   const bool has_motion = samples_max_[1] > 0;
+  // Sampling 0 is that of constant properties, which Alembic gives a cycle of 1 s.
   for (std::size_t i = 0; i < (has_motion ? 2 : 1); ++i)
     times.put(samples_max_[i]).put(i == 0 ? 1.0 : 1 / rate_hz).put(1U).put(0.0);
   for (const std::string& words : metadata_) table.put(static_cast<std::uint8_t>(words.size())).text(words);

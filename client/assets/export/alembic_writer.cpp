@@ -6,7 +6,9 @@
 #include "core/version.hpp"
 
 // Curves as Maya's AbcExport and Houdini write them, with the attributes of Epic's "Alembic for Grooms": a transform
-// that has the version, and below it an object of curves for each group.
+// that has the version, and below it an object of curves for each group. No foreign reader of Alembic runs in this
+// project's tests; `export_alembic_test` compares the tree of objects and properties with those of AbcExport and of
+// Maya's own file, and digests with those in files of Maya, Cinema 4D and Cortex.
 namespace hairnet {
 namespace {
 
@@ -19,6 +21,7 @@ constexpr const char* kXform = "schema=AbcGeom_Xform_v3";
 
 using Box = std::array<Vec3, 2>;
 
+// The box must have at least one point, which `open_strand_file` has checked.
 Box box_of(std::span<const Vec3f> points) {
   Box box{points.front().cast<double>(), points.front().cast<double>()};
   for (const Vec3f& x : points) {
@@ -39,18 +42,20 @@ AbcOutProperty attribute(const char* name, const char* scope, AbcType type, cons
   return {name, metadata, AbcKind::array, type, 1, AbcTiming::constant};
 }
 
+// It keeps no frame: positions go to the archive at once, and only places remain in memory.
 class AlembicWriter : public StrandWriter {
  public:
   AlembicWriter(OutputFile file, const ExportedStrands& strands, const MaybeMotion& motion)
       : StrandWriter(strands), archive_(std::move(file)), motion_(motion), names_(object_names(strands)) {}
 
  private:
-  // Properties of `.geom`, in order. Width may be absent.
+  // Properties of `.geom`, in order. Width may be absent. Each list in `geometries_` is indexed by these.
   enum Geometry : std::size_t { kBounds, kPositions, kCounts, kBasis, kArbitrary, kWidth };
 
   Result<void> put(std::span<const Vec3f> points) override {
     const bool is_first = frame_count() == 1;
     if (is_first) begin();
+    // Bounds are stored for the whole scene and for each group, since viewers frame the hair by them.
     const Box all = box_of(points);
     archive_.add(bounds_, std::as_bytes(std::span(all)));
     for (std::size_t g = 0; g < geometries_.size(); ++g) {
@@ -60,6 +65,8 @@ class AlembicWriter : public StrandWriter {
       const Box box = box_of(own);
       archive_.add(geometry[kBounds], std::as_bytes(std::span(box)));
       archive_.add(geometry[kPositions], std::as_bytes(own));
+      // Properties that do not change still need a sample at each frame, as their number must agree with that of the
+      // positions.
       for (AbcOutProperty& property : geometry) {
         if (!is_first && property.sample_count + 1 == frame_count()) AbcArchiveWriter::repeat(property);
       }
@@ -71,7 +78,7 @@ class AlembicWriter : public StrandWriter {
   void begin() {
     const AbcTiming timing = motion_ ? AbcTiming::uniform : AbcTiming::constant;
     bounds_ = {".childBnds", "interpretation=box", AbcKind::scalar, AbcType::f64, 6, timing};
-    // Each group has one width.
+    // Each group has one width, or each point has one: the choice is made over all groups.
     bool has_one_width = true;
     for (const ExportedStrands::Group& group : strands().groups) {
       for (std::uint32_t s = group.begin; s < group.end && !strands().widths_m.empty(); ++s)
@@ -110,7 +117,7 @@ class AlembicWriter : public StrandWriter {
                                     attribute("groom_group_id", "con", AbcType::i32, "int32_t"),
                                     attribute("groom_guide", "con", AbcType::i16, "int16_t"),
                                     attribute("groom_id", "uni", AbcType::i32, "int32_t")};
-    // A zero would end the text.
+    // The C string ends at a zero within the name, which would otherwise begin a second text.
     archive_.add_text(out[0], group.name.c_str());
     archive_.add(out[1], std::as_bytes(std::span(&group.id, 1)));
     archive_.add(out[2], std::as_bytes(std::span(&kNoGuide, 1)).first(2));
@@ -129,6 +136,7 @@ class AlembicWriter : public StrandWriter {
     return compound(".userProperties", "", std::move(out));
   }
 
+  // The tree is built only now, when all samples have been counted.
   Result<void> close() override {
     AbcOutObject hair{"hairnet", std::string(kXform) + ";schemaObjTitle=AbcGeom_Xform_v3:.xform"};
     hair.properties.push_back(compound(".xform", kXform, {version()}));
@@ -144,8 +152,10 @@ class AlembicWriter : public StrandWriter {
                            ");_ai_Application=Hairnet " + kVersion;
     if (motion_) {
       char rate[32];
+      // "%g" writes 30 and 29.97 as other programs do.
       std::snprintf(rate, sizeof rate, "%g", motion_->rate_hz);
       metadata += std::string(";_ai_DCC_FPS=") + rate;
+      // AbcExport writes the number of samples under this name.
       AbcOutProperty& samples =
           top.properties.emplace_back(AbcOutProperty{"1.samples", "", AbcKind::scalar, AbcType::u32});
       const auto count = static_cast<std::uint32_t>(frame_count());

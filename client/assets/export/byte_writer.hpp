@@ -13,7 +13,8 @@ namespace hairnet {
 
 static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
 
-// Collects little-endian numbers and text.
+// Collects little-endian numbers and text. It grows without limit; callers bound what they write. Numbers are not
+// aligned.
 class ByteWriter {
  public:
   template <class Number>

@@ -23,6 +23,8 @@ void ExportedStrands::take_points(std::span<const Vec3f> groom, std::vector<Vec3
   }
 }
 
+// The stable sort keeps the groom's order within a group, and puts strands of one group side by side as formats want
+// them.
 ExportedStrands exported_strands(const Groom& groom) {
   std::vector<std::uint32_t> order(groom.strand_count());
   std::iota(order.begin(), order.end(), 0U);
@@ -35,11 +37,13 @@ ExportedStrands exported_strands(const Groom& groom) {
     const StrandProperties& properties = groom.strands[s];
     const auto strand = static_cast<std::uint32_t>(out.strand_count());
     if (out.groups.empty() || out.groups.back().id != properties.group) {
+      // A groom without names of groups gets its own name for the only group.
       const bool has_name = properties.group < groom.group_names.size();
       out.groups.push_back({has_name ? groom.group_names[properties.group] : groom.name, properties.group, strand,
                             strand, out.strand_begin.back(), 0});
     }
     out.strand_begin.push_back(out.strand_begin.back() + static_cast<std::uint32_t>(groom.strand_points(s).size()));
+    // Formats want diameters; a groom has radii.
     out.widths_m.push_back(2 * properties.radius_m);
     out.groom_strands.push_back(s);
     out.groom_points.push_back(groom.strand_begin[s]);
@@ -67,13 +71,15 @@ std::vector<std::string> object_names(const ExportedStrands& strands) {
   std::set<std::string> used;
   for (const ExportedStrands::Group& group : strands.groups) {
     std::string name;
+    // A letter beyond ASCII becomes an underscore for each of its bytes.
     for (const char c : group.name) {
       const bool is_letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'), is_digit = c >= '0' && c <= '9';
       if (is_digit && name.empty()) name += '_';
       name += is_letter || is_digit ? c : '_';
     }
     if (name.empty()) name = "hair";
-    if (!used.insert(name).second) used.insert(name += "_" + std::to_string(group.id));
+    // Two names may become equal by the replacement; the number of the group is then appended, as often as it takes.
+    while (!used.insert(name).second) name += "_" + std::to_string(group.id);
     names.push_back(name);
   }
   return names;

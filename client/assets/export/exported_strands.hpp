@@ -12,7 +12,8 @@
 namespace hairnet {
 
 // The strands of a groom as other programs get them: group by group, each of at least two points. Their points are not
-// here, because they move: `take_points` takes them from those of the groom at any moment.
+// here, because they move: `take_points` takes them from those of the groom at any moment. It is a copy of the order,
+// not of the groom; it may outlive the groom.
 struct ExportedStrands {
   struct Group {
     std::string name;
@@ -40,12 +41,15 @@ struct ExportedStrands {
   }
   // How many points each strand has, if all have as many; else 0.
   [[nodiscard]] std::uint32_t points_of_each() const;
+  // `groom` has all points of the groom in its order, at rest or deformed. `points` keeps its memory between frames.
   void take_points(std::span<const Vec3f> groom, std::vector<Vec3f>& points) const;
 };
 
+// Threads, cards, cloths and knots are no strands of other programs, and are left out.
 ExportedStrands exported_strands(const Groom& groom);
 
-// A line about what of the groom is no strand of two points, and stays behind; empty: nothing.
+// A line about what of the groom is no strand of two points, and stays behind; empty: nothing. Programs show it, so
+// that users know what is missing.
 std::string left_behind(const Groom& groom, const ExportedStrands& strands);
 
 // A name for each group that is one in Alembic and USD: ASCII letters, digits and underscores, each name once.

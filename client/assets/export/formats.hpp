@@ -4,6 +4,7 @@
 #include "schema/files/output_file.hpp"
 
 // The formats of files that strands are written to. open_strand_file() calls these with strands that it has checked.
+// Each takes the open file over. Nothing is visible under the file's name before `finish` of the writer.
 namespace hairnet {
 
 using OpenedWriter = Result<std::unique_ptr<StrandWriter>>;
@@ -19,7 +20,8 @@ OpenedWriter write_yuksel_hair(OutputFile file, const ExportedStrands& strands, 
 OpenedWriter write_ply(OutputFile file, const ExportedStrands& strands, const MaybeMotion& motion);
 
 // Some formats need all frames before the first byte can be written. These frames are kept, as long as they take no
-// more than `bytes_max`.
+// more than `bytes_max`. USD writes all samples of an attribute together, and glTF its counts before its data; Alembic
+// and .npz need no memory.
 class KeptFrames {
  public:
   KeptFrames(std::size_t point_count, std::size_t bytes_max) : point_count_(point_count), bytes_max_(bytes_max) {}

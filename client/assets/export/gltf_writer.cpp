@@ -13,14 +13,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What a viewer can take: it has all frames on the GPU, and mixes all of them in each picture.
+// What a viewer can take: it has all frames on the GPU, and mixes all of them in each picture. glTF 2 has no sequence
+// of meshes, so each frame is a morph target that is shown alone.
 constexpr std::size_t kBytesMax = std::size_t{512} << 20, kFramesMax = 1000;
+// The numbers are those that glTF takes over from OpenGL.
 enum Component : unsigned { kUnsigned = 5125, kFloat = 5126 };
 enum Target : unsigned { kNone = 0, kVertices = 34962, kIndices = 34963 };
 constexpr unsigned kLines = 1;
 
 enum class GltfForm : std::uint8_t { json, binary };
 
+// Three bytes become four digits; what is missing in the last group is an equals sign.
 std::string base64_of(std::span<const std::byte> bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string out;
@@ -58,6 +61,7 @@ class GltfWriter : public StrandWriter {
 
   Result<void> close() override {
     json_["asset"] = {{"version", "2.0"}, {"generator", std::string("Hairnet ") + kVersion}};
+    // Node 0 is above all groups, so that the hair is one object in other programs.
     json_["scene"] = 0;
     json_["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
     Json children = Json::array();
@@ -74,12 +78,14 @@ class GltfWriter : public StrandWriter {
     return form_ == GltfForm::binary ? write_binary() : write_json();
   }
 
-  // JSON is UTF-8; a group's name may be anything.
+  // JSON is UTF-8; a group's name may be anything. Bytes that are no UTF-8 are replaced, where the JSON library would
+  // otherwise throw.
   static std::string text_of(const std::string& name) {
     return Json::parse(Json(name).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
   }
 
   std::size_t add_view(std::span<const std::byte> bytes, Target target) {
+    // The stride is written for vertices, because a view that several accessors share must have it.
     Json view = {{"buffer", 0}, {"byteOffset", data_.size()}, {"byteLength", bytes.size()}};
     if (target != kNone) view["target"] = static_cast<unsigned>(target);
     if (target == kVertices) view["byteStride"] = sizeof(Vec3f);
@@ -97,7 +103,8 @@ class GltfWriter : public StrandWriter {
     return json_["accessors"].size() - 1;
   }
 
-  // The indices of each group count from its first point.
+  // The indices of each group count from its first point. All groups share one view of positions and one of indices, so
+  // a file has few of them for any number of groups.
   void add_lines() {
     std::vector<std::uint32_t> ends;
     std::vector<std::size_t> first;
@@ -118,11 +125,13 @@ class GltfWriter : public StrandWriter {
     }
   }
 
-  // Positions in the first frame, and how far they are from these in others.
+  // Positions in the first frame, and how far they are from these in others. Targets are differences to the mesh, as
+  // glTF adds them with their weight.
   void add_frame(std::size_t frame) {
     std::vector<Vec3f> points(frames_.frame(frame).begin(), frames_.frame(frame).end());
     for (std::size_t i = 0; frame > 0 && i < points.size(); ++i) points[i] -= frames_.frame(0)[i];
     const std::size_t view = add_view(std::as_bytes(std::span(points)), kVertices);
+    // glTF demands the smallest and largest position of each accessor.
     for (std::size_t g = 0; g < strands().groups.size(); ++g) {
       const ExportedStrands::Group& group = strands().groups[g];
       Vec3f low = points[group.first_point], high = low;
@@ -143,8 +152,11 @@ class GltfWriter : public StrandWriter {
     }
   }
 
+  // At frame f the weight of target f is 1 and all others are 0, and linear interpolation between frames mixes two
+  // neighbours.
   void add_animation() {
     const std::size_t count = frames_.count(), targets = count - 1;
+    // The weights have a square of the number of frames, which is one reason for the limit of 1000.
     std::vector<float> times, weights(count * targets, 0);
     for (std::size_t f = 0; f < count; ++f) {
       times.push_back(static_cast<float>(static_cast<double>(f) / motion_->rate_hz));
@@ -174,6 +186,7 @@ class GltfWriter : public StrandWriter {
     return file_.finish();
   }
 
+  // A .glb has a JSON chunk, filled up with blanks, and one of bytes. All sizes are of 32 bits.
   Result<void> write_binary() {
     json_["buffers"] = Json::array({{{"byteLength", data_.size()}}});
     ByteWriter text, head;
@@ -198,6 +211,7 @@ class GltfWriter : public StrandWriter {
   ByteWriter data_;
 };
 
+// The number of frames is checked before anything is simulated, where it is known.
 OpenedWriter open_gltf(GltfForm form, OutputFile file, const ExportedStrands& strands, const MaybeMotion& motion) {
   auto writer = std::make_unique<GltfWriter>(form, std::move(file), strands, motion);
   const std::size_t frames = motion ? motion->frame_count.value_or(1) : 1;

@@ -9,7 +9,8 @@
 #include "schema/bytes/crc32.hpp"
 
 // Arrays of NumPy in a zip archive, stored as they are. The frames of a motion come first: their number, their checksum
-// and the size are written over the first bytes at the end, so no frame is kept.
+// and the size are written over the first bytes at the end, so no frame is kept. The header of the frames has the same
+// length for every number of frames, which lets it be written twice.
 namespace hairnet {
 namespace {
 
@@ -17,14 +18,17 @@ using ByteSpan = std::span<const std::byte>;
 
 // Larger archives need zip64, which not every reader knows.
 constexpr std::uint64_t kArchiveBytesMax = std::numeric_limits<std::uint32_t>::max();
+// The date is the earliest that a zip can state: the same hair gives the same bytes on any day.
 constexpr std::uint16_t kZipVersion = 20, kJanuary1_1980 = 0x21;
 
+// A file in the archive. It begins at `at`.
 struct Entry {
   std::string name;
   std::uint32_t crc = 0, bytes = 0, at = 0;
 };
 
-// The fields that the header of an entry and its line of the directory share.
+// The fields that the header of an entry and its line of the directory share. Flags, method and time are 0. The method
+// 0 means stored, so both sizes are equal.
 void put_entry(const Entry& entry, ByteWriter& out) {
   out.put(kZipVersion).put(std::uint16_t{0}).put(std::uint16_t{0}).put(std::uint16_t{0}).put(kJanuary1_1980);
   out.put(entry.crc).put(entry.bytes).put(entry.bytes);
@@ -54,15 +58,18 @@ ByteWriter directory_of(std::span<const Entry> entries, std::uint32_t at) {
   return out;
 }
 
+// Frames are written as they come; other arrays follow when the last frame is known.
 class NpzWriter : public StrandWriter {
  public:
   NpzWriter(OutputFile file, const ExportedStrands& strands, const MaybeMotion& motion)
       : StrandWriter(strands), file_(std::move(file)), motion_(motion) {
+    // These first bytes are placeholders. Their number of frames and checksum are 0 until `close`.
     if (motion_) write(begin_of_frames().bytes());
   }
 
   // Whether an archive of that many frames fits.
   [[nodiscard]] Result<void> check(std::size_t frames) const {
+    // Two frames more are allowed for: the first, which is stored again, and the other arrays.
     const std::uint64_t frame_bytes = std::uint64_t{sizeof(Vec3f)} * strands().point_count();
     // Other arrays take less than a frame, beside names.
     constexpr std::uint64_t kOthersBytes = 1 << 20;
@@ -74,6 +81,7 @@ class NpzWriter : public StrandWriter {
  private:
   Result<void> put(std::span<const Vec3f> points) override {
     if (const Result<void> fits = check(frame_count()); !fits) return fits;
+    // The first frame alone is kept, for the still array behind the frames.
     if (frame_count() == 1) first_.assign(points.begin(), points.end());
     if (!motion_) return {};
     write(std::as_bytes(points));
@@ -84,6 +92,8 @@ class NpzWriter : public StrandWriter {
   [[nodiscard]] std::string header_of_frames() const {
     return npy_header("<f4", std::array{frame_count(), strands().point_count(), std::size_t{3}});
   }
+  // The checksum covers the header and the frames, but the header is only known at the end. Two checksums can be joined
+  // without the bytes.
   [[nodiscard]] Entry entry_of_frames() const {
     const std::string header = header_of_frames();
     const std::uint64_t size = sizeof(Vec3f) * strands().point_count() * std::uint64_t{frame_count()};
@@ -107,9 +117,11 @@ class NpzWriter : public StrandWriter {
     entries_.push_back(std::move(entry));
   }
 
-  // Texts of NumPy have as many characters of 32 bits each as the longest.
+  // Texts of NumPy have as many characters of 32 bits each as the longest. Bytes that are no UTF-8 become question
+  // marks.
   void add_group_names() {
     std::vector<std::u32string> names;
+    // NumPy has no text of length 0.
     std::size_t longest = 1;
     for (const ExportedStrands::Group& group : strands().groups) {
       std::u32string& name = names.emplace_back();
@@ -131,6 +143,7 @@ class NpzWriter : public StrandWriter {
   Result<void> close() override {
     const std::size_t count = strands().strand_count();
     if (motion_) entries_.push_back(entry_of_frames());
+    // Equal counts make one array of three axes, which most programs expect.
     const std::uint32_t each = strands().points_of_each();
     if (each > 0) {
       add("strands", "<f4", {count, each, 3}, std::as_bytes(std::span(first_)));
@@ -149,6 +162,7 @@ class NpzWriter : public StrandWriter {
 
     write(directory_of(entries_, static_cast<std::uint32_t>(at_)).bytes());
     if (motion_) {
+      // Only the bytes that hold the number of frames, sizes and checksum change.
       file_.go_to_begin();
       file_.write(begin_of_frames().bytes());
     }

@@ -5,6 +5,7 @@
 namespace hairnet {
 namespace {
 
+// A word is a place in the file; its highest bit marks a block of data. Empty groups and blocks take no bytes.
 constexpr OgawaWriter::Word kEmptyGroup = 0, kDataBit = OgawaWriter::Word{1} << 63;
 
 }  // namespace
@@ -30,6 +31,7 @@ void OgawaWriter::write(std::span<const std::byte> bytes) {
 }
 
 OgawaWriter::Word OgawaWriter::data(std::initializer_list<std::span<const std::byte>> parts) {
+  // A block of no bytes has the word of place 0, so a file may have thousands of empty dimensions for nothing.
   std::uint64_t size = 0;
   for (const auto& part : parts) size += part.size();
   if (size == 0) return kDataBit;
@@ -49,6 +51,7 @@ OgawaWriter::Word OgawaWriter::group(std::span<const Word> children) {
 }
 
 Result<void> OgawaWriter::finish(Word root) {
+  // The byte that marks a file as complete goes out last, with the place of the root.
   file_.go_to_begin();
   write_header(true, root);
   return file_.finish();

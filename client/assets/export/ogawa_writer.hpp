@@ -12,7 +12,8 @@
 namespace hairnet {
 
 // Writes Ogawa, the container of Alembic files. Groups and blocks of data are written at once, and a word names each of
-// them to the group around it. So nothing but the words is kept in memory.
+// them to the group around it. So nothing but the words is kept in memory. A failure to write shows in `finish`. The
+// container cannot change what it has written, except for its header.
 class OgawaWriter {
  public:
   using Word = std::uint64_t;
@@ -20,6 +21,7 @@ class OgawaWriter {
   explicit OgawaWriter(OutputFile file);
   // A block of all parts, one behind the other.
   Word data(std::initializer_list<std::span<const std::byte>> parts);
+  // `children` are words that `data` and `group` have returned. Several groups may name the same child.
   Word group(std::span<const Word> children);
   // Until here, the header tells readers that the file is not complete.
   Result<void> finish(Word root);

@@ -3,7 +3,8 @@
 #include "client/assets/export/byte_writer.hpp"
 #include "client/assets/export/formats.hpp"
 
-// Strands as the vertices of a binary .ply, each with the number of its strand and of its group.
+// Strands as the vertices of a binary .ply, each with the number of its strand and of its group. The format holds one
+// frame, so all bytes are put together in memory.
 namespace hairnet {
 namespace {
 
@@ -18,6 +19,7 @@ class PlyWriter : public StrandWriter {
     ByteWriter bytes;
     bytes.text("ply\nformat binary_little_endian 1.0\ncomment Hairnet: strands in metres, y up, face +z\n");
     for (const ExportedStrands::Group& group : out.groups) {
+      // A line end within a name would end the comment and make the rest a line of the header.
       std::string name = group.name;
       std::ranges::replace_if(
           name, [](char c) { return c >= 0 && c < ' '; }, ' ');

@@ -11,9 +11,10 @@
 namespace hairnet {
 namespace {
 
-// Most formats count with such numbers.
+// Most formats count points with whole numbers of 32 bits with a sign.
 constexpr std::size_t kPointsMax = std::numeric_limits<std::int32_t>::max();
 
+// A further format needs a line here and a function in formats.hpp.
 struct Format {
   std::string_view extension;
   bool holds_motion;
@@ -41,11 +42,13 @@ std::string extensions_of(bool only_motion) {
   return text;
 }
 
+// What is checked once here need not be checked by any format.
 Result<void> check(const ExportedStrands& strands, const MaybeMotion& motion) {
   if (strands.strand_count() == 0) return Refusal("there are no strands to write");
   std::size_t points = 0;
   for (std::size_t s = 0; s < strands.strand_count(); ++s) {
     const std::uint32_t begin = strands.strand_begin[s], end = strands.strand_begin[s + 1];
+    // The comparison is in 64 bits: an end before its begin gives an error and not a huge count.
     if (end < begin + std::uint64_t{2})
       return Refusal("strand " + std::to_string(s) + " has " + (end == begin + 1 ? "1 point" : "no points") +
                      ": a curve needs 2");
@@ -83,6 +86,7 @@ Result<void> StrandWriter::add(std::span<const Vec3f> points) {
   if (points.size() != strands_.point_count())
     return Refusal(of_frame + " has " + std::to_string(points.size()) + " points, and the strands have " +
                    std::to_string(strands_.point_count()));
+  // NaN must not reach the files of other programs, which need not check for it.
   if (!std::ranges::all_of(points, [](const Vec3f& x) { return x.allFinite(); }))
     return Refusal(of_frame + " has a point that is not finite");
   ++frame_count_;
@@ -95,6 +99,7 @@ Result<void> StrandWriter::finish() {
 }
 
 Result<void> KeptFrames::check(std::size_t frame_count) const {
+  // The division needs a point, which `check` of the strands has made sure of.
   const std::size_t frames_max = bytes_max_ / (sizeof(Vec3f) * point_count_);
   if (frame_count <= frames_max) return {};
   return Refusal(std::to_string(frame_count) + " frames of " + std::to_string(point_count_) +
@@ -115,6 +120,7 @@ OpenedWriter open_strand_file(const std::string& path, const ExportedStrands& st
     return Refusal("a " + std::string(format->extension) +
                    " file holds no motion: these do: " + exported_motion_extensions());
   if (const Result<void> can = check(strands, motion); !can) return Refusal(can.error());
+  // The file is created after these checks. Where the format itself then refuses, its temporary file is removed.
   Result<OutputFile> file = OutputFile::create(path);
   if (!file) return Refusal(file.error());
   return format->open(std::move(*file), strands, motion);

@@ -19,7 +19,7 @@ std::string exported_motion_extensions();
 [[nodiscard]] bool is_exported_file(std::string_view path);
 [[nodiscard]] bool is_exported_motion(std::string_view path);
 
-// The frames of a motion, the first at 0 s.
+// The frames of a motion, the first at 0 s. The rate must be positive and finite.
 struct ExportedMotion {
   double rate_hz = 30;
   // None: it is not known before the end.
@@ -27,13 +27,16 @@ struct ExportedMotion {
 };
 
 // Writes one file of strands: of one frame, or of a motion, whose frames come one at a time. The file appears under its
-// name in finish(), whole; without it there is none. Refusals do not name the file. One thread.
+// name in finish(), whole; without it there is none. Refusals do not name the file. One thread. Destroying a writer
+// without finish() leaves no file.
 class StrandWriter {
  public:
   virtual ~StrandWriter() = default;
 
-  // Adds a frame: the points of all strands, in m, in their order. A failure to write shows in finish().
+  // Adds a frame: the points of all strands, in m, in their order. A failure to write shows in finish(). Returns an
+  // error for a wrong number of points, a point that is not finite, and a frame beyond what the format holds.
   Result<void> add(std::span<const Vec3f> points);
+  // Returns an error without any frame, and when the disc is full or the file cannot be moved to its name.
   Result<void> finish();
 
  protected:
@@ -51,7 +54,8 @@ class StrandWriter {
 };
 
 // Opens the file of the format that its extension names. Without `motion` it gets one frame. The strands must outlive
-// the writer. Refuses what the format cannot hold.
+// the writer. Refuses what the format cannot hold. A motion whose number of frames is given is refused here if it
+// cannot fit, before anything is simulated.
 Result<std::unique_ptr<StrandWriter>> open_strand_file(const std::string& path, const ExportedStrands& strands,
                                                        const std::optional<ExportedMotion>& motion = {});
 

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kKeptBytesMax = std::size_t{2} << 30;
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
-// Text that goes to the file piece by piece.
+// Text that goes to the file piece by piece. A flush at every megabyte keeps the text of long motions out of memory.
 class TextOut {
  public:
   explicit TextOut(OutputFile file) : file_(std::move(file)) {}
@@ -25,7 +25,7 @@ class TextOut {
     if (text_.size() > kPieceBytes) flush();
     return *this;
   }
-  // The shortest digits that read back to the same number.
+  // The shortest digits that read back to the same number. It does not depend on the locale, as printf does.
   template <class Number>
   requires std::is_arithmetic_v<Number> TextOut& operator<<(Number number) {
     std::array<char, 32> digits;
@@ -57,6 +57,7 @@ class TextOut {
   std::string text_;
 };
 
+// Quotes, backslashes and control characters would end the text or its line.
 std::string usd_text(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -76,6 +77,7 @@ class UsdaWriter : public StrandWriter {
   Result<void> put(std::span<const Vec3f> points) override { return frames_.add(points); }
 
   Result<void> close() override {
+    // Time codes are numbers of frames, so timeCodesPerSecond is the motion's rate.
     out_ << "#usda 1.0\n(\n    defaultPrim = \"hairnet\"\n    doc = \"Hairnet " << kVersion << "\"\n";
     if (motion_) out_ << "    endTimeCode = " << frames_.count() - 1 << "\n    framesPerSecond = " << motion_->rate_hz;
     out_ << (motion_ ? "\n" : "") << "    metersPerUnit = 1\n";
@@ -96,6 +98,7 @@ class UsdaWriter : public StrandWriter {
       return item;
     };
     out_.list(counts, as_it_is) << "\n";
+    // USD viewers cull by `extent`; without it they compute it from all points.
     write_frames("float3[] extent", group, [&](std::span<const Vec3f> points) {
       std::array<Vec3f, 2> extent{points.front(), points.front()};
       for (const Vec3f& x : points) extent = {extent[0].cwiseMin(x), extent[1].cwiseMax(x)};
@@ -104,6 +107,7 @@ class UsdaWriter : public StrandWriter {
     write_frames("point3f[] points", group, [&](std::span<const Vec3f> points) { out_.list(points, as_it_is); });
     if (!strands().widths_m.empty()) {
       const std::span<const float> widths = std::span(strands().widths_m).subspan(group.begin, group.strand_count());
+      // One width for all is written once, as most grooms have it.
       const bool is_one = std::ranges::count(widths, widths[0]) == std::ssize(widths);
       out_ << "        float[] widths = ";
       out_.list(widths.first(is_one ? 1 : widths.size()), as_it_is)

@@ -18,6 +18,7 @@ class YukselHairWriter : public StrandWriter {
  private:
   Result<void> put(std::span<const Vec3f> points) override {
     const ExportedStrands& out = strands();
+    // Where all strands have as many points, the header states the number and the array is left out.
     const std::uint32_t each = out.points_of_each();
     const bool has_one_width =
         out.widths_m.empty() || std::ranges::count(out.widths_m, out.widths_m[0]) == std::ssize(out.widths_m);
@@ -25,7 +26,7 @@ class YukselHairWriter : public StrandWriter {
     ByteWriter bytes;
     bytes.text("HAIR").put(static_cast<std::uint32_t>(out.strand_count()));
     bytes.put(static_cast<std::uint32_t>(points.size())).put(arrays).put(each == 0 ? 0U : each - 1);
-    // Thickness and transparency are followed by a colour, a brown.
+    // Thickness and transparency of all strands are followed by a colour, a brown.
     bytes.put(out.widths_m.empty() ? 1.0f : out.widths_m[0]).put(0.0f).put(0.3f).put(0.2f).put(0.1f);
     std::string information = "Hairnet: metres, y up, face +z";
     information.resize(kInformationBytes);
@@ -48,6 +49,7 @@ class YukselHairWriter : public StrandWriter {
 }  // namespace
 
 OpenedWriter write_yuksel_hair(OutputFile file, const ExportedStrands& strands, const MaybeMotion& /*motion*/) {
+  // Segments are counted by 16 bits, and a strand has one point more.
   constexpr std::uint32_t kPointsOfStrandMax = std::numeric_limits<std::uint16_t>::max() + 1U;
   for (std::size_t s = 0; s < strands.strand_count(); ++s) {
     if (strands.points_of(s) > kPointsOfStrandMax)

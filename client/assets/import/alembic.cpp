@@ -8,15 +8,18 @@
 
 #include "client/assets/import/alembic_strands.hpp"
 #include "client/assets/import/alembic_xform.hpp"
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {
 
 constexpr std::size_t kNamesMax = 16;  // attributes that a line names
+// A small archive can describe many points, since each segment of a curve becomes up to 64 pieces. The limit bounds the
+// memory of decoding; a groom's own, smaller limit is checked when it is assembled.
 constexpr std::size_t kPointsMax = 50'000'000;
 constexpr std::size_t kMovedPointsMax = 100'000'000;  // at all times together
+// Positions and transforms have time samplings of their own. Times that differ by less than this belong to one frame.
 constexpr double kSameTime_s = 1e-6;
 
 struct OtherSchema {
@@ -30,7 +33,8 @@ constexpr std::array<OtherSchema, 6> kOtherSchemas{{{"AbcGeom_PolyMesh", "mesh"}
                                                     {"AbcGeom_Points", "point cloud"},
                                                     {"AbcGeom_NuPatch", "NURBS patch"}}};
 
-// Names, each once, of which a line shows the first.
+// Collects names for a line of notes, each once. It keeps one name more than it shows, so a file with a million
+// attributes costs no memory.
 class Names {
  public:
   void add(const std::vector<std::string_view>& names) {
@@ -49,7 +53,8 @@ class Names {
   std::vector<std::string> names_;
 };
 
-// Curves that may move.
+// Keeps what `move` needs: the control points of every sample are read again from the file, so only weights are in
+// memory.
 struct MovingCurves {
   std::string path;
   AbcCurves curves;
@@ -60,6 +65,8 @@ struct MovingCurves {
   bool changes_topology = false;
 };
 
+// Whether the curves of an object differ in number or in points between samples. Such an object cannot move: its
+// strands are fixed by the first sample.
 bool changes_topology(const std::vector<AbcProperty>& geometry) {
   const AbcProperty &positions = *find(geometry, "P"), &counts = *find(geometry, "nVertices");
   if (!counts.is_constant()) return true;
@@ -77,7 +84,8 @@ std::string with_digits(double x) {
   return text;
 }
 
-// Walks an archive and collects its curves.
+// Walks an archive and collects its curves. Without `wants_motion` it keeps only the first sample of everything, which
+// is all that a groom needs.
 class Decoder {
  public:
   Decoder(AbcArchive archive, bool wants_motion) : archive_(std::move(archive)), wants_motion_(wants_motion) {}
@@ -94,7 +102,7 @@ class Decoder {
   Result<StrandMotion> take_motion();
 
  private:
-  // What an object has of those above it, and itself.
+  // What an object has of those above it, and of itself.
   struct Place {
     std::string path;
     std::size_t xform = 0;
@@ -113,12 +121,14 @@ class Decoder {
   AbcArchive archive_;
   bool wants_motion_;
   AbcXforms xforms_;
-  std::vector<AbcAttribute> above_;  // attributes of the objects above the visited one, the nearest first
+  // Attributes of the objects above the visited one, the nearest first.
+  std::vector<AbcAttribute> above_;
   AbcStrands strands_;
   std::vector<MovingCurves> moving_;
   std::array<std::size_t, kOtherSchemas.size()> others_{};
   std::size_t object_count_ = 0;
-  std::vector<double> times_s_;  // at which positions and transforms are stored
+  // Positions and transforms are stored at these times.
+  std::vector<double> times_s_;
   AbcExamples bad_objects_, odd_, hidden_, instances_, changing_, moving_objects_;
   Names unused_, unknown_;
 };
@@ -129,6 +139,8 @@ std::string Decoder::visit_children(const AbcObject& object, const Place& place)
   const auto above_count = static_cast<std::ptrdiff_t>(above_.size());
   for (const AbcObject& child : *children) {
     std::string error = visit(child, {place.path + "/" + shown(child.name), place.xform, place.is_hidden});
+    // `add_xform` puts attributes in front, so the last `above_count` entries are those that this object's parents
+    // have.
     above_.erase(above_.begin(), above_.end() - above_count);
     if (!error.empty()) return error;
   }
@@ -137,9 +149,11 @@ std::string Decoder::visit_children(const AbcObject& object, const Place& place)
 
 std::string Decoder::visit(const AbcObject& object, Place place) {
   const std::string_view schema = metadata_value(object.metadata, "schema");
+  // Schemas carry a version at their end, as in AbcGeom_PolyMesh_v1, so only the beginning is compared.
   for (std::size_t i = 0; i < kOtherSchemas.size(); ++i)
     others_[i] += schema.starts_with(kOtherSchemas[i].schema) ? 1 : 0;
   if (metadata_value(object.metadata, "isInstance") == "1") instances_.add(place.path);
+  // Hidden objects and other schemas are visited too: curves may lie below them, and notes count them.
   const auto properties = archive_.properties_of_object(object.group);
   if (!properties) return properties.error();
   // 1 is shown, 0 is hidden, and -1 is like the object above, of which a hidden one hides all below.
@@ -164,6 +178,8 @@ std::string Decoder::add_xform(const std::vector<AbcProperty>& of_object, Place&
   if (!properties) return properties.error();
   auto xform = AbcXform::read(archive_, *properties);
   if (!xform) return "damaged: the transform " + place.path + ": " + xform.error();
+  // Times of transforms count as well as those of positions, because hair often moves only with the transform of a
+  // head.
   if (wants_motion_) xform->add_times(times_s_);
   place.xform = xforms_.add(std::move(*xform), place.xform);
   AbcCurves attributes;
@@ -185,6 +201,7 @@ std::string Decoder::add_curves(const AbcObject& object, const Place& place,
   auto curves = read_curves(archive_, *properties);
   if (!curves) return curves.error();
   ++object_count_;
+  // A bad object is left out and named, because one broken object should not cost the whole hairstyle.
   if (!curves->error.empty()) {
     bad_objects_.add(place.path + " " + curves->error);
     return {};
@@ -205,8 +222,10 @@ std::string Decoder::add_curves(const AbcObject& object, const Place& place,
     moving_objects_.add(place.path);
     if (wants_motion_) add_sample_times(moving.positions, *moving.times, times_s_);
   }
+  // The transform is taken at the time of the first positions, which need not be the time of its own first sample.
   const Eigen::Affine3d world = xforms_.world(place.xform, moving.times->time_s(0));
   moving.points = strands_.add(*curves, {place.path, object.name, world, above_});
+  // The check after each object lets the points exceed the limit by no more than those of one object.
   if (strands_.point_count() > kPointsMax)
     return "has more than " + std::to_string(kPointsMax) + " points: export fewer curves";
   if (!wants_motion_) return {};
@@ -271,11 +290,16 @@ ImportedStrands Decoder::take_strands() {
   return strands;
 }
 
+// Appends the points of one object at `time_s` to `points`, in the order of its strands. Returns what is wrong, or an
+// empty string.
 std::string Decoder::move(const MovingCurves& moving, double time_s, std::vector<Vec3f>& points) const {
   if (moving.changes_topology) time_s = moving.times->time_s(0);
   const Eigen::Affine3d world = xforms_.world(moving.xform, time_s);
+  // Sample 0 is the only one whose points fit the curves, where their number changes.
   const AbcMoment moment =
       moving.changes_topology ? AbcMoment() : moment_of(*moving.times, moving.positions.sample_count, time_s);
+  // Control points are interpolated, not points on the curves. A curve is linear in its control points, so both give
+  // the same.
   const AbcNumbers before = moving.positions.numbers(moment.before), behind = moving.positions.numbers(moment.behind);
   std::vector<Vec3f> controls, next;
   for (std::size_t c = 0; c < moving.points.size(); ++c) {
@@ -302,7 +326,9 @@ Result<StrandMotion> Decoder::take_motion() {
   for (const double time_s : times_s_) {
     if (motion.times_s.empty() || time_s - motion.times_s.back() > kSameTime_s) motion.times_s.push_back(time_s);
   }
+  // Without moving objects, or with a single time, there is no motion: callers then show the strands at rest.
   if (moving_objects_.count() == 0 || motion.times_s.size() < 2) return StrandMotion();
+  // The division cannot overflow, as the product of both numbers could.
   if (strands_.point_count() > kMovedPointsMax / motion.times_s.size())
     return Refusal(counted(motion.times_s.size(), "time") + " of " + counted(strands_.point_count(), "point") +
                    " are too many: export fewer frames");

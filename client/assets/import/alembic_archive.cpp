@@ -17,9 +17,14 @@ enum Root : std::size_t { kFileVersion, kLibraryVersion, kTop, kMetadata, kTimes
 constexpr std::size_t kKeyBytes = 16;     // before the values of each sample
 constexpr std::size_t kHashesBytes = 32;  // behind the headers of child objects
 constexpr unsigned kOwnMetadata = 0xff;   // not in the table, but behind the header
+// Honest archives store equal samples once, so their parts count the same bytes several times. The budget is 4 times
+// the file and 60 times more of a small one, up to 256 MB. A smaller budget would refuse such archives; a larger one
+// lets a crafted file cost more time.
 constexpr std::uint64_t kReadsOfFile = 4, kReadsOfSmallFile = 60, kSharedBytesMax = 256 << 20;
+// A number outside of these is no version of the library, and so a sign of damage.
 constexpr std::uint32_t kLibraryMin = 9999, kLibraryMax = 99'999;
 
+// The numbers are those of Alembic's PlainOldDataType, which files store: their order is part of the format.
 enum Type : unsigned {
   kBool,
   kU8,
@@ -50,13 +55,15 @@ double half(std::uint16_t bits) {
   return sign * (exponent == 0 ? std::ldexp(fraction, -24) : std::ldexp(1024 + fraction, exponent - 25));
 }
 
-// Reads the packed headers of objects and properties; after the end, everything is empty and `failed` is true.
+// Reads the packed headers of objects and properties. After the end, everything is empty and `failed` is true, so that
+// callers check once for each header and not after each field.
 class HeaderReader {
  public:
   explicit HeaderReader(std::span<const std::byte> bytes) : bytes_(bytes), in_(bytes) {}
   [[nodiscard]] bool at_end() const { return failed_ || in_.remaining() == 0; }
   [[nodiscard]] bool failed() const { return failed_; }
-  // A number of 1, 2 or 4 bytes.
+  // A number of 1, 2 or 4 bytes. The size hint of a header gives the width of all its numbers: 0 for 1 byte, 1 for 2, 2
+  // for 4. The hint 3 does not exist.
   std::uint32_t number(unsigned size_hint) {
     if (size_hint > 2) failed_ = true;
     if (!take(std::size_t{1} << size_hint)) return 0;
@@ -93,7 +100,9 @@ Refusal damaged(std::string_view what) {
   return Refusal("damaged: " + std::string(what));
 }
 
-// A sample count and its first and last changed sample, and the index of its times.
+// Reads a sample count, the first and last changed sample, and the index of the times. Bit 0x200 announces both changed
+// samples, 0x800 that no sample changes; without either every sample changes. Bit 0x100 announces an index of times,
+// which is otherwise 0.
 void read_sampling(std::uint32_t info, unsigned size_hint, HeaderReader& in, AbcProperty& property) {
   property.sample_count = in.number(size_hint);
   if ((info & 0x200) != 0) {
@@ -106,6 +115,8 @@ void read_sampling(std::uint32_t info, unsigned size_hint, HeaderReader& in, Abc
   if ((info & 0x100) != 0) property.times = in.number(size_hint);
 }
 
+// The lowest two bits of `info` give the kind: 0 a compound, 1 a scalar, 2 an array, and 3 an array that always has one
+// value. Type, extent and the index of metadata follow in bits 4, 12 and 20.
 AbcProperty read_property(HeaderReader& in, const std::vector<std::string_view>& table) {
   const std::uint32_t info = in.number(2);
   const unsigned size_hint = info >> 2 & 3;
@@ -123,6 +134,7 @@ AbcProperty read_property(HeaderReader& in, const std::vector<std::string_view>&
 
 }  // namespace
 
+// Samples beyond the end of times without a cycle have the last time.
 double AbcTimes::time_s(std::size_t sample) const {
   if (!is_cyclic) return stored_s[std::min(sample, stored_s.size() - 1)];
   const std::size_t cycle = sample / stored_s.size();
@@ -132,6 +144,7 @@ double AbcTimes::time_s(std::size_t sample) const {
 AbcNumbers::AbcNumbers(std::span<const std::byte> bytes, unsigned type)
     : bytes_(bytes), type_(type), size_(bytes.size() / kTypeBytes[type]) {}
 
+// The caller keeps `i` below `size()`, since the reader checks nothing.
 double AbcNumbers::operator[](std::size_t i) const {
   ByteReader in(bytes_, i * kTypeBytes[type_]);
   switch (type_) {
@@ -162,6 +175,7 @@ double AbcNumbers::operator[](std::size_t i) const {
 }
 
 unsigned AbcNumbers::small(std::size_t i) const {
+  // NaN fails both comparisons and so gives 256 too.
   const double number = (*this)[i];
   return number >= 0 && number <= 255 ? static_cast<unsigned>(number) : 256;
 }
@@ -174,6 +188,8 @@ bool AbcProperty::is_text() const {
   return type == kText || type == kWideText;
 }
 
+// The file stores sample 0, and then those from the first to the last changed one. Samples between 0 and the first
+// changed equal sample 0, and those behind the last changed equal that.
 std::size_t AbcProperty::stored_at(std::size_t sample) const {
   sample = std::min<std::size_t>(sample, last_changed);
   return sample < first_changed || last_changed == 0 ? 0 : sample - first_changed + 1;
@@ -182,7 +198,8 @@ std::size_t AbcProperty::stored_at(std::size_t sample) const {
 std::span<const std::byte> AbcProperty::bytes(std::size_t sample) const {
   if (kind == Kind::compound || sample_count == 0) return {};
   const std::size_t stored = stored_at(sample);
-  // The values of an array alternate with its dimensions.
+  // The values of an array alternate with its dimensions. A key of 16 bytes, by which Alembic finds equal samples,
+  // precedes the values. It is not checked.
   const std::span<const std::byte> all = group.data(kind == Kind::array ? 2 * stored : stored);
   return all.size() > kKeyBytes ? all.subspan(kKeyBytes) : std::span<const std::byte>();
 }
@@ -214,6 +231,7 @@ Result<AbcArchive> AbcArchive::open(std::span<const std::byte> bytes) {
   return archive;
 }
 
+// Each sampling is the largest sample count, the length of a cycle, and the times in one cycle.
 std::string AbcArchive::read_times(std::span<const std::byte> bytes) {
   ByteReader in(bytes);
   while (in.remaining() > 0) {
@@ -221,8 +239,10 @@ std::string AbcArchive::read_times(std::span<const std::byte> bytes) {
     in.skip(4);  // the largest sample count of its properties
     AbcTimes times;
     times.cycle_s = in.f64();
+    // Alembic marks times that do not repeat by a cycle of the largest double over 32.
     times.is_cyclic = times.cycle_s < std::numeric_limits<double>::max() / 64;
     const std::uint32_t count = in.u32();
+    // At least one time is necessary, because `time_s` divides by their number.
     if (count == 0 || !in.has(count, 8)) return "the list of times ends early";
     times.stored_s.resize(count);
     for (double& time : times.stored_s) time = in.f64();
@@ -231,17 +251,21 @@ std::string AbcArchive::read_times(std::span<const std::byte> bytes) {
     if (!is_finite) return "a time is not finite";
     times_.push_back(std::move(times));
   }
+  // An archive without samplings means samples of 1 s, as Alembic's default is.
   if (times_.empty()) times_.emplace_back();
   return {};
 }
 
 std::string AbcArchive::read_metadata_table(std::span<const std::byte> bytes) {
+  // Index 0 means no metadata; the table in the file begins at 1.
   metadata_table_.emplace_back();
   HeaderReader in(bytes);
   while (!in.at_end()) metadata_table_.push_back(in.text(in.number(0)));
   return in.failed() ? "the table of metadata ends early" : "";
 }
 
+// The headers of a group's children are its last child. They count towards the budget, because any number of groups may
+// share one block.
 Result<std::span<const std::byte>> AbcArchive::headers_of(const OgawaGroup& group) {
   if (group.child_count() == 0 || !group.is_data(group.child_count() - 1)) return std::span<const std::byte>();
   const std::span<const std::byte> headers = group.data(group.child_count() - 1);
@@ -253,6 +277,7 @@ Result<std::vector<AbcObject>> AbcArchive::children(const OgawaGroup& object) {
   const auto headers = headers_of(object);
   if (!headers) return Refusal(headers.error());
   std::vector<AbcObject> children;
+  // Two digests stand behind the headers of child objects, also when there is no child.
   if (headers->size() <= kHashesBytes) return children;
   HeaderReader in(headers->first(headers->size() - kHashesBytes));
   while (!in.at_end()) {
@@ -303,6 +328,7 @@ Result<std::vector<AbcProperty>> AbcArchive::properties(const OgawaGroup& compou
   while (!in.at_end()) {
     AbcProperty property = read_property(in, metadata_table_);
     if (in.failed()) return damaged("a list of properties ends early");
+    // All checks are made here once, so that `numbers` and `bytes` can read without any.
     const std::string of_property = " of property " + shown(property.name);
     if (property.type >= kTypes) return damaged("there is no type " + std::to_string(property.type) + of_property);
     if (property.times >= times_.size()) return damaged("there are no times" + of_property);
@@ -310,6 +336,7 @@ Result<std::vector<AbcProperty>> AbcArchive::properties(const OgawaGroup& compou
       return damaged("the samples" + of_property + " do not add up");
     if (!compound.is_group(properties.size())) return damaged("there are no values" + of_property);
     property.group = compound.group(properties.size());
+    // An array has two blocks for each stored sample, its values and its dimensions; a scalar has one.
     const std::size_t slots = property.stored_samples() * (property.kind == AbcProperty::Kind::array ? 2 : 1);
     if (property.kind != AbcProperty::Kind::compound && slots > property.group.child_count())
       return damaged("there are " + std::to_string(property.group.child_count()) + " blocks of data" + of_property +

@@ -12,7 +12,8 @@ namespace hairnet {
 // How an Alembic archive lies in Ogawa: objects in a tree, and their properties with samples in time. Everything here
 // views the file's bytes, which must outlive it.
 
-// The times of samples: stored, and then again after each cycle.
+// The times of samples: those stored, and then the same again after each cycle. An example is a cycle of 1/24 s with
+// one stored time.
 struct AbcTimes {
   double cycle_s = 1;
   bool is_cyclic = true;
@@ -20,7 +21,8 @@ struct AbcTimes {
   [[nodiscard]] double time_s(std::size_t sample) const;
 };
 
-// The numbers of one sample, whatever their type.
+// The numbers of one sample, whatever their type. The type is one of the archive's numbers, never text. Each access
+// converts a number; nothing is copied.
 class AbcNumbers {
  public:
   AbcNumbers() = default;
@@ -38,14 +40,19 @@ class AbcNumbers {
   std::size_t size_ = 0;
 };
 
+// A property of an object: a compound of further properties, or the samples of a scalar or an array. Its counts have
+// been compared with the file, so all samples can be read without an error.
 struct AbcProperty {
   enum class Kind : std::uint8_t { compound, scalar, array };
   std::string_view name, metadata;
   Kind kind = Kind::compound;
-  unsigned type = 0, extent = 1;  // type of the numbers, and how many make a value
+  // Numbers have this type, and `extent` of them make a value.
+  unsigned type = 0, extent = 1;
   std::uint32_t sample_count = 0;
-  std::uint32_t first_changed = 0, last_changed = 0;  // samples before and behind these are stored once
-  std::uint32_t times = 0;                            // index into AbcArchive::times
+  // Samples before and behind these are stored once.
+  std::uint32_t first_changed = 0, last_changed = 0;
+  // It is the index into the archive's times.
+  std::uint32_t times = 0;
   OgawaGroup group;
 
   [[nodiscard]] bool is_text() const;
@@ -60,13 +67,19 @@ struct AbcProperty {
   [[nodiscard]] std::span<const std::byte> bytes(std::size_t sample) const;
 };
 
+// An object in the tree. Its metadata has the schema: a transform, curves, or something else. Children and properties
+// are read when they are asked for.
 struct AbcObject {
   std::string_view name, metadata;
   OgawaGroup group;
 };
 
+// An open archive. Everything is decoded when it is asked for, and nothing is cached. Reading is not const, because
+// each read spends from a budget.
 class AbcArchive {
  public:
+  // Refuses what is no Ogawa, HDF5, another version, and damaged times or metadata. Damage in the tree of objects shows
+  // later, in the functions below.
   static Result<AbcArchive> open(std::span<const std::byte> bytes);
 
   [[nodiscard]] OgawaGroup top() const { return top_; }
@@ -79,7 +92,8 @@ class AbcArchive {
   [[nodiscard]] bool spend(std::uint64_t bytes);
   [[nodiscard]] static Refusal overspent();
 
-  // The children of an object, the properties of an object or a compound property, and the words of a sample.
+  // The children of an object, the properties of an object or a compound property, and the words of a sample. An error
+  // here means a damaged archive, not a missing thing.
   Result<std::vector<AbcObject>> children(const OgawaGroup& object);
   Result<std::vector<AbcProperty>> properties_of_object(const OgawaGroup& object);
   Result<std::vector<AbcProperty>> properties(const OgawaGroup& compound);
@@ -101,6 +115,7 @@ class AbcArchive {
 // The value of a key in metadata, which are KEY=VALUE;KEY=VALUE. Empty without it.
 std::string_view metadata_value(std::string_view metadata, std::string_view key);
 
+// Null when there is none. A valid archive has each name once; of several the first counts.
 const AbcProperty* find(const std::vector<AbcProperty>& properties, std::string_view name);
 
 }  // namespace hairnet

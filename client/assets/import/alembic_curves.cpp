@@ -8,10 +8,13 @@ namespace hairnet {
 namespace {
 
 enum CurveType : unsigned { kCubic, kLinear, kVariableOrder };
+// The product of both limits is far below the largest float, so weighted sums of control points stay finite.
 constexpr float kCoordinateMax = 1e30f, kWeightMax = 1e3f;
+// These belong to the schema, so a note must not list them as unknown attributes.
 constexpr std::array<std::string_view, 10> kStructure{
     "P", "nVertices", "curveBasisAndType", ".knots",         ".orders",
     "w", ".selfBnds", ".childBnds",        ".arbGeomParams", ".userProperties"};
+// These become a part of the strands; `is_known` has those of which it is known that a groom has no place for them.
 constexpr std::array<std::string_view, 8> kUsed{"width",       "uv",          "groom_width",    "groom_root_uv",
                                                 "groom_color", "groom_guide", "groom_group_id", "groom_group_name"};
 
@@ -34,7 +37,8 @@ std::size_t size_of(AbcScope scope, const AbcCounts& counts) {
   return std::array{kOne, counts.curves, counts.points, counts.segment_ends}[static_cast<std::size_t>(scope)];
 }
 
-// By what the file says of it if its count agrees, else by its count.
+// Finds the scope by what the file says if its count agrees, else by its count, because exporters state wrong scopes. A
+// count that fits several scopes is taken for the first of points, curves, segments' ends and the object.
 bool find_scope(std::string_view said, std::size_t count, const AbcCounts& counts, AbcScope& scope) {
   constexpr std::array<std::pair<std::string_view, AbcScope>, 5> kSaid{{{"con", AbcScope::object},
                                                                         {"uni", AbcScope::curve},
@@ -61,7 +65,8 @@ std::size_t segment_ends(CurveBasis basis, CurveWrap wrap, std::size_t points, s
   return points < order ? 0 : points - order + 2;
 }
 
-// Knots that let a curve without any begin and end in its outer control points.
+// Knots that let a curve without any begin and end in its outer control points. These are the clamped even knots, such
+// as 0 0 0 0 1 2 3 3 3 3.
 void add_usual_knots(std::size_t points, std::size_t order, std::vector<float>& knots) {
   if (points < order || order == 0) return;
   const std::size_t inner = points - order + 1;
@@ -69,6 +74,7 @@ void add_usual_knots(std::size_t points, std::size_t order, std::vector<float>& 
     knots.push_back(static_cast<float>(std::min(i < order ? 0 : i - order + 1, inner)));
 }
 
+// The property has four bytes, of which three matter: the type of the curves, whether they are closed, and the basis.
 std::string read_basis(const AbcProperty* property, bool& is_variable, AbcCurves& curves) {
   const AbcNumbers said = property == nullptr ? AbcNumbers() : property->numbers(0);
   if (said.size() < 3) {
@@ -81,8 +87,11 @@ std::string read_basis(const AbcProperty* property, bool& is_variable, AbcCurves
   if (type == kLinear) return {};
   if (type != kCubic && type != kVariableOrder)
     return "has curves of type " + std::to_string(type) + ", which there are not";
+  // Curves of variable order are B-splines; their basis byte says nothing.
   curves.basis = CurveBasis::bspline;
   if (is_variable || basis == 2) return {};
+  // Pinned ends make a curve without a basis begin and end in its outer control points, so that its root stays on the
+  // skin.
   if (basis == 0) {
     curves.remarks.emplace_back("is cubic without a basis, and is taken as B-splines");
     if (curves.wrap == CurveWrap::open) curves.wrap = CurveWrap::pinned;
@@ -100,7 +109,9 @@ void divide_points(const AbcNumbers& counts, const AbcNumbers& orders, AbcCurves
   std::size_t first = 0, first_end = 0;
   for (std::size_t c = 0; c < counts.size(); ++c) {
     const double count = counts[c];
+    // The negated comparison also catches NaN.
     if (!(count >= 0 && count <= static_cast<double>(curves.point_count() - first))) {
+      // A wrong count shifts the points of all later curves, so none of those can be trusted.
       curves.missing_curves = counts.size() - c;
       break;
     }
@@ -115,6 +126,7 @@ void divide_points(const AbcNumbers& counts, const AbcNumbers& orders, AbcCurves
     curves.remarks.push_back("has " + std::to_string(curves.point_count() - first) + " points behind its last curve");
 }
 
+// Only B-splines have knots. Where all knots are there they are used; else even ones.
 void read_knots(const AbcProperty* property, bool is_variable, AbcCurves& curves) {
   if (curves.basis != CurveBasis::bspline) return;
   const AbcNumbers knots = property == nullptr ? AbcNumbers() : property->numbers(0);
@@ -128,6 +140,8 @@ void read_knots(const AbcProperty* property, bool is_variable, AbcCurves& curves
     return;
   }
   if (knots.size() > 0) curves.remarks.emplace_back("has knots that do not fit its curves, and are not used");
+  // Curves of one order without knots are even B-splines, which `sample_curve` makes. Those of variable order need
+  // knots in any case, since each order has its own.
   if (!is_variable) return;
   for (AbcCurves::Curve& curve : curves.curves) {
     curve.first_knot = curves.knots.size();
@@ -144,6 +158,8 @@ Result<std::vector<AbcProperty>> properties_in(AbcArchive& archive, const std::v
   return archive.properties(property->group);
 }
 
+// An index or a component beyond the values gives 0 instead of an error: an attribute is never worth the loss of a
+// curve.
 double AbcAttribute::value(std::size_t at, std::size_t c, std::size_t components) const {
   if (indices.size() > 0) {
     const double index = at < indices.size() ? indices[at] : -1;
@@ -201,6 +217,8 @@ Result<void> read_attributes(AbcArchive& archive, const std::vector<AbcProperty>
       (is_known(property.name) ? into.unused : into.unknown).push_back(property.name);
       continue;
     }
+    // An attribute may stand in several compounds. The first one read counts: the geometry's own, then the arbitrary
+    // ones, then the user's.
     if (std::ranges::find(into.attributes, property.name, &AbcAttribute::name) != into.attributes.end()) continue;
     auto attribute = read_attribute(archive, property, counts);
     if (!attribute) return Refusal(attribute.error());
@@ -235,6 +253,8 @@ Result<AbcCurves> read_curves(AbcArchive& archive, const AbcCurvesProperties& pr
   }
   curves.positions = positions->numbers(0);
   if (curves.positions.size() % 3 != 0) curves.error = "has a P that is no list of points";
+  // Each value can become 8 bytes in memory. The spending stops an archive in which thousands of objects share one
+  // large array.
   const AbcProperty* knots = find(geometry, ".knots");
   std::uint64_t values = 0;
   for (const AbcProperty* property : {positions, counts, knots})
@@ -247,6 +267,7 @@ Result<AbcCurves> read_curves(AbcArchive& archive, const AbcCurvesProperties& pr
   divide_points(counts->numbers(0), orders == nullptr ? AbcNumbers() : orders->numbers(0), curves);
   read_knots(knots, is_variable, curves);
   if (const AbcProperty* weights = find(geometry, "w"); weights != nullptr) curves.weights = weights->numbers(0);
+  // Weights that do not fit the points are ignored, which makes the curve a plain B-spline.
   if (curves.weights.size() != curves.point_count()) curves.weights = {};
 
   AbcCounts sizes{counts->numbers(0).size(), curves.point_count(), 0};
@@ -280,11 +301,14 @@ Result<std::vector<CurvePoint>> sample_abc_curve(const AbcCurves& curves, std::s
                     : sample_knots(curve.order, knots.first(std::min(knots.size(), curve.count + curve.order)),
                                    controls, tolerance);
   if (!points || curves.weights.size() == 0 || curves.basis == CurveBasis::linear) return points;
+  // A rational curve is the sum of w_i b_i p_i over the sum of w_i b_i. Folding the weights in here lets all later code
+  // see only weighted sums of control points.
   for (CurvePoint& point : *points) {
     float sum = 0;
     for (std::size_t i = 0; i < 4; ++i) sum += point.weight[i] *= curves.weights.single(curve.first + point.control[i]);
     for (float& weight : point.weight) {
       weight /= sum;
+      // A sum of 0 gives an infinite or undefined weight, which this comparison catches too.
       if (!(std::abs(weight) <= kWeightMax)) return Refusal("has weights that make no curve");
     }
   }

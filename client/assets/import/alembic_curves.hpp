@@ -8,10 +8,11 @@
 
 namespace hairnet {
 
-// For how much of a curves object one value holds.
+// The extent over which one value of an attribute holds. A segment's end is what Alembic calls "varying".
 enum class AbcScope : std::uint8_t { object, curve, point, segment_end };
 
-// An attribute of curves: values, and for indexed ones which of them holds where.
+// An attribute of curves: its values, and for indexed attributes the index of the value at each place. Numbers and
+// texts view the file's bytes.
 struct AbcAttribute {
   std::string_view name;
   AbcNumbers numbers, indices;
@@ -23,7 +24,8 @@ struct AbcAttribute {
   [[nodiscard]] std::string_view text(std::size_t at) const;
 };
 
-// One sample of a Curves object, its structure checked; a curve of it may still be bad.
+// One sample of a Curves object, its structure checked; a curve of it may still be bad. Positions of other samples can
+// take the place of its own, as long as the structure does not change.
 struct AbcCurves {
   struct Curve {
     // Its control points.
@@ -35,14 +37,19 @@ struct AbcCurves {
   };
   AbcNumbers positions, weights;
   std::vector<Curve> curves;
-  std::size_t missing_curves = 0;  // listed behind these, but without control points in the file
+  // So many curves are listed behind these, but have no control points in the file.
+  std::size_t missing_curves = 0;
   CurveBasis basis = CurveBasis::linear;
   CurveWrap wrap = CurveWrap::open;
-  std::vector<float> knots;  // empty: even ones
+  // An empty list means even knots.
+  std::vector<float> knots;
   std::vector<AbcAttribute> attributes;
-  std::vector<std::string_view> unused, unknown;  // names of attributes
-  std::vector<std::string> remarks;               // what is odd in it
-  std::string error;                              // why none of its curves can be read
+  // These are names of attributes.
+  std::vector<std::string_view> unused, unknown;
+  // Each line tells what is odd in the object, and becomes a doubt.
+  std::vector<std::string> remarks;
+  // Says why none of its curves can be read; empty: they can be.
+  std::string error;
 
   [[nodiscard]] std::size_t point_count() const { return positions.size() / 3; }
 };
@@ -69,12 +76,13 @@ Result<void> read_attributes(AbcArchive& archive, const std::vector<AbcProperty>
 Result<std::vector<AbcProperty>> properties_in(AbcArchive& archive, const std::vector<AbcProperty>& among,
                                                std::string_view name);
 
-// The control points of a curve out of positions, in the world.
+// The control points of a curve out of positions, in the world. `controls` is resized to the curve's count and keeps
+// its memory between calls. The curve must lie within `positions`.
 void read_controls(const AbcNumbers& positions, const AbcCurves::Curve& curve, const Eigen::Affine3d& world,
                    std::vector<Vec3f>& controls);
 
 // Points on curve `c`, or why it is bad: no points, one that is not finite, or too few for its kind. `controls` are its
-// control points.
+// control points. Weights of rational curves are already in the points' weights.
 Result<std::vector<CurvePoint>> sample_abc_curve(const AbcCurves& curves, std::size_t c,
                                                  std::span<const Vec3f> controls);
 

@@ -5,12 +5,13 @@
 #include <cmath>
 #include <utility>
 
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {
 
+// A group's name comes from the file and is shown to users, so its length is bounded.
 constexpr std::size_t kExamplesMax = 3, kGroupNameBytes = 64;
 constexpr std::size_t kGroupsMax = 256;  // as many as a groom may have
 
@@ -19,7 +20,8 @@ const AbcAttribute* find_attribute(const std::vector<AbcAttribute>& attributes, 
   return found == attributes.end() ? nullptr : &*found;
 }
 
-// The first of these names that the object or one above it has.
+// The first of these names that the object or one above it has. A name's own object counts before those above, and an
+// earlier name before a later one.
 const AbcAttribute* find_attribute(const AbcCurves& curves, const AbcPlace& place,
                                    std::initializer_list<std::string_view> names) {
   for (const std::string_view name : names) {
@@ -34,6 +36,8 @@ std::size_t first_of(const AbcAttribute& attribute, const AbcCurves::Curve& curv
   return std::array{std::size_t{0}, c, curve.first, curve.first_end}[static_cast<std::size_t>(attribute.scope)];
 }
 
+// The value of an attribute at a point on a curve. Values at control points are mixed with the point's own weights, and
+// those at segments' ends linearly along the segment.
 double value_at_point(const AbcAttribute& attribute, const AbcCurves& curves, std::size_t c, const CurvePoint& point,
                       std::size_t component, std::size_t components) {
   const AbcCurves::Curve& curve = curves.curves[c];
@@ -54,6 +58,7 @@ double value_at_point(const AbcAttribute& attribute, const AbcCurves& curves, st
   return (1 - share) * end(before) + share * end(before + 1);
 }
 
+// Attributes may hold anything; a number that is not finite becomes 0 instead of a reason to lose the strand.
 float finite(double value) {
   const auto single = static_cast<float>(value);
   return std::isfinite(single) ? single : 0;
@@ -80,6 +85,7 @@ std::vector<std::vector<CurvePoint>> AbcStrands::add(const AbcCurves& curves, co
     read_controls(curves.positions, curve, place.world, controls);
     auto sampled = sample_abc_curve(curves, c, controls);
     if (!sampled) {
+      // A bad curve keeps its empty place in the result, so that `points[c]` always belongs to curve c.
       bad_.add("curve " + std::to_string(c) + " of " + place.path + " " + sampled.error());
       continue;
     }
@@ -111,6 +117,8 @@ void AbcStrands::add_attributes(const AbcCurves& curves, const AbcPlace& place, 
   const std::size_t strand = strands_.strand_count() - 1, first_point = strands_.strand_begin[strand];
   // Epic's width stands before that of the curves, which an export to it leaves as it is.
   if (const AbcAttribute* width = attribute({"groom_width", "width"})) {
+    // Widths are lengths and scale with the transform. The cube root of the determinant is the mean scale of all
+    // directions.
     const double scale = std::cbrt(std::abs(place.world.linear().determinant()));
     strands_.widths.resize(first_point);
     for (const CurvePoint& point : points)
@@ -142,6 +150,7 @@ void AbcStrands::add_attributes(const AbcCurves& curves, const AbcPlace& place, 
   } else if (id != nullptr) {
     const double number = id->value(first_of(*id, curve, c));
     const bool is_number = std::abs(number) < 1e9;
+    // The range check keeps the cast to int defined, also for NaN.
     strands_.groups.push_back(group_index("group " + std::to_string(is_number ? static_cast<int>(number) : -1)));
   } else {
     strands_.groups.push_back(group_index(shown_text(place.name, kGroupNameBytes, '"')));
@@ -154,7 +163,8 @@ std::uint32_t AbcStrands::group_index(std::string name) {
   return found->second;
 }
 
-// Without a word about groups, each object is one, unless each curve is an object.
+// Without a word about groups, each object is one, unless each curve is an object. Whether each curve is an object of
+// its own shows in `has_object_of_many_`: Maya writes single curves so, and a group for each would be useless.
 void AbcStrands::settle_groups() {
   const std::size_t count = strands_.group_names.size();
   const bool are_objects_groups = count > 1 && count <= kGroupsMax && has_object_of_many_;
@@ -166,6 +176,7 @@ void AbcStrands::settle_groups() {
 }
 
 ImportedStrands AbcStrands::take() {
+  // Lists end with the last strand that has a value; the strands behind it get none.
   if (!strands_.widths.empty()) strands_.widths.resize(point_count());
   if (!strands_.colours.empty()) strands_.colours.resize(point_count(), Vec3f::Zero());
   if (!strands_.root_uvs.empty()) strands_.root_uvs.resize(strand_count(), Eigen::Vector2f::Zero());

@@ -9,7 +9,7 @@
 
 namespace hairnet {
 
-// Things of one kind, of which a line names the first few.
+// Counts things of one kind and keeps the first three of them for a line of text.
 class AbcExamples {
  public:
   void add(const std::string& example, std::size_t count = 1);
@@ -21,7 +21,8 @@ class AbcExamples {
   std::size_t count_ = 0;
 };
 
-// The place of an object in the archive, and what the objects above it say of it.
+// The place of an object in the archive, and what the objects above it say of it. It refers to the decoder's list of
+// attributes and lives only for one call of `AbcStrands::add`.
 struct AbcPlace {
   std::string path;
   std::string_view name;
@@ -29,7 +30,8 @@ struct AbcPlace {
   const std::vector<AbcAttribute>& above;
 };
 
-// Makes strands of curves, object after object.
+// Makes strands of curves, object after object. The lists of widths, colours, uvs and guides are empty until a curve
+// has such a value, since most archives have none.
 class AbcStrands {
  public:
   // Appends the good curves of an object. Returns the points on each curve, none for a bad one.

@@ -12,6 +12,7 @@ namespace {
 enum Operation : unsigned { kScale, kTranslate, kRotate, kMatrix, kRotateX, kRotateY, kRotateZ, kOperations };
 constexpr std::array<std::size_t, kOperations> kValues{3, 3, 4, 16, 1, 1, 1};
 
+// The axis need not have unit length. An axis of no length turns nothing.
 Eigen::Affine3d rotation(const Vec3& axis, double degrees) {
   const double length = axis.norm();
   if (!(length > 0)) return Eigen::Affine3d::Identity();
@@ -28,7 +29,8 @@ Eigen::Affine3d matrix_of(unsigned operation, const double* values) {
     case kRotate:
       return rotation(first, values[3]);
     case kMatrix: {
-      // Rows, for points that are rows.
+      // Alembic writes rows for points that are rows. Eigen maps memory by columns, and so makes the matrix for points
+      // that are columns. The last row is set, so that a projective matrix cannot enter an affine transform.
       Eigen::Affine3d matrix;
       matrix.matrix() = Eigen::Map<const Eigen::Matrix4d>(values);
       matrix.matrix().row(3) << 0, 0, 0, 1;
@@ -41,6 +43,8 @@ Eigen::Affine3d matrix_of(unsigned operation, const double* values) {
 
 }  // namespace
 
+// A binary search for the last sample at or before the time. Its invariant: the sample `before` is not later than the
+// time, except for sample 0, and the sample `end` is later.
 AbcMoment moment_of(const AbcTimes& times, std::size_t sample_count, double time_s) {
   AbcMoment moment;
   if (sample_count < 2) return moment;
@@ -58,6 +62,7 @@ AbcMoment moment_of(const AbcTimes& times, std::size_t sample_count, double time
 void add_sample_times(const AbcProperty& property, const AbcTimes& times, std::vector<double>& times_s) {
   if (property.is_constant()) return;
   times_s.push_back(times.time_s(0));
+  // The sample before the first changed one counts: the motion begins there.
   for (std::size_t i = std::max(property.first_changed, 1u) - 1; i <= property.last_changed; ++i)
     times_s.push_back(times.time_s(i));
 }
@@ -71,6 +76,7 @@ Result<AbcXform> AbcXform::read(const AbcArchive& archive, const std::vector<Abc
   std::size_t value_count = 0;
   const AbcNumbers coded = operations->numbers(0);
   for (std::size_t i = 0; i < coded.size(); ++i) {
+    // A number outside of 0 to 255 gives 16 here, which is no operation.
     const unsigned operation = coded.small(i) >> 4;
     if (operation >= kOperations) return Refusal("there is no operation " + std::to_string(operation));
     xform.operations_.push_back(operation);
@@ -80,6 +86,7 @@ Result<AbcXform> AbcXform::read(const AbcArchive& archive, const std::vector<Abc
   const AbcProperty* values = find(properties, ".vals");
   // Without values, the operations change nothing.
   if (values == nullptr || values->sample_count == 0) return xform;
+  // Only the first sample is compared with the operations; `matrix` takes missing numbers of later samples as 0.
   const std::size_t first_count = values->numbers(0).size();
   if (first_count < value_count)
     return Refusal("it has " + std::to_string(first_count) + " values, where its operations need " +
@@ -88,6 +95,7 @@ Result<AbcXform> AbcXform::read(const AbcArchive& archive, const std::vector<Abc
   return xform;
 }
 
+// The numbers of operations are interpolated, not matrices, so that a turn between two angles stays a rotation.
 Eigen::Affine3d AbcXform::matrix(double time_s) const {
   Eigen::Affine3d matrix = Eigen::Affine3d::Identity();
   if (values_.empty()) return matrix;
@@ -129,6 +137,7 @@ std::size_t AbcXforms::add(AbcXform xform, std::size_t parent) {
   return nodes_.size();
 }
 
+// The walk goes upwards from the object to the root, so each parent's matrix is multiplied on the left.
 Eigen::Affine3d AbcXforms::world(std::size_t xform, double time_s) const {
   Eigen::Affine3d world = Eigen::Affine3d::Identity();
   while (xform > 0) {
@@ -139,6 +148,7 @@ Eigen::Affine3d AbcXforms::world(std::size_t xform, double time_s) const {
   return world;
 }
 
+// It ignores whether transforms inherit: an object is rather taken as moving than frozen.
 bool AbcXforms::changes(std::size_t xform) const {
   while (xform > 0 && !nodes_[xform - 1].xform.changes()) xform = nodes_[xform - 1].parent;
   return xform > 0;

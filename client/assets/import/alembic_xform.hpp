@@ -8,24 +8,28 @@
 
 namespace hairnet {
 
-// Between which two samples of a property a time lies, and how far from the first to the second.
+// Between which two samples of a property a time lies, and how far from the first to the second. `share` is 0 at
+// `before` and 1 at `behind`. Times outside of the samples have the first or last one.
 struct AbcMoment {
   std::size_t before = 0, behind = 0;
   double share = 0;
 };
+// Times must ascend; others give some sample of the property, never one outside.
 AbcMoment moment_of(const AbcTimes& times, std::size_t sample_count, double time_s);
 
 // Appends the times of the samples in which a property changes, none if it is constant. A property may repeat its first
 // and last values for any number of samples without storing them.
 void add_sample_times(const AbcProperty& property, const AbcTimes& times, std::vector<double>& times_s);
 
-// The transform of an object, as operations with values that may change.
+// The transform of an object, as operations with values that may change. Angles are in degrees, lengths in units of the
+// archive. Operations are applied to points from the last to the first.
 class AbcXform {
  public:
   // Reads the properties of its `.xform`; the archive must outlive it. Returns an error for operations that are none,
   // or have too few values.
   static Result<AbcXform> read(const AbcArchive& archive, const std::vector<AbcProperty>& properties);
 
+  // The matrix leads from the object's own space to its parent's, for points as columns.
   [[nodiscard]] Eigen::Affine3d matrix(double time_s) const;
   [[nodiscard]] bool inherits(double time_s) const;
   [[nodiscard]] bool changes() const;
@@ -41,7 +45,8 @@ class AbcXform {
   std::vector<Changing> values_, inherits_;  // at most one of each
 };
 
-// All transforms of an archive, as a tree. Transform 0 is that of the archive, and changes nothing.
+// All transforms of an archive, as a tree. Transform 0 is that of the archive, and changes nothing. Parents are added
+// before their children, so each index is known when a child needs it.
 class AbcXforms {
  public:
   [[nodiscard]] std::size_t add(AbcXform xform, std::size_t parent);

@@ -19,6 +19,7 @@ std::string decimal(double x, int digits) {
   return text;
 }
 
+// Limits keep later arithmetic finite, and refuse flags in the wrong unit: a root length of 20, meant as millimetres.
 std::string check(const GroomDef& def) {
   if (std::string fault = validate(def.placement); !fault.empty()) return fault;
   if (def.body_placement) {
@@ -31,7 +32,8 @@ std::string check(const GroomDef& def) {
   return has_point ? std::string() : "there is no strand with a point";
 }
 
-// First points of all strands, rotated and scaled but not yet shifted to the head joint.
+// First points of all strands, rotated and scaled but not yet shifted. The shift to the head joint is only known after
+// a skull has been fitted to these points.
 std::vector<Vec3> unshifted_roots(const GroomDef& def) {
   std::vector<Vec3> roots;
   for (const StrandFile& file : def.files) {
@@ -60,7 +62,8 @@ std::string size_misfit(const UnitGuess& guess, std::span<const Vec3> roots, con
 }
 
 // Estimates neck, shoulders and trunk of a mesh that reaches below the head: the shoulders are where it widens, from
-// the head joint downwards. A mesh that does not widen keeps the usual joints.
+// the head joint downwards. A mesh that does not widen keeps the usual joints. The sizes are those of adults: a child's
+// shoulders may stay within the half width, and the usual joints then remain.
 void estimate_joints(Body& body) {
   constexpr double kSlice_m = 0.01, kDeepest_m = 0.40, kShoulderHalfWidth_m = 0.10;
   std::vector<double> half_width(static_cast<std::size_t>(kDeepest_m / kSlice_m), 0.0);
@@ -70,6 +73,7 @@ void estimate_joints(Body& body) {
     double& width = half_width[static_cast<std::size_t>(depth)];
     width = std::max(width, std::abs(static_cast<double>(v.x())));
   }
+  // The six slices below the joint belong to jaw and neck, so the search begins below them.
   const auto widens =
       std::find_if(half_width.begin() + 6, half_width.end(), [](double width) { return width > kShoulderHalfWidth_m; });
   if (widens == half_width.end()) return;
@@ -84,12 +88,15 @@ void estimate_joints(Body& body) {
 // Inverts all triangles when more of the mesh is wound inside out than not, because the winding defines the inside.
 bool wind_outwards(TriangleMesh& mesh) {
   Vec3 middle = Vec3::Zero();
+  // An open mesh, such as a face without a back, has no volume of its own. Measured from its middle, its holes matter
+  // least.
   for (const Vec3f& x : mesh.vertices) middle += x.cast<double>() / static_cast<double>(mesh.vertices.size());
   double volume = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     const auto corner = [&](std::uint32_t v) -> Vec3 { return mesh.vertices[v].cast<double>() - middle; };
     volume += corner(a).dot(corner(b).cross(corner(c))) / 6;
   }
+  // NaN and a flat mesh count as correctly wound.
   if (!(volume < 0)) return false;
   for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   return true;
@@ -116,6 +123,8 @@ Body body_of(TriangleMesh mesh, const Vec3& joint, const GroomDef& def) {
     const std::optional<Vec3>& in_file = def.body_joints[static_cast<std::size_t>(bone)];
     if (!in_file) continue;
     const Vec3f x = (place(placement, Vec3::Zero(), in_file->cast<float>()).cast<double>() - joint).cast<float>();
+    // A joint at the head's height or beyond half a metre belongs to another rig, or to another unit. The joint
+    // estimated from the shape is then better.
     constexpr float kNeck_m = 0.02f, kFar_m = 0.5f;
     if (x.allFinite() && x.y() < -kNeck_m && x.norm() < kFar_m) body.joints[static_cast<std::size_t>(bone)] = x;
   }
@@ -144,11 +153,14 @@ struct Counts {
   std::size_t rooted = 0, far_below = 0;
 };
 
+// Appends all strands to the groom in head space. The body must be complete, since the distance to its skin decides
+// which strands are rooted.
 Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
   std::size_t strand_count = 0;
   for (const StrandFile& file : def.files) strand_count += file.strands.strand_count();
   const MeshQuery skin(groom.body.mesh);
   StrandProperties properties;
+  // Each strand represents the same number of real hairs, whatever its file, because files do not state densities.
   properties.hair_count = static_cast<float>(def.hairs_in_all / static_cast<double>(strand_count));
   properties.root_length_m = static_cast<float>(def.root_length_m);
   Counts counts;
@@ -162,6 +174,8 @@ Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
       for (std::uint32_t i = file.strands.strand_begin[s]; i < file.strands.strand_begin[s + 1]; ++i) {
         strand.push_back(place(def.placement, origin, file.strands.points[i]));
       }
+      // The query returns an infinite distance when the skin is farther away than its limit, so one call answers the
+      // question.
       properties.rooted =
           !strand.empty() && std::isfinite(skin.closest(strand[0].cast<double>(), def.rooted_distance_m).distance);
       counts.rooted += properties.rooted;
@@ -194,11 +208,14 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
   imported.placement = def.placement;
 
   const std::vector<Vec3> roots = unshifted_roots(def);
+  // The guess must not know the unit, so the roots go back to units of the file.
   std::vector<Vec3> roots_file;
   for (const Vec3& root : roots) roots_file.emplace_back(root / def.placement.unit_m);
   const UnitGuess guess = guess_unit(roots_file);
   const std::string misfit = size_misfit(guess, roots, def.placement);
   if (!misfit.empty()) imported.warnings.push_back(misfit);
+  // Where the unit is surely wrong, the roots make a skull of the wrong size. The expected radius is scaled as they
+  // are, so that the fit is still a skull and the user sees hair on a head with a warning.
   SkullFit skull = fit_skull_shape(
       roots, kUsualSkullRadius_m * (guess.is_sure && !misfit.empty() ? def.placement.unit_m / guess.m : 1));
 
@@ -206,12 +223,14 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
   if (def.body) mesh = unshifted_mesh(def, imported.warnings);
   const std::optional<SkullFit> skull_of_body = skull_of_mesh(mesh);
   const std::optional<Vec3> given = given_joint(def.placement);
+  // The body's skull counts before the roots': it is the same for all hairstyles of one body, so they can be exchanged.
   const Vec3 joint = given ? *given : (skull_of_body ? *skull_of_body : skull).joint();
   if (def.body) {
     // A mesh without its own origin shares the strands' head joint.
     groom.body =
         body_of(std::move(mesh), def.body_placement ? given_joint(*def.body_placement).value_or(joint) : joint, def);
   } else {
+    // The fit was in unshifted axes; head space has its origin in the joint.
     skull.centre -= joint;
     groom.body = skull_body(skull);
   }
@@ -225,6 +244,8 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
     const char* from = skull_of_body ? "body's skull" : def.body ? "roots, since the body's top is no skull," : "roots";
     imported.warnings.push_back(joint_warning(def.placement, joint, from));
   }
+  // A wrong unit often shows first as coordinates beyond the limits of a groom. The misfit then explains the error
+  // better.
   if (std::string fault = validate(groom); !fault.empty())
     return Refusal(misfit.empty() ? fault : misfit + "; " + fault);
   return imported;

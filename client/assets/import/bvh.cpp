@@ -6,8 +6,8 @@
 #include <span>
 
 #include "client/assets/import/bvh_file.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "client/assets/import/rest_pose.hpp"
-#include "client/assets/import/text.hpp"
 #include "core/pose/complete_pose.hpp"
 #include "core/shown_text.hpp"
 
@@ -25,7 +25,8 @@ int find_joint(const BvhFile& file, std::string_view name) {
   return found == file.joints.end() ? kNone : static_cast<int>(found - file.joints.begin());
 }
 
-// Names in the order of the search; where a spine or neck has several joints, the uppermost comes first.
+// Names in the order of the search. Where a spine or neck has several joints, the uppermost comes first, because it is
+// the one that moves the hair.
 std::span<const std::string_view> usual_names(Bone bone) {
   static constexpr std::array<std::string_view, 1> kHead{"head"};
   static constexpr std::array<std::string_view, 3> kNeck{"neck2", "neck1", "neck"};
@@ -61,6 +62,7 @@ bool is_upper_arm(const BvhFile& file, int joint) {
   });
 }
 
+// A shoulder that is really an upper arm is skipped, and the search goes on with the next name.
 int find_usual_joint(const BvhFile& file, Bone bone) {
   const bool is_shoulder = bone == Bone::left_shoulder || bone == Bone::right_shoulder;
   for (const std::string_view name : usual_names(bone)) {
@@ -74,6 +76,7 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
   JointOfBone joints;
   joints.fill(kNone);
   for (std::size_t b = 0; b < kBoneCount; ++b) {
+    // A name that the caller gives must exist. A usual name may be missing, since not all skeletons have collar bones.
     if (!import.joint_names[b].empty()) {
       joints[b] = find_joint(file, import.joint_names[b]);
       if (joints[b] == kNone) return Refusal("there is no joint '" + import.joint_names[b] + "'");
@@ -81,7 +84,9 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
     }
     joints[b] = find_usual_joint(file, static_cast<Bone>(b));
   }
+  // Only the head is necessary: all other bones can follow from it.
   if (joints[0] == kNone) {
+    // The list of joints helps to name the head, and is bounded because a file may have thousands.
     constexpr std::size_t kNamesBytesMax = 400;
     std::string names;
     for (const BvhFile::Joint& joint : file.joints) {
@@ -96,7 +101,8 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
   return joints;
 }
 
-// The smallest rotation from `up` to +Y; for an upside-down file it is about the axis of the face.
+// The smallest rotation from `up` to +Y; for an upside-down file it is about the axis of the face. The half-way vector
+// gives the quaternion directly. The formula loses its axis where both directions are opposite, and is replaced there.
 Quat upright_turn(const Vec3& up, const Vec3& face) {
   if (up.y() < -0.999) return Quat(Eigen::AngleAxisd(std::numbers::pi, face));
   const double s = std::sqrt(2 * (1 + up.y()));  // twice the cosine of half the angle
@@ -125,6 +131,8 @@ class Conversion {
   double unit_m_;
 };
 
+// The flags are checked as a placement, with the usual value for each that is missing. Parallel axes are refused here,
+// before they make a singular rotation.
 std::string check(const BvhImport& import) {
   Placement given;
   given.up = import.up.value_or(import.face && parallel(*import.face, Axis::plus_y) ? Axis::plus_z : Axis::plus_y);
@@ -133,6 +141,7 @@ std::string check(const BvhImport& import) {
   return validate(given);
 }
 
+// Values are checked after all conversions, so that an overflow anywhere shows here.
 bool is_usable(const Pose& pose) {
   return is_valid(pose) && std::ranges::all_of(pose.bones, [](const RigidTransform& bone) {
            return bone.position.cwiseAbs().maxCoeff() <= kFarthest_m;
@@ -166,13 +175,14 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
   for (std::size_t b = 0; b < kBoneCount; ++b) {
     if ((*joints)[b] != kNone) imported.joints[b] = file->joints[static_cast<std::size_t>((*joints)[b])].name;
   }
+  // Only bones whose joint was found may be asked for.
   const auto index = [&](std::size_t b) { return static_cast<std::size_t>((*joints)[b]); };
   const Result<SkeletonRest> rest = find_rest(*file, index(0), import, imported.warnings);
   if (!rest) return Refusal(rest.error());
   warn_of_bones(imported);
 
   // B = joint(t) joint(rest)^-1 A, where A places head space at the rest pose's head joint, facing in the same
-  // direction.
+  // direction. The products with joint(rest)^-1 A do not depend on the frame, and are computed once.
   const Conversion convert(*rest);
   const auto at_rest = [&](std::size_t b) { return convert(rest->joint(*file, index(b))); };
   const RigidTransform A{convert.facing(), at_rest(0).position};
@@ -180,6 +190,8 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
   for (std::size_t b = 0; b < kBoneCount; ++b) {
     if ((*joints)[b] != kNone) from_rest[b] = at_rest(b).inverse() * A;
   }
+  // Missing bones follow the head by the same rule as those of a headset. The elapsed time is 0 in the first frame,
+  // which starts the rule.
   PoseCompletion completion((body ? *body : Body{}).joint(Bone::neck));
   imported.motion.rate_hz = 1 / file->frame_time_s;
   imported.motion.poses.reserve(file->frame_count);
@@ -192,6 +204,7 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
       pose[Bone::left_shoulder] = pose[Bone::right_shoulder] = bone(kTrunk);
       pose[Bone::neck] = completion.neck(bone(0), bone(kTrunk).rotation);
     }
+    // Bone 0 is the head, which `complete` has taken over unchanged.
     for (std::size_t b = 1; b < kBoneCount; ++b) {
       if ((*joints)[b] != kNone) pose.bones[b] = bone(b);
     }

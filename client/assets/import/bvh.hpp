@@ -12,7 +12,9 @@
 
 namespace hairnet {
 
-// The pose of a file that is the rest: its zero pose, its first frame, or the one of these that is upright.
+// The pose of a file that is the rest: its zero pose, its first frame, or the one of these that is upright. Programs
+// export actors in different rest poses: a T pose with zero rotations, or a zero pose with all bones along one axis
+// that no person can take.
 enum class RestPose : std::uint8_t { automatic, zero, first };
 Result<RestPose> parse_rest_pose(std::string_view text);  // "auto", "zero", "first"
 
@@ -22,18 +24,28 @@ Result<RestPose> parse_rest_pose(std::string_view text);  // "auto", "zero", "fi
 struct BvhImport {
   std::array<std::string, kBoneCount> joint_names;
   RestPose rest = RestPose::automatic;
-  std::optional<Axis> up;  // none: +y, or +z if only that makes the skeleton upright
-  // direction of the face in the rest pose; the world's yaw does not change; none: from left and right joints
+  // Without it +y is up, or +z if only that makes the skeleton upright.
+  std::optional<Axis> up;
+  // The direction of the face in the rest pose. The world's yaw does not change. Without it left and right joints tell
+  // the face.
   std::optional<Axis> face;
-  std::optional<double> unit_m;  // none: metres, or the usual unit that gives the skeleton the size of a person
+  // Without it a unit is a metre, or the usual unit that gives the skeleton the size of a person.
+  std::optional<double> unit_m;
 };
 
+// The poses are in metres and the world's axes, +Y up. The yaw and place of the file remain: an actor who walks away
+// does so in the world.
 struct ImportedMotion {
-  Motion motion;  // B = joint(t) joint(rest)^-1 A, A = head space at the rest pose's head joint
-  std::array<std::string, kBoneCount> joints;  // the joint of each bone, empty when PoseCompletion made the bone
+  // B = joint(t) joint(rest)^-1 A, where A is head space at the rest pose's head joint.
+  Motion motion;
+  // The joint of each bone; empty when PoseCompletion made the bone.
+  std::array<std::string, kBoneCount> joints;
   std::vector<std::string> warnings;
 };
 
+// `body` gives the neck joint for bones that follow by rule; null takes that of the default body. Returns an error for
+// a file that is damaged or has no head, for an unknown joint name, and for numbers beyond 1000 km. Memory is bounded
+// by the size of the text.
 Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import = {}, const Body* body = nullptr);
 
 }  // namespace hairnet

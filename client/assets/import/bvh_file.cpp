@@ -6,19 +6,24 @@
 #include <numbers>
 #include <optional>
 
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {
 
+// `pose` climbs from a joint to its root for each frame. The depth bounds that cost, which a crafted file could
+// otherwise make quadratic.
 constexpr std::size_t kDepthMax = 256;
+// Rates outside of 0.1 to 10 000 Hz are no motion capture, and would make durations and counts of frames absurd.
 constexpr double kFrameTimeMin_s = 1e-4, kFrameTimeMax_s = 10;
 
+// Keywords are compared without case, because exporters write CHANNELS and Channels.
 bool same_word(std::string_view a, std::string_view b) {
   return std::ranges::equal(a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
 
+// After the first error, every function returns false up to `parse`, which returns the error with its line.
 class Parser {
  public:
   explicit Parser(std::string_view text) : rest_(text) {}
@@ -43,6 +48,7 @@ class Parser {
       rest_ = {};
       return {};
     }
+    // Line ends are counted in the blanks between words, so each word costs its length once.
     line_ +=
         static_cast<std::size_t>(std::count(rest_.begin(), rest_.begin() + static_cast<std::ptrdiff_t>(begin), '\n'));
     rest_.remove_prefix(begin);
@@ -73,7 +79,7 @@ class Parser {
   }
 
   // Reads the whole tree below ROOT. It uses a list instead of recursion, so that deep nesting cannot exhaust the
-  // stack.
+  // stack. `open` is the path of joints from the root to the one that is read now.
   bool joint_tree() {
     std::vector<int> open;
     if (!open_joint(-1, open)) return false;
@@ -105,12 +111,13 @@ class Parser {
     if (name.empty() || name == "{") return refuse("a joint has no name");
     file_.joints.push_back({std::string(name), parent, Vec3::Zero(), {}, 0});
     open.push_back(static_cast<int>(file_.joints.size()) - 1);
-    // Some exporters write names of several words.
+    // Some exporters write names of several words, so all words up to the bracket belong to the name.
     std::string_view word = next();
     for (; !word.empty() && word != "{"; word = next()) file_.joints.back().name += ' ' + std::string(word);
     return word == "{" || refuse("{ expected after a joint's name");
   }
 
+  // The end of a limb has no channels and carries no skin, so its offset is checked and dropped.
   bool end_site() {
     double unused = 0;
     return expect("Site") && expect("{") && expect("OFFSET") && number(unused) && number(unused) && number(unused) &&
@@ -122,6 +129,7 @@ class Parser {
                                                             "Xrotation", "Yrotation", "Zrotation"};
     std::uint32_t count = 0;
     if (!number(count)) return false;
+    // More than six channels must repeat one. A second list of channels would make the first values belong to nobody.
     if (count > kNames.size() || !joint.channels.empty())
       return refuse("a joint has more than one channel of each kind");
     joint.first_value = file_.values_per_frame;
@@ -147,7 +155,7 @@ class Parser {
     if (file_.values_per_frame == 0) return refuse("no joint has a channel");
     if (!(file_.frame_time_s >= kFrameTimeMin_s && file_.frame_time_s <= kFrameTimeMax_s))
       return refuse("the frame time is not in [0.0001, 10] s");
-    // A value takes two characters at least, so a false count cannot reserve much memory.
+    // A value takes two characters at least, a digit and a blank. So a false count cannot reserve much memory.
     if (frame_count > rest_.size() / (2 * file_.values_per_frame) + 1)
       return refuse(std::to_string(frame_count) + " frames do not fit into the rest of the file");
     file_.frame_count = frame_count;
@@ -166,6 +174,8 @@ class Parser {
   std::string fault_;
 };
 
+// The order of channels in the file is the order of the product, so the last channel turns the point first. Without a
+// row, all channels are 0 and the offset holds.
 RigidTransform local_transform(const BvhFile::Joint& joint, const float* row) {
   RigidTransform local{Quat::Identity(), joint.offset};
   for (std::size_t c = 0; row && c < joint.channels.size(); ++c) {
@@ -181,6 +191,7 @@ RigidTransform local_transform(const BvhFile::Joint& joint, const float* row) {
   return local;
 }
 
+// Climbs to the root, multiplying on the left. The joints' tree was checked, so the loop ends.
 RigidTransform to_world(const BvhFile& file, int joint, const float* row) {
   RigidTransform out;
   for (; joint >= 0; joint = file.joints[static_cast<std::size_t>(joint)].parent)
@@ -188,6 +199,7 @@ RigidTransform to_world(const BvhFile& file, int joint, const float* row) {
   return out;
 }
 
+// The whole skeleton at once costs one product a joint; `to_world` for each joint would cost its depth.
 std::vector<Vec3> all_positions(const BvhFile& file, const float* row) {
   // Parents come before their children, so every joint is computed once.
   std::vector<RigidTransform> joints;

@@ -28,6 +28,7 @@ struct BvhFile {
   std::size_t values_per_frame = 0;
   std::size_t frame_count = 0;
   double frame_time_s = 0;
+  // Degrees and file units need no more digits than floats have, and these values take most of the memory.
   std::vector<float> values;  // frame by frame; positions in file units, rotations in degrees
 
   // Joint to file world, computed from its ancestors only (256 at most). Position channels replace the offset, as
@@ -40,6 +41,8 @@ struct BvhFile {
   [[nodiscard]] std::vector<Vec3> zero_positions() const;
 };
 
+// Refuses nesting deeper than 256, repeated channels, values that are not finite, and more or fewer values than the
+// counts say. The error begins with the line.
 Result<BvhFile> decode_bvh_file(std::string_view text);
 
 }  // namespace hairnet

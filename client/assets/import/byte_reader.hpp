@@ -10,7 +10,8 @@
 
 namespace hairnet {
 
-// A number of 16 bits.
+// A number of 16 bits: a sign, an exponent of 5 bits and a fraction of 10. With the exponent 0 numbers are denormal,
+// and with 31 they are infinite or no numbers.
 inline float half_float(std::uint16_t bits) {
   const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
   float size = std::ldexp(static_cast<float>(fraction), -24);
@@ -19,7 +20,8 @@ inline float half_float(std::uint16_t bits) {
   return (bits & 0x8000) != 0 ? -size : size;
 }
 
-// Reads little-endian values at any alignment. The reads do not check the size: call `has` first.
+// Reads little-endian values at any alignment. The reads do not check the size: call `has` first. Unchecked reads let a
+// decoder check a whole table by one comparison. A read beyond the end is undefined.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes, std::size_t at = 0) : bytes_(bytes), at_(at) {}
@@ -27,7 +29,8 @@ class ByteReader {
   [[nodiscard]] std::size_t at() const { return at_; }
   [[nodiscard]] std::size_t remaining() const { return bytes_.size() - at_; }
   [[nodiscard]] bool has(std::size_t bytes) const { return bytes <= remaining(); }
-  // Whether `count` items of `item_bytes` are left; the check cannot overflow.
+  // Whether `count` items of `item_bytes` are left; the check cannot overflow. A product of both could wrap around to a
+  // small number, and a false count would then pass.
   [[nodiscard]] bool has(std::uint64_t count, std::size_t item_bytes) const {
     return count <= remaining() / item_bytes;
   }

@@ -7,7 +7,8 @@
 namespace hairnet {
 namespace {
 
-// A segment has no more pieces.
+// A segment has no more pieces. A crafted segment with distant control points could otherwise ask for millions of
+// points.
 constexpr int kPiecesMax = 64;
 
 // Weights of a segment's four control points: row k holds the coefficients of t to the power k.
@@ -34,6 +35,8 @@ Refusal impossible(CurveBasis basis, CurveWrap wrap, std::size_t count, const st
                  (wrap == CurveWrap::periodic ? "closed " : "") + name_of(basis) + " curve has " + possible);
 }
 
+// Adds a weight for a control point. A point already in the list gets the sum, since ends that continue straight name
+// inner points twice and a list has room for four.
 void add_weight(CurvePoint& point, std::size_t& used, std::size_t control, double weight) {
   const auto index = static_cast<std::uint32_t>(control);
   const auto end = point.control.begin() + static_cast<std::ptrdiff_t>(used);
@@ -44,14 +47,17 @@ void add_weight(CurvePoint& point, std::size_t& used, std::size_t control, doubl
 }
 
 // How many chords stay within `tolerance` of a cubic over a step of 1, from the second derivatives at its ends: they
-// are its largest, and a chord over a step of h is within h²/8 of them.
+// are its largest, and a chord over a step of h is within h²/8 of them. The square root of the second derivative over 8
+// tolerances is the number of steps h = 1 / n that meets the bound.
 int pieces_of(double second_derivative, float tolerance) {
+  // The comparison in this direction also gives 1 for NaN.
   const double pieces = std::ceil(std::sqrt(second_derivative / (8 * double{tolerance})));
   return pieces >= 1 ? static_cast<int>(std::min(pieces, double{kPiecesMax})) : 1;
 }
 
 // A curve of cubic segments over control points that may lie before the first and behind the last: a periodic curve
-// goes round, a pinned one continues straight on.
+// goes round, a pinned one continues straight on. `first` may be negative: the segment then begins before the first
+// control point.
 struct Segments {
   const BasisMatrix* matrix;
   CurveWrap wrap;
@@ -67,6 +73,8 @@ struct Segments {
       if (wrap == CurveWrap::periodic) {
         add_weight(point, used, static_cast<std::size_t>((at + n) % n), weights[i]);
       } else if (at < 0 || at >= n) {
+        // The control point beyond a pinned end is 2 p_0 - p_1, which makes the curve begin exactly in p_0. The same
+        // holds at the other end.
         const std::size_t end = at < 0 ? 0 : controls - 1, inner = at < 0 ? 1 : controls - 2;
         add_weight(point, used, end, 2 * weights[i]);
         add_weight(point, used, inner, -weights[i]);
@@ -90,6 +98,7 @@ struct Segments {
 
   [[nodiscard]] int pieces(std::size_t segment, std::span<const Vec3f> points, float tolerance) const {
     double largest = 0;
+    // The second derivative of a cubic is linear in t, so one of the ends has the largest.
     for (const double t : {0., 1.}) {
       std::array<double, 4> weights{};
       for (std::size_t i = 0; i < 4; ++i) weights[i] = 2 * (*matrix)[2][i] + 6 * t * (*matrix)[3][i];
@@ -104,7 +113,8 @@ struct KnotSpan {
   std::size_t order, span;
   std::span<const float> knots;
 
-  // By the recursion of de Boor and Cox, from the one function of order 1 that is not 0 here.
+  // By the recursion of de Boor and Cox, from the one function of order 1 that is not 0 here. Weights are valid for
+  // this span alone, where exactly `order` functions are not 0.
   [[nodiscard]] CurvePoint at(std::size_t segment, double t) const {
     const double u = (1 - t) * double{knots[span]} + t * double{knots[span + 1]};
     std::array<double, 4> weights{1, 0, 0, 0};
@@ -136,6 +146,8 @@ struct KnotSpan {
   }
 };
 
+// Whether the last `count` control points repeat the first. Some exporters close a curve so, although the flag already
+// says that it is closed.
 bool ends_repeat(std::span<const Vec3f> controls, std::size_t count) {
   return controls.size() >= 2 * count && std::ranges::equal(controls.first(count), controls.last(count));
 }
@@ -145,13 +157,18 @@ Result<Segments> segments_of(CurveBasis basis, CurveWrap wrap, std::span<const V
   if (basis == CurveBasis::bezier) {
     if (wrap == CurveWrap::periodic && n % 3 == 0 && n >= 3)
       return Segments{&kBezier, CurveWrap::periodic, n / 3, n, 0, 3};
+    // A closed Bezier curve may repeat its first point at the end, or leave it out. All other counts are refused, since
+    // a segment has 3 points.
     const bool is_closed = wrap != CurveWrap::periodic || ends_repeat(controls, 1);
     if (!is_closed || n < 4 || n % 3 != 1)
       return impossible(basis, wrap, n, wrap == CurveWrap::periodic ? "3, 6, 9, ..." : "4, 7, 10, ...");
     return Segments{&kBezier, CurveWrap::open, (n - 1) / 3, n, 0, 3};
   }
+  // A B-spline of n points has n - 3 segments when open, n - 1 when pinned, and n when closed. Catmull-Rom curves have
+  // the same numbers.
   const BasisMatrix* matrix = &matrix_of(basis);
   if (wrap == CurveWrap::periodic && !(n >= 6 && ends_repeat(controls, 3))) {
+    // A closed Catmull-Rom curve begins in its first point only if the first segment starts one point earlier.
     if (n < 3) return impossible(basis, wrap, n, "at least 3");
     return Segments{matrix, wrap, n, n, basis == CurveBasis::bspline ? 0 : -1, 1};
   }
@@ -181,6 +198,7 @@ Result<std::vector<CurvePoint>> sample_curve(CurveBasis basis, CurveWrap wrap, s
   if (basis == CurveBasis::linear) return control_points(wrap, controls);
   const Result<Segments> segments = segments_of(basis, wrap, controls);
   if (!segments) return Refusal(segments.error());
+  // Each segment adds the points behind its begin, so no point occurs twice.
   std::vector<CurvePoint> points{segments->at(0, 0)};
   for (std::size_t s = 0; s < segments->count; ++s) {
     const int pieces = segments->pieces(s, controls, tolerance);
@@ -197,13 +215,16 @@ Result<std::vector<CurvePoint>> sample_knots(std::size_t order, std::span<const 
                    " knots, which must be " + std::to_string(order) + " more than the points");
   const bool ascend =
       std::ranges::all_of(knots, [](float knot) { return std::isfinite(knot); }) && std::ranges::is_sorted(knots);
+  // The curve covers the knots from order - 1 to the number of controls; an interval of no length there has no point.
   if (!ascend || !(knots[order - 1] < knots[controls.size()])) return Refusal("has knots that do not ascend");
   std::vector<CurvePoint> points;
   std::size_t segment = 0;
   for (std::size_t span = order - 1; span < controls.size(); ++span) {
+    // Repeated knots make spans without length. They have no points, and division by their length would fail.
     if (!(knots[span] < knots[span + 1])) continue;
     const KnotSpan piece{order, span, knots};
     if (points.empty()) points.push_back(piece.at(0, 0));
+    // A span of order 2 is a straight line between control points and needs no pieces.
     const int pieces = order == 2 ? 1 : pieces_of(piece.second_derivative(controls), tolerance);
     for (int i = 1; i <= pieces; ++i) points.push_back(piece.at(segment, static_cast<double>(i) / pieces));
     ++segment;

@@ -6,14 +6,14 @@
 #include <map>
 #include <utility>
 
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "core/groom/groom.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {
 
-// The points of each curve that is a strand.
+// The points of all curves that become strands, one after the other.
 struct Sampled {
   std::vector<Vec3f> points, colours;
   std::vector<float> widths;
@@ -38,7 +38,8 @@ struct Faults {
   }
 };
 
-// How closely curves are followed. 1: as closely as can be seen.
+// How closely curves are followed. A coarseness of 1 is as close as can be seen; each larger one is a factor on the
+// tolerance.
 struct Detail {
   float coarseness = 1;
   // Curves that are lines between their points keep one of so many points.
@@ -47,32 +48,39 @@ struct Detail {
   std::size_t curve_step = 1;
 };
 
+// Widths and colours use the same weighted sums as positions, so that they fit the points of any basis.
 void add_points(const CurveSet& set, std::size_t curve, std::span<const CurvePoint> points, std::size_t step,
                 Sampled& sampled) {
   const std::size_t begin = set.begin[curve], count = set.begin[curve + 1] - begin;
   const auto add = [&](const auto& of_controls, auto& values) {
     const std::span controls(of_controls.data() + begin, count);
+    // The last point is kept at any step, because a strand that loses its tip changes its length.
     for (std::size_t i = 0; i + 1 < points.size(); i += step) values.push_back(value_at(points[i], controls));
     values.push_back(value_at(points.back(), controls));
   };
   add(set.controls, sampled.points);
   if (!set.widths.empty()) add(set.widths, sampled.widths);
   if (!set.colours.empty()) add(set.colours, sampled.colours);
+  // Sets without widths get zeros when another set has some, so that the lists fit the points.
   if (sampled.has_widths) sampled.widths.resize(sampled.points.size(), 0);
   if (sampled.has_colours) sampled.colours.resize(sampled.points.size(), Vec3f::Zero());
 }
 
-void sample_set(const CurveSet& set, std::uint32_t number, const Detail& detail, Sampled& sampled) {
+// `first`: the first curve of the set that is taken; each curve_step-th one follows.
+void sample_set(const CurveSet& set, std::uint32_t number, std::size_t first, const Detail& detail, Sampled& sampled) {
   Faults lost, straight;
-  for (std::size_t c = 0; c < set.curve_count(); c += detail.curve_step) {
+  for (std::size_t c = first; c < set.curve_count(); c += detail.curve_step) {
     const std::span<const Vec3f> controls = set.curve(c);
+    // Finite points are checked before any arithmetic: one NaN would reach the placement of the whole head.
     const bool is_finite = std::ranges::all_of(controls, [](const Vec3f& x) { return x.allFinite(); });
     if (!is_finite || controls.size() < 2) {
       lost.add(c, is_finite ? "has " + counted(controls.size(), "point") : "has a point that is not finite");
       continue;
     }
+    // The smallest positive number keeps a curve of no length from dividing by zero.
     const float tolerance = detail.coarseness * std::max(curve_tolerance(controls), std::numeric_limits<float>::min());
     Result<std::vector<CurvePoint>> points = sample_curve(set.basis, set.wrap, controls, tolerance);
+    // A curve that cannot have so many control points still shows where the hair is, so it becomes a polyline.
     const bool is_straight = !points || set.basis == CurveBasis::linear;
     if (!points) {
       straight.add(c, points.error());
@@ -81,6 +89,7 @@ void sample_set(const CurveSet& set, std::uint32_t number, const Detail& detail,
     add_points(set, c, *points, is_straight ? detail.point_step : 1, sampled);
     sampled.begin.push_back(static_cast<std::uint32_t>(sampled.points.size()));
     sampled.of.emplace_back(number, static_cast<std::uint32_t>(c));
+    // Too many points already mean a new round with less detail, so sampling the rest is in vain.
     if (sampled.points.size() > GroomLimits{}.point_count_max) return;
   }
   lost.tell(set, "left out", sampled.doubts);
@@ -90,13 +99,20 @@ void sample_set(const CurveSet& set, std::uint32_t number, const Detail& detail,
 Sampled sample_all(std::span<const CurveSet> sets, std::size_t curve_count) {
   constexpr float kCoarsest = 4096;  // each segment of a curve is one piece
   Detail detail;
+  // Curves are thinned evenly over the list, since the first ones alone may all grow on one side of a head.
   detail.curve_step = (curve_count + GroomLimits{}.strand_count_max - 1) / GroomLimits{}.strand_count_max;
+  // Each round is four times as coarse and takes half of the points of polylines, until a groom can hold the rest. At
+  // the coarsest, curves cannot get fewer points; the caller refuses.
   for (;; detail.coarseness *= 4, detail.point_step *= 2) {
     Sampled sampled;
     sampled.has_widths = std::ranges::any_of(sets, [](const CurveSet& set) { return !set.widths.empty(); });
     sampled.has_colours = std::ranges::any_of(sets, [](const CurveSet& set) { return !set.colours.empty(); });
+    // The steps go on from set to set: else many sets of few curves would keep more than their share.
+    std::size_t first = 0;
     for (std::size_t s = 0; s < sets.size(); ++s) {
-      sample_set(sets[s], static_cast<std::uint32_t>(s), detail, sampled);
+      sample_set(sets[s], static_cast<std::uint32_t>(s), first, detail, sampled);
+      const std::size_t count = sets[s].curve_count(), step = detail.curve_step;
+      first = first >= count ? first - count : (step - (count - first) % step) % step;
       if (sampled.points.size() > GroomLimits{}.point_count_max) break;
     }
     if (sampled.points.size() > GroomLimits{}.point_count_max && detail.coarseness < kCoarsest) continue;
@@ -111,6 +127,8 @@ Sampled sample_all(std::span<const CurveSet> sets, std::size_t curve_count) {
   }
 }
 
+// A name that several sets share makes one group. Beyond a groom's limit all strands become one group, since any choice
+// of names would be arbitrary.
 void set_groups(std::span<const CurveSet> sets, const Sampled& sampled, ImportedStrands& strands) {
   std::map<std::string, std::uint32_t> numbers;
   std::vector<std::string> names;

@@ -11,7 +11,8 @@
 
 namespace hairnet {
 
-// Curves of one kind, as an object of a scene has them.
+// Curves of one kind, as an object of a scene has them. Positions are in the scene's coordinates, with all transforms
+// applied.
 struct CurveSet {
   std::string name;
   CurveBasis basis = CurveBasis::linear;
@@ -36,7 +37,8 @@ struct CurveSet {
 // by some of their points; where they are more than it holds, some are left out, evenly. A curve that cannot have so
 // many control points becomes straight lines between them; one of fewer than 2 points, or of points that are not
 // finite, is left out. All this is told in `notes` and `doubts`. The groups are those of the curves, else the sets;
-// there are none where that is only one. Returns an error when no strand is left.
+// there are none where that is only one. Returns an error when no strand is left. The size of the result is bounded by
+// GroomLimits, whatever the file says. `strands` must be empty, except for `up`, `unit_m`, `notes` and `doubts`.
 std::string make_strands(std::span<const CurveSet> sets, ImportedStrands& strands);
 Result<ImportedStrands> strands_of(std::span<const CurveSet> sets);
 

@@ -14,6 +14,7 @@ Result<TriangleMesh> decode_draco(std::span<const std::byte> bytes, std::size_t 
   if (!decoded.ok()) return Refusal("its mesh is compressed by Draco, and damaged: export it again");
   const draco::Mesh& packed = *decoded.value();
   const draco::PointAttribute* const positions = packed.GetAttributeByUniqueId(static_cast<std::uint32_t>(position));
+  // All indices come from the file, so positions and corners are checked below.
   if (!positions || positions->num_components() != 3) return Refusal("its compressed mesh has no positions");
   TriangleMesh mesh;
   for (draco::PointIndex p(0); p < packed.num_points(); ++p) {

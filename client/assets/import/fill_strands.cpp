@@ -12,10 +12,14 @@
 namespace hairnet {
 namespace {
 
+// Three guides surround a root on a surface; more would smooth the hairstyle.
 constexpr std::size_t kGuidesPerStrand = 3;
+// Guides of more points would multiply the groom's size.
 constexpr std::size_t kPointsMax = 64;
-// The skin between guides is covered this many times as far from a guide as guides usually are from each other.
+// A root is filled up to this many times the usual distance of a guide's second neighbour. Smaller values leave holes
+// between uneven guides; larger ones grow hair beyond the hairline.
 constexpr float kReach = 1.2f;
+// Sparse guides must not spread hair over the face, whatever their usual distance is.
 constexpr float kReachMax_m = 0.03f;
 // Guides whose directions differ by more than 60 degrees are not mixed.
 constexpr float kSameWay = 0.5f;
@@ -33,6 +37,7 @@ struct Guide {
 Vec3f point_at(std::span<const Vec3f> line, std::span<const float> length, float share) {
   const float at = share * length.back();
   const auto after = std::upper_bound(length.begin() + 1, length.end() - 1, at);
+  // The search leaves out the ends, so `i` is a valid segment even for a share of 1.
   const auto i = static_cast<std::size_t>(after - length.begin());
   const float step = length[i] - length[i - 1];
   const float part = step > 0 ? (at - length[i - 1]) / step : 0;
@@ -50,6 +55,7 @@ std::vector<Guide> guides_of(const Groom& groom, const Vec3f& centre) {
   for (std::uint32_t s = 0; s < groom.strand_count(); ++s) {
     const std::span<const Vec3f> line = groom.strand_points(s);
     if (!groom.strands[s].rooted || line.size() < 2) continue;
+    // Half of the length shows where a strand leads: roots stand up from the skin, and tips turn anywhere.
     const Vec3f way = point_at(line, lengths_along(line), 0.5f) - line.front();
     guides.push_back({s, line.front(), way.normalized(), (line.front() - centre).normalized()});
   }
@@ -78,6 +84,7 @@ class Roots {
 
   [[nodiscard]] Nearest nearest_to(const Vec3f& root) const {
     Nearest nearest;
+    // The search needs at least three guides, which `fill_strands` has checked.
     tree_.knnSearch(root.data(), kGuidesPerStrand, nearest.guide.data(), nearest.distance2.data());
     return nearest;
   }
@@ -90,6 +97,8 @@ class Roots {
 // How far a guide's hair reaches over the skin: to the second nearest guide, at most of guides.
 float reach_of(std::span<const Guide> guides, const Roots& roots) {
   std::vector<float> gaps;
+  // The nearest root is the guide itself, so index 2 is its second neighbour. The median ignores single guides far from
+  // all others.
   for (const Guide& guide : guides) gaps.push_back(std::sqrt(roots.nearest_to(guide.root).distance2[2]));
   const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
   std::ranges::nth_element(gaps, middle);
@@ -107,6 +116,7 @@ class SkinSampler {
     }
     low.array() -= reach;
     high.array() += reach;
+    // A triangle near the guides' box may still be far from every guide; the distance of each drawn root decides that.
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       const auto& [a, b, c] = mesh.triangles[t];
       const Vec3f &x = mesh.vertices[a], &y = mesh.vertices[b], &z = mesh.vertices[c];
@@ -124,6 +134,7 @@ class SkinSampler {
     const auto t = std::min(static_cast<std::size_t>(chosen - areas_.begin()), triangles_.size() - 1);
     const auto& [a, b, c] = mesh_.triangles[triangles_[t]];
     auto u = static_cast<float>(random.unit()), v = static_cast<float>(random.unit());
+    // Points beyond the diagonal are mirrored into the triangle, which keeps the spread even.
     if (u + v > 1) {
       u = 1 - u;
       v = 1 - v;
@@ -146,7 +157,9 @@ class Mixer {
     for (const Guide& guide : guides) lengths_.push_back(lengths_along(groom.strand_points(guide.strand)));
   }
 
-  // The strand at a root on the skin, between its nearest guides.
+  // The strand at a root on the skin, between its nearest guides. `out` is the direction out of the head at the root.
+  // The offsets from each guide's root are turned by the rotation from the guide's own direction to it, so that hair
+  // follows the curve of the skull.
   void mix(const Vec3f& root, const Vec3f& out, const Nearest& nearest, std::vector<Vec3f>& strand) const {
     std::array<float, kGuidesPerStrand> weight{};
     std::array<Eigen::Quaternionf, kGuidesPerStrand> turn;
@@ -156,6 +169,7 @@ class Mixer {
       const Guide& guide = guides_[nearest.guide[k]];
       turn[k] = rotation_between(guide.out, out);
       if (guide.way.dot(guides_[nearest.guide[0]].way) < kSameWay) continue;
+      // The small addend keeps a root that lies on a guide finite.
       weight[k] = 1 / (nearest.distance2[k] + 1e-8f);
       sum += weight[k];
       count = std::max(count, groom_.strand_points(guide.strand).size());
@@ -181,13 +195,15 @@ class Mixer {
 
 }  // namespace
 
+// The filled strands are appended behind the guides, which stay as they are.
 Result<void> fill_strands(std::size_t strand_count, Groom& groom) {
   if (!groom.threads.empty() || !groom.cards.empty() || !groom.cloths.empty() || !groom.clumps.empty())
     return Refusal("only strands are filled, and the groom has other things too");
   if (strand_count <= groom.strand_count())
     return Refusal("there are " + std::to_string(groom.strand_count()) + " strands already: --fill takes more");
   if (groom.body.mesh.vertices.empty()) return Refusal("there is no skin to fill");
-  // Outwards is away from the middle of the skin that has hair on it.
+  // Outwards is away from the middle of the skin that has hair on it. The point is about the middle of a skull above
+  // its joint; only directions from it matter, so it need not be exact.
   const Vec3f above_joint(0, 0.06f, 0);
   const std::vector<Guide> guides = guides_of(groom, above_joint);
   if (guides.size() < kGuidesPerStrand)
@@ -206,7 +222,8 @@ Result<void> fill_strands(std::size_t strand_count, Groom& groom) {
   Groom filled = groom;
   Random random(1);
   std::vector<Vec3f> strand;
-  // A root is drawn often where guides cover little of the skin around them.
+  // A root is drawn often where guides cover little of the skin around them. The limit of tries ends the search where
+  // they cover almost nothing.
   const std::size_t tries_max = 100 * strand_count;
   for (std::size_t tries = 0; filled.strand_count() < strand_count; ++tries) {
     if (tries == tries_max) return Refusal("the roots cover too little of the skin to fill");
@@ -219,6 +236,7 @@ Result<void> fill_strands(std::size_t strand_count, Groom& groom) {
                      " points of a groom: fill with fewer");
     filled.add_strand(strand, groom.strands[guides[nearest.guide[0]].strand]);
   }
+  // All hairs of the guides are shared again, so filling does not change the number of hairs on the head.
   for (StrandProperties& each : filled.strands)
     each.hair_count = static_cast<float>(hairs / static_cast<double>(filled.strand_count()));
   groom = std::move(filled);

@@ -7,7 +7,7 @@
 
 #include "client/assets/import/draco.hpp"
 #include "client/assets/import/gltf_file.hpp"
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "core/groom/groom.hpp"
 #include "core/shown_text.hpp"
 
@@ -25,6 +25,8 @@ constexpr std::size_t kPrimitivesMax = 10'000;
 // A vertex follows up to four joints of each set.
 constexpr std::size_t kJointSetsMax = 4;
 
+// A node has a matrix, or translation, rotation and scale, which apply from the last to the first. glTF stores matrices
+// by columns, as Eigen does.
 Mat4 local_transform(const Json& node) {
   Mat4 matrix = Mat4::Identity();
   if (const auto columns = gltf::numbers(member(node, "matrix"), 16))
@@ -40,7 +42,8 @@ Mat4 local_transform(const Json& node) {
   return matrix;
 }
 
-// The transform of each vertex of a skin: from the mesh to the scene, by each joint.
+// The transform of each vertex of a skin: from the mesh to the scene, by each joint. Its skeleton's pose is that of the
+// nodes, which need not be the bind pose.
 struct Skin {
   std::vector<Mat4> joints;
 };
@@ -74,7 +77,8 @@ class BodyReader {
   }
 
  private:
-  // Finds the nodes' transforms, from the roots of the scene downwards. Without a scene all nodes are shown.
+  // Finds the nodes' transforms, from the roots of the scene downwards. Without a scene all nodes are shown. A node
+  // with two parents or within itself would make the walk endless, so both are refused before transforms are computed.
   std::string place_nodes() {
     parents_.assign(nodes_.size(), kNone);
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
@@ -106,6 +110,7 @@ class BodyReader {
     return {};
   }
 
+  // Parents are visited before their children, so their transform is ready.
   void place_below(std::size_t root) {
     for_each_below({root}, is_placed_, [this](std::size_t n) {
       worlds_[n] = local_transform(nodes_[n]);
@@ -113,7 +118,8 @@ class BodyReader {
     });
   }
 
-  // Calls `visit` with each of the nodes and those below that are not yet marked, and marks them.
+  // Calls `visit` with each of the nodes and those below that are not yet marked, and marks them. A stack of its own
+  // keeps deep nesting from exhausting the program's.
   template <class Visit>
   void for_each_below(std::vector<std::size_t> open, std::vector<bool>& marks, Visit visit) {
     while (!open.empty()) {
@@ -131,17 +137,20 @@ class BodyReader {
     return "node " + std::to_string(node) + (name.empty() ? "" : ' ' + shown(name));
   }
 
+  // A node without a mesh is empty here, but its children may have some.
   std::string read_node(std::size_t n) {
     const auto index = whole(member(nodes_[n], "mesh"));
     if (!index) return {};
     const Json* const mesh = gltf::element(file_.json(), "meshes", *index);
     if (!mesh) return name_of(n) + " has a mesh that does not exist";
+    // glTF ignores the transform of a node with a skin: the joints alone place its vertices.
     const Skin* skin = nullptr;
     if (const auto s = whole(member(nodes_[n], "skin"))) {
       if (std::string fault = read_skin(*s); !fault.empty()) return name_of(n) + ": " + fault;
       skin = &skins_.at(*s);
     }
     for (const Json& primitive : gltf::elements(member(mesh, "primitives"))) {
+      // One small mesh may be used by millions of nodes; the limit bounds the work.
       if (++primitive_count_ > kPrimitivesMax) return "it has too many meshes: join them";
       if (std::string fault = read_primitive(primitive, worlds_[n], skin); !fault.empty())
         return name_of(n) + ": " + fault;
@@ -149,6 +158,7 @@ class BodyReader {
     return {};
   }
 
+  // A skin is read once, however many meshes use it.
   std::string read_skin(std::size_t index) {
     if (skins_.contains(index)) return {};
     const Json* const described = gltf::element(file_.json(), "skins", index);
@@ -161,6 +171,7 @@ class BodyReader {
     }
     Skin skin;
     for (const Json& joint : gltf::elements(member(*described, "joints"))) {
+      // The index is checked here, so that `skins_` holds only valid transforms.
       const auto node = whole(&joint);
       if (!node || *node >= nodes_.size()) return "its skin has a joint that does not exist";
       Mat4 inverse = Mat4::Identity();
@@ -175,11 +186,12 @@ class BodyReader {
 
   std::string read_primitive(const Json& primitive, const Mat4& world, const Skin* skin) {
     const std::size_t mode = whole(member(primitive, "mode")).value_or(4);
+    // Modes 4 to 6 are triangles, strips and fans; the others are points and lines.
     if (mode < 4 || mode > 6) {
       ++other_primitives_;
       return {};
     }
-    // A compressed part may also have its numbers as they are.
+    // A compressed part may also have its numbers as they are. It is then read like others, without Draco.
     const Json* const attributes = member(primitive, "attributes");
     const auto position = whole(member(attributes, "POSITION"));
     if (!position) return "a part has no positions";
@@ -189,6 +201,7 @@ class BodyReader {
     const Result<gltf::Numbers> positions = file_.numbers(*position, 3);
     if (!positions) return positions.error();
     Weights moved_by;
+    // The sets of joints must be without a gap: JOINTS_1 without JOINTS_0 means nothing.
     for (std::size_t set = 0; skin && set < kJointSetsMax; ++set) {
       const auto j = whole(member(attributes, ("JOINTS_" + std::to_string(set)).c_str()));
       const auto w = whole(member(attributes, ("WEIGHTS_" + std::to_string(set)).c_str()));
@@ -205,6 +218,8 @@ class BodyReader {
     if (std::string fault = room_for(positions->count, 0); !fault.empty()) return fault;
     for (std::size_t v = 0; v < positions->count; ++v) {
       const Vec3 x(positions->at(v, 0), positions->at(v, 1), positions->at(v, 2));
+      // Weights decide for each vertex, so linear blend skinning happens here once and bones are generated anew for the
+      // groom.
       const Result<Mat4> moved = skin ? blended(moved_by, *skin, v, world) : world;
       if (!moved) return moved.error();
       if (std::string fault = add_vertex(*moved, x); !fault.empty()) return fault;
@@ -213,7 +228,8 @@ class BodyReader {
     return read_triangles(primitive, mode, first, !skin && world.topLeftCorner<3, 3>().determinant() < 0);
   }
 
-  // The blend of the joints' transforms at a vertex. One that no joint moves stays with its node.
+  // The blend of the joints' transforms at a vertex. The sum is divided by the total, since quantised weights need not
+  // sum to 1. A vertex that no joint moves stays with its node.
   static Result<Mat4> blended(const Weights& by, const Skin& skin, std::size_t v, const Mat4& world) {
     Mat4 sum = Mat4::Zero();
     double total = 0;
@@ -230,6 +246,7 @@ class BodyReader {
     return total > 0 ? Mat4(sum / total) : world;
   }
 
+  // The limits are those of a groom, checked before memory is taken.
   std::string room_for(std::size_t vertices, std::size_t triangles) {
     const std::size_t most = GroomLimits{}.vertex_count_max;
     if (vertices <= most - body_.mesh.vertices.size() && triangles <= 2 * most - body_.mesh.triangles.size()) return {};
@@ -255,11 +272,13 @@ class BodyReader {
     if (std::string fault = room_for(0, triangles); !fault.empty()) return fault;
     for (std::size_t t = 0; t < triangles; ++t) {
       std::array<std::size_t, 3> corners{3 * t, 3 * t + 1, 3 * t + 2};
+      // Every second triangle of a strip has the other winding, which the swap of two corners mends.
       if (mode == 5) corners = {t, t + 1 + t % 2, t + 2 - t % 2};
       if (mode == 6) corners = {0, t + 1, t + 2};
       std::array<std::uint32_t, 3>& triangle = body_.mesh.triangles.emplace_back();
       for (std::size_t i = 0; i < 3; ++i) {
         const double v = indices ? indices->at(corners[i], 0) : static_cast<double>(corners[i]);
+        // The comparison also refuses the index that restarts strips, which is the largest number of its type.
         if (!(v >= 0 && v < static_cast<double>(vertex_count))) return "a triangle has a vertex that does not exist";
         triangle[i] = static_cast<std::uint32_t>(first + static_cast<std::size_t>(v));
       }
@@ -272,6 +291,7 @@ class BodyReader {
     const auto view = whole(member(packed, "bufferView")),
                position = whole(member(member(packed, "attributes"), "POSITION"));
     if (!view || !position) return "its compressed mesh is not there";
+    // The weights are packed by Draco too, and only positions are unpacked.
     if (skin) return "it has a skin and is compressed by Draco: export it without compression";
     const Result<std::span<const std::byte>> bytes = file_.view(*view);
     if (!bytes) return bytes.error();
@@ -286,7 +306,8 @@ class BodyReader {
     return {};
   }
 
-  // Joints by the avatar's own list, else by the names of the joints of skins, those above first.
+  // Joints by the avatar's own list, else by the names of the joints of skins, those above first. An avatar's own list
+  // counts first, because its author has set it. VRM 1 lists bones by name, VRM 0 as a list.
   void read_joints() {
     const Json* const extensions = member(file_.json(), "extensions");
     constexpr std::array<std::pair<const char*, Bone>, 4> kBones{{{"head", Bone::head},
@@ -302,6 +323,7 @@ class BodyReader {
         if (const auto n = whole(member(listed, "node"))) add_joint(bone, *n);
       }
     }
+    // Names count only for joints of a skin: a mesh called Head is no joint.
     std::vector<bool> is_joint(nodes_.size());
     for (const Json& skin : gltf::elements(member(file_.json(), "skins"))) {
       for (const Json& joint : gltf::elements(member(skin, "joints"))) {

@@ -8,20 +8,23 @@
 #include <utility>
 
 #include "client/assets/import/byte_reader.hpp"
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet::gltf {
 namespace {
 
-// Bounds of the memory that JSON needs: avatars have 50 000 values.
+// Bounds of the memory that JSON needs: avatars have 50 000 values, and a value of the parsed document takes many times
+// its text.
 constexpr std::size_t kValuesMax = 500'000;
 constexpr int kDepthMax = 64;
-// Unpacked buffers, and those of other files, have together no more bytes.
+// Unpacked buffers, and those of other files, have together no more bytes. A small file can name large files and pack
+// large buffers; this bounds what it costs.
 constexpr std::size_t kTakenBytesMax = std::size_t{512} << 20;
 constexpr std::size_t kByteStrideMax = 256;
 
-// Stops the parser where JSON has too many values or is nested too deep.
+// Stops the parser where JSON has too many values or is nested too deep. The second parse, which takes memory, happens
+// only within the limits.
 class ValueCounter final : public nlohmann::json_sax<Json> {
  public:
   [[nodiscard]] bool is_too_large() const { return values_ > kValuesMax || depth_ > kDepthMax; }
@@ -51,14 +54,15 @@ class ValueCounter final : public nlohmann::json_sax<Json> {
   int depth_ = 0;
 };
 
-// The JSON is counted before memory is taken for its values.
+// The JSON is counted before memory is taken for its values. Exceptions are off in both parses, so damage is a value
+// here.
 Result<Json> parse_json(std::string_view text) {
   ValueCounter counter;
-  const bool is_sound = Json::sax_parse(text, &counter);
+  const bool is_valid = Json::sax_parse(text, &counter);
   if (counter.is_too_large())
     return Refusal("its JSON has more than " + std::to_string(kValuesMax) + " values, or is nested more than " +
                    std::to_string(kDepthMax) + " deep");
-  Json json = is_sound ? Json::parse(text, nullptr, false) : Json();
+  Json json = is_valid ? Json::parse(text, nullptr, false) : Json();
   if (!json.is_object()) return Refusal("its JSON is damaged, or no glTF");
   const std::string version = text_of(member(member(json, "asset"), "version"));
   if (!version.starts_with("2"))
@@ -66,7 +70,8 @@ Result<Json> parse_json(std::string_view text) {
   return json;
 }
 
-// The bytes of text in base64, which ends at the first character that is none of it.
+// The bytes of text in base64, which ends at the first character that is none of it. Padding and line ends end the text
+// as well, without an error: a shortened buffer is noticed where a view needs its bytes.
 std::vector<std::byte> decode_base64(std::string_view text) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::array<std::uint8_t, 256> digit_of{};
@@ -88,7 +93,9 @@ std::vector<std::byte> decode_base64(std::string_view text) {
   return bytes;
 }
 
-// A file's name in a URI: %20 is a blank. Empty where it leads out of the folder.
+// A file's name in a URI: %20 is a blank. Empty where it leads out of the folder. A file may be somebody else's: it
+// must not make this program read any other file than those beside it. So an absolute path, a drive, a backslash, a
+// zero and "..", also when written as %2e, are refused.
 std::string name_of_uri(std::string_view uri) {
   std::string name;
   for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -125,11 +132,13 @@ const Json* element(const Json& value, const char* name, std::size_t index) {
   return index < all.size() ? &all[index] : nullptr;
 }
 
+// Negative and broken numbers give none, so that callers treat them like missing ones.
 std::optional<std::size_t> whole(const Json* value) {
   if (!value || !value->is_number_unsigned()) return {};
   return value->get<std::size_t>();
 }
 
+// The count in the file must be exact, since matrices and vectors have a fixed length.
 std::optional<std::vector<double>> numbers(const Json* value, std::size_t count) {
   std::vector<double> out;
   for (const Json& number : elements(value)) {
@@ -150,7 +159,9 @@ std::string text_of(const Json* value) {
 }
 
 double Numbers::at(std::size_t row, std::size_t column) const {
+  // The reader needs no check: `File::numbers` has compared all rows with the bytes.
   ByteReader in(bytes, row * stride_bytes + column * number_bytes);
+  // glTF maps signed numbers to [-1, 1] with both -128 and -127 at -1.
   const auto share = [&](double number, double most) { return is_normalized ? std::max(number / most, -1.0) : number; };
   switch (component) {
     case 5120:
@@ -174,9 +185,12 @@ Result<File> File::open(std::span<const std::byte> bytes, const ReadBeside& read
   file.read_beside_ = read_beside;
   ByteReader in(bytes);
   std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  // A .glb has a header of 12 bytes and chunks of a length, a type and their bytes. The first is the JSON, the second
+  // its buffer.
   if (in.has(20) && in.u32() == kMagic) {
     if (const std::uint32_t version = in.u32(); version != 2)
       return Refusal("binary glTF of version " + std::to_string(version) + ": export it as glTF 2");
+    // A file that is longer than its header says is accepted.
     if (in.u32() > bytes.size()) return Refusal("truncated: it is shorter than its header says");
     const std::size_t json_bytes = in.u32();
     if (in.u32() != kJsonChunk || !in.has(json_bytes)) return Refusal("truncated: its JSON is not there");
@@ -198,17 +212,20 @@ Result<File> File::open(std::span<const std::byte> bytes, const ReadBeside& read
   return file;
 }
 
+// The bytes of a buffer stay in `buffers_`, whose map does not move them, so spans into it remain valid.
 Result<std::span<const std::byte>> File::buffer(std::size_t index) {
   const Json* const described = element(json_, "buffers", index);
   if (!described) return Refusal("there is no " + numbered("buffer", index));
   const Json* const uri = member(*described, "uri");
   if (!uri) {
+    // Only buffer 0 may lie in the .glb itself.
     if (index != 0 || binary_.empty()) return Refusal(numbered("buffer", index) + " has no bytes in the file");
     return binary_;
   }
   if (const auto found = buffers_.find(index); found != buffers_.end())
     return std::span<const std::byte>(found->second);
   const std::string text = text_of(uri);
+  // Text of a data URI is already in the file, so its bytes are not counted against the limit.
   if (text.starts_with("data:")) {
     const std::size_t comma = text.find(";base64,");
     if (comma == std::string::npos) return Refusal(numbered("buffer", index) + " is not written in base64");
@@ -224,6 +241,7 @@ Result<std::span<const std::byte>> File::buffer(std::size_t index) {
   return buffers_[index] = std::move(*bytes);
 }
 
+// `view` may also be the extension of a packed view, which names buffer, offset and length in the same way.
 Result<std::span<const std::byte>> File::part_of_buffer(const Json& view) {
   const std::size_t offset = whole(member(view, "byteOffset")).value_or(0);
   const auto index = whole(member(view, "buffer")), length = whole(member(view, "byteLength"));
@@ -244,6 +262,7 @@ Result<std::span<const std::byte>> File::view(std::size_t index) {
   return part_of_buffer(*view);
 }
 
+// The result is kept: several accessors use one view.
 Result<std::span<const std::byte>> File::unpacked(std::size_t index, const Json& packed) {
   if (const auto found = unpacked_.find(index); found != unpacked_.end())
     return std::span<const std::byte>(found->second);
@@ -254,6 +273,7 @@ Result<std::span<const std::byte>> File::unpacked(std::size_t index, const Json&
   const std::size_t stride = whole(member(packed, "byteStride")).value_or(0);
   const std::string name = numbered("buffer view", index);
   const bool is_attributes = mode == "ATTRIBUTES", is_triangles = mode == "TRIANGLES", is_indices = mode == "INDICES";
+  // meshoptimizer asserts these strides; a file must not reach an assertion.
   const bool has_stride =
       is_attributes ? stride > 0 && stride <= kByteStrideMax && stride % 4 == 0 : stride == 2 || stride == 4;
   // The other filters are of normals and rotations.
@@ -261,7 +281,8 @@ Result<std::span<const std::byte>> File::unpacked(std::size_t index, const Json&
              fits_filter = filter.empty() || filter == "NONE" || (is_filtered && is_attributes);
   if (!(is_attributes || is_triangles || is_indices) || !has_stride || !fits_filter || (is_triangles && count % 3 != 0))
     return Refusal(name + " is packed in a way that is not known: export the file without compression");
-  // A packed byte holds at most 64 bytes of attributes, the corners of a triangle, or an index.
+  // A packed byte holds at most 64 bytes of attributes, the corners of a triangle, or an index. Without the bound, a
+  // count of billions in a file of 1 kB would reserve gigabytes before the decoder notices.
   const std::size_t most = is_attributes ? 64 * part->size() / stride : is_triangles ? 3 * part->size() : part->size();
   if (count == 0 || count > most || count * stride > kTakenBytesMax - taken_bytes_)
     return Refusal(name + " says that it holds more than its bytes can");
@@ -287,6 +308,7 @@ Result<Numbers> File::numbers(std::size_t index, std::size_t width) {
   Numbers out;
   out.width = width;
   out.component = whole(member(*accessor, "componentType")).value_or(0);
+  // A type below 5120 wraps around to a huge number and is refused by the comparison with the list.
   const std::size_t kind = out.component - 5120;
   if (found != width || kind >= kBytes.size() || kBytes[kind] == 0)
     return Refusal(name + " does not have " + counted(width, "number") + " in a row");
@@ -301,10 +323,12 @@ Result<Numbers> File::numbers(std::size_t index, std::size_t width) {
   if (!bytes) return Refusal(name + ": " + bytes.error());
   const std::size_t row_bytes = width * out.number_bytes, offset = whole(member(*accessor, "byteOffset")).value_or(0);
   out.stride_bytes = whole(member(element(json_, "bufferViews", *view_index), "byteStride")).value_or(row_bytes);
+  // Rows that overlap would let a small buffer hold any number of rows.
   if (out.stride_bytes < row_bytes || out.stride_bytes > kByteStrideMax)
     return Refusal(name + " has rows that overlap");
   if (offset > bytes->size()) return Refusal("truncated: " + name + " begins behind its buffer view");
   out.bytes = bytes->subspan(offset);
+  // The last row may end before its stride does.
   if (out.count == 0 || out.bytes.size() < row_bytes ||
       out.count - 1 > (out.bytes.size() - row_bytes) / out.stride_bytes)
     return Refusal("truncated: " + name + " has " + std::to_string(out.count) + " rows, and no bytes for all of them");

@@ -13,18 +13,22 @@
 namespace hairnet {
 namespace {
 
-// The logarithm of the unit may differ so much for hair over a body.
+// The logarithm of the unit may differ so much for hair over a body. Hair reaches beyond the skin, and roots often
+// cover a part of the head only. Units farther from the strands' own guess than a factor of about 1.65 are not tried.
 constexpr double kUnitSlack = 0.5;
+// The order decides where scores are equal: +y and +z come first, because most programs use one of them.
 constexpr std::array<Axis, 6> kAxes{Axis::plus_y,  Axis::plus_z,  Axis::plus_x,
                                     Axis::minus_y, Axis::minus_z, Axis::minus_x};
 constexpr double kUpMargin = 0.03;  // by which a direction must be likelier than the next
 constexpr double kFreeFace = 12;    // hair in the face speaks against a direction, even if the roots fit
+// The misfit of a probe is limited to this, so that a few strands far from the body do not decide.
 constexpr double kFar_m = 0.03;
 constexpr double kHeadHeight_m = 0.35;  // at most, with part of the neck
+// The score compares all directions with all points, so points are sampled; 8 of a strand show where it hangs.
 constexpr std::uint32_t kPointsOfStrand = 8;
 constexpr std::size_t kRootsMax = 4000, kProbesMax = 160, kVerticesMax = 12'000;
 
-// Roots, the vector from each to its tip, and points between, in file coordinates.
+// Roots, the vector from each root to its tip, and points between, in file coordinates.
 struct Strands {
   std::vector<Vec3> roots, falls, points;
 };
@@ -32,6 +36,7 @@ struct Strands {
 Strands strands_of(std::span<const StrandFile> files) {
   std::size_t count = 0;
   for (const StrandFile& file : files) count += file.strands.strand_count();
+  // Every n-th strand over all files is taken, so that each file has its share.
   const std::size_t step = std::max<std::size_t>(1, count / kRootsMax);
   Strands out;
   std::size_t n = 0;
@@ -39,6 +44,7 @@ Strands strands_of(std::span<const StrandFile> files) {
     for (std::size_t s = 0; s < file.strands.strand_count(); ++s) {
       const std::uint32_t begin = file.strands.strand_begin[s], end = file.strands.strand_begin[s + 1];
       if (begin == end || n++ % step != 0) continue;
+      // The last point minus the first is the fall of the strand, whatever it does between.
       out.roots.push_back(file.strands.points[begin].cast<double>());
       out.falls.push_back(file.strands.points[end - 1].cast<double>() - out.roots.back());
       const std::uint32_t stride = std::max<std::uint32_t>(1, (end - begin) / kPointsOfStrand);
@@ -54,7 +60,8 @@ Vec3 mean_of(const std::vector<Vec3>& vectors) {
   return sum / static_cast<double>(std::max<std::size_t>(1, vectors.size()));
 }
 
-// The share of the hair at the face's height that lies in that direction: hair leaves faces free.
+// The share of the hair at the face's height that lies in that direction, because hair leaves faces free. The height is
+// that from the middle of the skull down to its lower end; above it a fringe may lie in front as well.
 double share_towards(const Strands& strands, const SkullFit& skull, const Vec3& up, const Vec3& face) {
   std::size_t beside = 0, there = 0;
   for (const Vec3& p : strands.points) {
@@ -63,6 +70,7 @@ double share_towards(const Strands& strands, const SkullFit& skull, const Vec3& 
     if (height < -0.9 || height > 0) continue;
     const Vec3 level = from_middle - height * up;
     ++beside;
+    // The cosine 0.9 makes a cone of about 26 degrees to each side.
     there += level.dot(face) > 0.9 * level.norm();
   }
   return beside == 0 ? 0 : static_cast<double>(there) / static_cast<double>(beside);
@@ -85,6 +93,7 @@ double misfit_of(const std::vector<Vec3>& probes_m, const std::vector<Vec3>& ver
   }
   double sum = 0;
   for (const Vec3& probe : probes_m) {
+    // The search is over all vertices; both lists are thinned, so a trial costs at most some two million distances.
     double nearest = kFar_m * kFar_m;
     // A probe that is far from the whole mesh is skipped.
     if ((probe - probe.cwiseMax(low).cwiseMin(high)).squaredNorm() < nearest) {
@@ -95,7 +104,8 @@ double misfit_of(const std::vector<Vec3>& probes_m, const std::vector<Vec3>& ver
   return sum / static_cast<double>(probes_m.size());
 }
 
-// Vertices between two depths below the top, along +y of head axes; units of the file.
+// Vertices between two depths below the top, along +y of head axes; units of the file. Depths instead of heights make
+// it independent of the origin of the file.
 std::vector<Vec3> slab(const std::vector<Vec3>& turned, double top, double from, double to) {
   std::vector<Vec3> out;
   for (const Vec3& v : turned) {
@@ -131,7 +141,8 @@ bool is_complete(const KnownPlacement& known) {
   return known.up && known.face && known.unit_m;
 }
 
-// The axis of the highest score, or the known one, and by how much the next is lower.
+// The axis of the highest score, or the known one, and by how much the next is lower. A known axis has an infinite
+// margin, so that it never counts as doubtful.
 struct AxisChoice {
   Axis axis = Axis::plus_y;
   double margin = std::numeric_limits<double>::infinity();
@@ -144,6 +155,7 @@ AxisChoice choose(const std::optional<Axis>& known, Score score) {
   double best = -std::numeric_limits<double>::infinity(), second = best;
   for (const Axis axis : kAxes) {
     const double of_axis = score(axis);
+    // Scores that differ only by rounding count as equal; the earlier axis stays, on every machine.
     if (of_axis <= best + 1e-9) {
       second = std::max(second, of_axis);
       continue;
@@ -161,18 +173,23 @@ AxisChoice choose(const std::optional<Axis>& known, Score score) {
 Result<Placement> guess_placement(std::span<const StrandFile> files, const KnownPlacement& known,
                                   std::vector<std::string>* doubts) {
   const Strands strands = strands_of(files);
+  // Four roots are the least that determine a sphere.
   if (strands.roots.size() < 4 && !is_complete(known))
     return Refusal("too few strands to see a head in: give --up, --face and --unit");
   Placement placement;
   placement.origin = known.origin;
   const UnitGuess unit = guess_unit(strands.roots);
+  // Any unit can be right where the roots cover only a part of a head, so a guess needs a usual unit or a determined
+  // size.
   if (!known.unit_m && !unit.is_usual && !unit.is_sure)
     return Refusal("the roots show no head of which size would tell the unit: give --unit");
   placement.unit_m = known.unit_m.value_or(unit.m);
+  // All lengths below are in radii of this skull, so the scores do not depend on the unit.
   const SkullFit skull = fit_skull_shape(strands.roots, kUsualSkullRadius_m / placement.unit_m);
   const double radius = skull.radius();
   if (!(std::isfinite(radius) && radius > 0))
     return Refusal("the strands' roots make no head: give --up, --face and --unit");
+  // Scalps are the upper and back part of a head: their mean lies above and behind the middle of the skull.
   const Vec3 from_middle = (mean_of(strands.roots) - skull.centre) / radius;
   const Vec3 fall = mean_of(strands.falls) / radius;
   // Short hair points up as well as down; long hair shows the direction better by hanging.
@@ -181,6 +198,7 @@ Result<Placement> guess_placement(std::span<const StrandFile> files, const Known
   });
   if (up.margin < kUpMargin) return Refusal("the strands do not show which way is up: give --up");
   placement.up = up.axis;
+  // The mean of the roots lies behind the middle, away from the face; hair in a direction speaks against a face there.
   const auto score_of_face = [&](Axis axis) {
     if (parallel(axis, placement.up)) return -std::numeric_limits<double>::infinity();
     return -from_middle.dot(direction(axis)) -
@@ -188,11 +206,13 @@ Result<Placement> guess_placement(std::span<const StrandFile> files, const Known
   };
   const AxisChoice face = choose(known.face, score_of_face);
   placement.face = face.axis;
-  // An eighth of evenly spread hair lies in each direction; by chance it is a little more or less.
+  // An eighth of evenly spread hair lies in each direction; by chance it is a little more or less. The deviation of a
+  // share of 0.12 by chance, over n roots, is about the square root of 0.12 / n.
   const double margin = kFreeFace * std::sqrt(0.12 / static_cast<double>(strands.roots.size()));
   // Hair that hangs alike on all sides does not show the face: it is where such files usually have it.
   const Axis usual = placement.up == Axis::plus_z ? Axis::minus_y : Axis::plus_z;
   if (known.face || face.axis == usual || parallel(usual, placement.up)) return placement;
+  // The usual direction needs no proof: only a face that is clearly better replaces it.
   if (score_of_face(face.axis) - score_of_face(usual) < margin) {
     placement.face = usual;
     if (doubts)
@@ -206,25 +226,30 @@ Result<Placement> guess_placement(std::span<const StrandFile> files, const Known
 
 std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, const TriangleMesh& mesh,
                                              const KnownPlacement& of_strands, const KnownPlacement& of_body) {
+  // Roots lie some millimetres off a mesh even with the right axes, so other axes must fit clearly better to be taken.
   constexpr double kSlack = 1.25;  // the same axes may fit worse than others by this factor
   Result<Placement> body = guess_mesh_placement(mesh, of_body);
   if (!body) return {};
   body->origin = of_body.origin;  // both files have one origin, and the roots determine the head joint
   const Mat3 turn_body = body->unit_m * rotation_to_head(body->up, body->face);
+  // The body is turned once; strands are turned for each trial, since they are fewer.
   std::vector<Vec3> vertices_m, probes;
   for (const Vec3f& v : mesh.vertices) vertices_m.emplace_back(turn_body * v.cast<double>());
+  // Only the head matters, and a whole person has most of its vertices elsewhere.
   vertices_m = thinned(slab(vertices_m, top_of(vertices_m), 0, kHeadHeight_m));
   const Strands strands = strands_of(files);
   const std::size_t step = std::max<std::size_t>(1, strands.roots.size() / kProbesMax);
   for (std::size_t i = 0; i < strands.roots.size(); i += step) probes.push_back(strands.roots[i]);
   if (probes.empty()) return {};
+  // The mean distance of roots from the head in that placement, in m.
   const auto misfit_m = [&](const Placement& placement) {
     const Mat3 turn = placement.unit_m * rotation_to_head(placement.up, placement.face);
     std::vector<Vec3> probes_m;
     for (const Vec3& probe : probes) probes_m.emplace_back(turn * probe);
     return misfit_of(probes_m, vertices_m);
   };
-  // The strands as they are known, and as the body is where they are not.
+  // The strands as they are known, and as the body is where they are not. Known axes and units are never varied; the
+  // loops below then try the same placement several times, which is harmless.
   const auto placed = [&](Axis up, Axis face, double unit_m) {
     return Placement{of_strands.up.value_or(up), of_strands.face.value_or(face), of_strands.unit_m.value_or(unit_m),
                      of_strands.origin};
@@ -240,6 +265,7 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
       if (std::abs(std::log(unit_m / alone->unit_m)) < kUnitSlack) units_m.push_back(unit_m);
     }
   }
+  // All pairs of axes give 24 placements for each unit, in the order of kAxes.
   for (const double unit_m : units_m) {
     for (const Axis up : kAxes) {
       for (const Axis face : kAxes) {
@@ -252,6 +278,8 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
       }
     }
   }
+  // Where the best still leaves the roots as far away as the limit of a probe, nothing fits, and the caller places both
+  // alone.
   if (!(best_m < 0.8 * kFar_m)) return {};
   return PlacedTogether{best, *body};
 }
@@ -261,14 +289,18 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh, const KnownPlac
   for (const Vec3f& v : mesh.vertices) vertices.push_back(v.cast<double>());
   vertices = thinned(vertices);
   const Vec3 size = extent(vertices);
+  // Without 50 vertices there are no slabs to compare.
   if (vertices.size() < 50 || !(size.minCoeff() > 0)) return Refusal("too few vertices to see a head in");
   Placement placement;
+  // A person or a bust with shoulders is longer along the axis upwards than along the other one that it may be. Only
+  // clearly longer along z counts, since most files have +y up.
   placement.up = known.up.value_or(size.z() > 1.15 * size.y() ? Axis::plus_z : Axis::plus_y);
   placement.face = known.face.value_or(parallel(placement.up, Axis::plus_z) ? Axis::minus_y : Axis::plus_z);
   if (parallel(placement.up, placement.face)) return Refusal(validate(placement));
   std::vector<Vec3> turned = turned_by(vertices, placement.up, placement.face);
   const double top = top_of(turned);
-  // The unit for which the uppermost 9 cm are as wide as a head.
+  // The unit for which the uppermost 9 cm are as wide as a head. Each usual unit is tried, since each makes the cap
+  // another part of the mesh.
   constexpr double kCap_m = 0.09, kCapWidth_m = 0.165;
   double best = std::numeric_limits<double>::infinity();
   for (const auto& [unit_m, rarity] : kUsualUnits) {
@@ -283,7 +315,8 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh, const KnownPlac
   }
   if (known.unit_m) placement.unit_m = *known.unit_m;
   if (!known.unit_m && !(best < 0.7)) return Refusal("its top is not the size of a head in any usual unit");
-  // Chin and nose are in front of the neck.
+  // Chin and nose are in front of the neck. Depths in metres below the top of an adult's head: the jaw at 13 to 19 cm,
+  // the neck at 23 to 26 cm. A bust that ends at the chin has no neck slab; the cap stands for it.
   const double unit_m = placement.unit_m;
   const std::vector<Vec3> jaw = slab(turned, top, 0.13 / unit_m, 0.19 / unit_m);
   const std::vector<Vec3> neck = slab(turned, top, 0.23 / unit_m, 0.26 / unit_m);
@@ -294,12 +327,14 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh, const KnownPlac
   for (const Axis axis : kAxes) {
     if (parallel(axis, placement.up)) continue;
     const Vec3 along = rotation_to_head(placement.up, placement.face) * direction(axis);
+    // The factor keeps the earlier axis of the list where two directions are nearly equal.
     if (forward.dot(along) > 1.2 * most) {
       most = forward.dot(along);
       face = axis;
     }
   }
   if (!jaw.empty() && !known.face) placement.face = face;
+  // The skull needs head axes and metres, which are known only now.
   TriangleMesh head;
   head.triangles = mesh.triangles;
   for (const Vec3f& v : mesh.vertices) head.vertices.push_back(place(placement, Vec3::Zero(), v));

@@ -9,9 +9,13 @@
 namespace hairnet {
 namespace {
 
+// Fewer strands than kEndsMin show no scalp at either end; more than kEndsMax add nothing.
 constexpr std::size_t kEndsMax = 1500, kEndsMin = 8;
 constexpr std::uint32_t kProbesOfStrand = 8;
+// Real hair may enter a fitted skull a little, because a skull is no ellipsoid.
 constexpr double kInside = 0.12;  // radii below the surface: hair is not there
+// The difference by which the last points must be the better scalp. Most files store roots first, so a smaller doubt
+// must not turn them.
 constexpr double kClearly = 0.08;
 
 struct Ends {
@@ -39,12 +43,14 @@ Ends ends_of(std::span<const StrandFile> files) {
 }
 
 // About 0 for the roots of hair. More for points that lie off any skull, show no skull or one with hair inside, have
-// the size of a head in no usual unit, or are spread wider than the other ends.
+// the size of a head in no usual unit, or are spread wider than the other ends. The terms are weighted by how sure they
+// are: a misfit of the shell counts most.
 double unlike_roots(const std::vector<Vec3>& ends, const std::vector<Vec3>& other, const std::vector<Vec3>& points) {
   const ScalpFit scalp = fit_scalp(ends);
   std::size_t inside = 0;
   for (const Vec3& x : points) inside += scalp.skull.distance(x) < -kInside * scalp.skull.radius();
   const double share = static_cast<double>(inside) / static_cast<double>(points.size());
+  // Tips are spread wider than roots in all but very short hair.
   const double wider = std::max(0.0, std::log(longest_extent(ends) / longest_extent(other)));
   const double unlike = 2 * std::min(scalp.misfit, 0.5) + 0.5 * share + 0.3 * std::min(wider, 1.0);
   return unlike + (guess_unit(ends).is_usual ? 0 : 0.1) + (scalp.skull.is_determined() ? 0 : 0.1);
@@ -52,6 +58,7 @@ double unlike_roots(const std::vector<Vec3>& ends, const std::vector<Vec3>& othe
 
 }  // namespace
 
+// Both ends are measured in the same way and compared, so no absolute limit is necessary.
 bool are_tips_first(std::span<const StrandFile> files) {
   const Ends ends = ends_of(files);
   if (ends.first.size() < kEndsMin) return false;

@@ -15,7 +15,9 @@
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kToldMax = 5;     // outliers of a file that have a line of their own
+// A broken exporter can make thousands of outliers; a count for the rest keeps the message readable.
+constexpr std::size_t kListedMax = 5;  // outliers of a file that have a line of their own
+// Coordinates that files round more coarsely than that lose something that a groom would keep.
 constexpr double kRounded_m = 0.00005;  // as a groom file rounds
 
 std::string with_digits(double x) {
@@ -24,7 +26,8 @@ std::string with_digits(double x) {
   return text;
 }
 
-// What was decided, and what speaks against taking the files as they are.
+// What was decided, and what speaks against taking the files as they are. With `strict`, any doubt refuses the import;
+// notes never do.
 struct Remarks {
   std::vector<std::string> notes, doubts;
 };
@@ -47,16 +50,18 @@ std::string describe(const Outlier& outlier, double unit_m) {
   return {};
 }
 
+// `strand_counts` are those before the cuts, because users know the numbers of their files.
 void tell_outliers(const std::vector<Outlier>& outliers, const HairParts& parts,
                    const std::vector<std::size_t>& strand_counts, double unit_m, Remarks& remarks) {
   for (std::size_t f = 0; f < parts.strands.size(); ++f) {
     const std::string file = parts.strands[f].file + ": ", of = " of " + std::to_string(strand_counts[f]) + " strands ";
-    std::size_t count = 0, without_length = 0, told = 0;
+    std::size_t count = 0, without_length = 0, listed = 0;
     for (const Outlier& outlier : outliers) {
       if (outlier.file != f) continue;
       ++count;
+      // Strands without length are named once and then counted, since they are all alike.
       if (outlier.kind == Outlier::Kind::no_length && ++without_length > 1) continue;
-      if (outlier.kind != Outlier::Kind::no_length && ++told > kToldMax) continue;
+      if (outlier.kind != Outlier::Kind::no_length && ++listed > kListedMax) continue;
       remarks.doubts.push_back(file + "strand " + std::to_string(outlier.strand) + " " + describe(outlier, unit_m));
     }
     if (without_length > 1)
@@ -74,7 +79,8 @@ void tell_decoded(const HairParts& parts, Remarks& remarks) {
   }
 }
 
-// The distance between neighbouring 32-bit numbers at most of the points, in units of the file.
+// The distance between neighbouring 32-bit numbers at most of the points, in units of the file. Half of the points are
+// at least so far away, so the rounding is that of usual points and not of one stray.
 double rounding_of(std::span<const StrandFile> files) {
   std::vector<float> far;
   for (const StrandFile& file : files) {
@@ -98,12 +104,14 @@ bool is_any_known(const KnownPlacement& known) {
   return known.up || known.face || known.unit_m;
 }
 
-// Adds what the files say of their axis and unit to what is known. Files that disagree say nothing.
+// Adds what the files say of their axis and unit to what is known. Files that disagree say nothing. The unit and the
+// axis upwards of files that agree spare the guess. Values that the user has given are not replaced.
 KnownPlacement with_stated(KnownPlacement known, std::span<const StrandFile> files, Remarks& remarks) {
   const auto add = [&](auto& value, auto stated, const char* what) {
     if (value) return;
     for (const StrandFile& file : files) {
       if (!stated(file.strands)) continue;
+      // The second disagreement needs no line of its own, so the search ends.
       if (value && value != stated(file.strands)) {
         remarks.doubts.push_back(file.file + ": its " + what + " is not that of the files before it, and is guessed");
         value.reset();
@@ -126,6 +134,7 @@ void share_head_joint(PlacedTogether& together, const KnownPlacement& of_body) {
     body.origin = of_body.origin;
     return;
   }
+  // The joint goes from the body's file to head axes in metres, and from there to the strands' file.
   const Vec3 joint_m = body.unit_m * (rotation_to_head(body.up, body.face) * *body.origin);
   strands.origin = rotation_to_head(strands.up, strands.face).transpose() * joint_m / strands.unit_m;
 }
@@ -133,10 +142,13 @@ void share_head_joint(PlacedTogether& together, const KnownPlacement& of_body) {
 // Places strands and body, together if the body fits.
 Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& known, const HairImport& import,
                               GroomDef& def, Remarks& remarks) {
+  // Doubts about axes concern all files, so they begin with the name of the first.
   const std::string file = parts.strands.front().file + ": ";
   if (parts.body) {
+    // The body's remarks are kept apart until it is certain that the body is used.
     Remarks of_file;
     const KnownPlacement of_body = known_of_body(parts, import.body, of_file.notes, of_file.doubts);
+    // A body that fits determines axes better than hair does, so it is tried first.
     if (auto together = guess_together(parts.strands, parts.body->mesh, known, of_body)) {
       share_head_joint(*together, import.body);
       std::ranges::move(of_file.notes, std::back_inserter(remarks.notes));
@@ -150,12 +162,14 @@ Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& know
       return together->strands;
     }
   }
+  // A body that does not fit must not refuse the hair: the strands are placed alone.
   std::vector<std::string> doubts;
   Result<Placement> alone = guess_placement(parts.strands, known, &doubts);
   if (!alone) return Refusal(file + alone.error());
   if (std::string fault = validate(*alone); !fault.empty()) return Refusal(file + fault);
   for (const std::string& doubt : doubts) remarks.doubts.push_back(file + doubt);
   if (!parts.body) return alone;
+  // Flags for the body are an order: it is then used even where it does not seem to fit.
   if (is_any_known(import.body)) {
     def.body = parts.body->mesh;
     def.body_placement = Placement{import.body.up.value_or(alone->up), import.body.face.value_or(alone->face),
@@ -168,7 +182,8 @@ Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& know
   return alone;
 }
 
-// A message with the flags of the program that shows it.
+// A message with the flags of the program that shows it. Guesses write the general names, since they do not know the
+// program. The search goes on behind each replacement, which may contain the flag itself.
 std::string with_flags(std::string text, const std::string& prefix) {
   for (const std::string flag : {"up", "face", "unit", "roots"}) {
     const std::string general = "--" + flag;
@@ -178,7 +193,8 @@ std::string with_flags(std::string text, const std::string& prefix) {
   return text;
 }
 
-// Turns the strands root first. Returns what was found.
+// Turns the strands root first. Returns what was found. Outliers must be cut before, as a stray point at one end would
+// decide the comparison.
 std::string settle_roots(HairParts& parts, const HairImport& import, Remarks& remarks) {
   const bool is_guess = import.roots == RootEnd::guess;
   if (import.roots == RootEnd::first || (is_guess && !are_tips_first(parts.strands))) return "roots first";
@@ -198,7 +214,9 @@ Result<ImportedGroom> imported_parts(HairParts parts, const HairImport& import) 
   for (const StrandFile& file : parts.strands) strand_counts.push_back(file.strands.strand_count());
   Remarks remarks, of_placement;
   tell_decoded(parts, remarks);
+  // What files state counts as known, before anything is guessed.
   const KnownPlacement known = with_stated(import.strands, parts.strands, remarks);
+  // Cutting comes first: one point at 1e20 would make every later measure useless.
   const std::vector<Outlier> outliers = cut_outliers(parts.strands);
   for (const StrandFile& file : parts.strands) strand_count += file.strands.strand_count();
   if (strand_count == 0) return Refusal(first + "no strand has a length: all points of each lie in one place");
@@ -210,11 +228,15 @@ Result<ImportedGroom> imported_parts(HairParts parts, const HairImport& import) 
   const Result<Placement> placement = place_parts(parts, known, import, def, of_placement);
   if (!placement) return Refusal(placement.error());
   def.placement = *placement;
+  // The placement is the first line of all, because it explains the rest.
   remarks.notes.insert(remarks.notes.begin(), first + "taken as " + to_string(*placement) + ", " + roots);
+  // Sizes of outliers are told in metres, which are known only after the placement.
   tell_outliers(outliers, parts, strand_counts, placement->unit_m, remarks);
   tell_rounding(parts, placement->unit_m, remarks);
   std::ranges::move(of_placement.notes, std::back_inserter(remarks.notes));
   std::ranges::move(of_placement.doubts, std::back_inserter(remarks.doubts));
+  // All doubts of decoding, cutting and placing are known here. What the assembly warns of, such as hair without a root
+  // on the skin, does not refuse.
   if (import.strict && !remarks.doubts.empty()) {
     const std::size_t more = remarks.doubts.size() - 1;
     return Refusal(remarks.doubts.front() + " (refused: strict" +
@@ -225,6 +247,7 @@ Result<ImportedGroom> imported_parts(HairParts parts, const HairImport& import) 
   Result<ImportedGroom> imported = assemble_groom(def);
   if (!imported) return Refusal(first + imported.error());
   if (import.fill) {
+    // Guides are filled in after the assembly, since the skin is needed.
     const std::size_t guide_count = imported->groom.strand_count();
     const Result<void> filled = fill_strands(*import.fill, imported->groom);
     if (!filled) return Refusal(first + filled.error());
@@ -246,6 +269,7 @@ Result<RootEnd> parse_root_end(std::string_view text) {
   return Refusal("is not one of first, last, guess");
 }
 
+// The flags for axes count as a pair: with one of them given, a stated other could be parallel to it.
 KnownPlacement known_of_body(const HairParts& parts, const KnownPlacement& given, std::vector<std::string>& notes,
                              std::vector<std::string>& doubts) {
   const KnownPlacement& stated = parts.body->states;
@@ -266,6 +290,8 @@ KnownPlacement known_of_body(const HairParts& parts, const KnownPlacement& given
     notes.push_back(file + "the head joint is " + shown(parts.body->joints[0]->name) + " of its skeleton, at " + at(0) +
                     ',' + at(1) + ',' + at(2) + " in file units");
   }
+  // A stated unit in which a head is seen is right. Many exporters state metres for files in centimetres, so one
+  // without a head is doubted.
   if (given.unit_m || !stated.unit_m || guess_mesh_placement(parts.body->mesh, known)) return known;
   KnownPlacement guessed = known;
   guessed.unit_m.reset();

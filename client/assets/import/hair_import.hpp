@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "client/assets/import/body.hpp"
+#include "client/assets/import/imported_body.hpp"
 #include "client/assets/import/placement.hpp"
 #include "core/result.hpp"
 
@@ -29,10 +29,11 @@ struct HairImport {
   std::string flag_prefix = "--";
 };
 
-// The decoded files of one head.
+// The decoded files of one head. The caller moves it into the import, which changes the strands.
 struct HairParts {
   // The groom's name.
   std::string name;
+  // Strands are in the order of the files; each part has its group.
   std::vector<StrandFile> strands;
   std::optional<ImportedBody> body;
   std::string body_file;
@@ -45,7 +46,8 @@ KnownPlacement known_of_body(const HairParts& parts, const KnownPlacement& given
 
 // Makes the groom that all programs make of these files: cuts outliers, turns strands root first, finds the placement,
 // and assembles. Each warning is a line `FILE: what`, the first of which says what the strands were taken as; the error
-// is such a line too.
+// is such a line too. The result depends on the files and their order alone. It takes no lock and reads no file, so
+// threads may import several heads at once.
 Result<ImportedGroom> import_hair_parts(HairParts parts, const HairImport& import);
 
 }  // namespace hairnet

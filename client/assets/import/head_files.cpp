@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "client/assets/import/obj.hpp"
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "core/file_name.hpp"
 
 namespace hairnet {
@@ -14,7 +14,7 @@ Refusal of_file(const std::string& file, const std::string& reason) {
   return Refusal(file + ": " + reason);
 }
 
-// Whether the extension is one of a list such as ".obj .ply".
+// Whether the extension is one of a list such as ".obj .ply". Blanks on both sides keep .usd from being found in .usda.
 bool is_listed(const std::string& extension, std::string_view list) {
   return !extension.empty() && (' ' + std::string(list) + ' ').find(' ' + extension + ' ') != std::string::npos;
 }
@@ -26,6 +26,7 @@ Result<ImportedBody> body_of(Result<TriangleMesh> mesh) {
   return body;
 }
 
+// A group that the caller names replaces all groups of the file.
 void add_strands(ImportedStrands strands, const std::string& file, const std::string& group, HairParts& parts) {
   if (!group.empty()) {
     strands.groups.assign(strands.strand_count(), 0);
@@ -45,6 +46,7 @@ std::string strand_extensions() {
 }
 
 StrandDecoder* strand_decoder_of(std::string_view file) {
+  // An extension is compared in small letters.
   const auto found = std::ranges::find(strand_readers(), extension_of(file), &StrandReader::extension);
   return found == strand_readers().end() ? nullptr : found->decode;
 }
@@ -79,7 +81,8 @@ Result<void> add_file(const std::string& file, std::span<const std::byte> bytes,
   StrandDecoder* const decode = strand_decoder_of(file);
   if (decode == nullptr) return of_file(file, "strands are read from " + strand_extensions() + " files");
   Result<ImportedStrands> strands = decode(bytes);
-  // Some formats hold strands or a body: what has no strand may have a mesh.
+  // Some formats hold strands or a body: what has no strand may have a mesh. The error of the strands is told if the
+  // mesh fails as well, since the file was taken for hair.
   if ((!strands || strands->strand_count() == 0) && may_hold_body(file)) {
     Result<ImportedBody> body = decode_body(file, bytes);
     if (body || strands) return add_body(file, std::move(body), parts);

@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "client/assets/import/body.hpp"
 #include "client/assets/import/hair_import.hpp"
+#include "client/assets/import/imported_body.hpp"
 #include "client/assets/import/strands.hpp"
 #include "core/result.hpp"
 
@@ -29,7 +29,8 @@ bool may_hold_body(std::string_view file);
 // Decodes the body of a file that may hold one and is not glTF. The error begins with the file's name.
 Result<ImportedBody> decode_body(const std::string& file, std::span<const std::byte> bytes);
 
-// Adds the body of a file, if there is none yet.
+// Adds the body of a file, if there is none yet. A head has one body: a second one is refused, because nothing says
+// which is meant.
 Result<void> add_body(const std::string& file, Result<ImportedBody> body, HairParts& parts);
 
 // Adds what a file that is not glTF holds: strands, or where it has none the body that they were made on. The strands

@@ -8,8 +8,8 @@
 
 #include "client/assets/import/byte_reader.hpp"
 #include "client/assets/import/curve_sets.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "client/assets/import/strands.hpp"
-#include "client/assets/import/text.hpp"
 #include "core/shown_text.hpp"
 #include "schema/bytes/deflate.hpp"
 
@@ -21,7 +21,9 @@ namespace {
 
 using ByteSpan = std::span<const std::byte>;
 
+// No array of strands needs more axes.
 constexpr std::size_t kAxesMax = 8;
+// Both bound the work that a small archive can cause.
 constexpr std::size_t kArraysMax = 1000;  // in an archive
 constexpr std::size_t kUnpackedMax = 1'000'000'000;
 
@@ -47,7 +49,8 @@ struct NpyArray {
   }
 };
 
-// The text that follows `'key':` in the dictionary of a header.
+// The text that follows `'key':` in the dictionary of a header. The header is a Python dictionary as text. Only the
+// three keys that NumPy writes are looked for, so no Python is interpreted.
 std::string_view entry(std::string_view header, std::string_view key) {
   for (const char quote : {'\'', '"'}) {
     const std::size_t at = header.find(std::string(1, quote).append(key) + quote);
@@ -65,6 +68,7 @@ Result<NpyArray> read_npy(ByteSpan bytes) {
   if (!text.starts_with(kMagic)) return Refusal("not a .npy file: it does not begin with \\x93NUMPY");
   ByteReader in(bytes, kMagic.size());
   if (!in.has(4)) return Refusal("truncated: shorter than its header");
+  // The version's major number is the low byte; from version 2 on, the header's length has 4 bytes.
   const bool is_long = (in.u16() & 0xff) >= 2;
   if (is_long && !in.has(4)) return Refusal("truncated: shorter than its header");
   const std::size_t length = is_long ? in.u32() : in.u16();
@@ -89,6 +93,7 @@ Result<NpyArray> read_npy(ByteSpan bytes) {
     if (!axis || array.shape.size() >= kAxesMax) return Refusal("its shape is not one of whole numbers");
     array.shape.push_back(*axis);
   }
+  // Networks write a batch of one, whose axis has no meaning here.
   while (array.shape.size() > 3 && array.shape.front() == 1) array.shape.erase(array.shape.begin());
   array.values = bytes.subspan(in.at());
   return array;
@@ -98,6 +103,7 @@ std::size_t bytes_of_number(const NpyArray& array) {
   return static_cast<std::size_t>(array.type[2] - '0');
 }
 
+// The bytes may have any order and alignment, so they are put together one by one.
 std::uint64_t bits_at(const NpyArray& array, std::size_t index) {
   const std::size_t size = bytes_of_number(array);
   std::uint64_t bits = 0;
@@ -116,7 +122,10 @@ float number_at(const NpyArray& array, std::size_t index) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
 }
 
+// Strands that end in nan are shorter than the array; nan before the end is a damaged point, which make_strands drops
+// with its strand.
 Result<ImportedStrands> strands_of_array(const NpyArray& array) {
+  // Reading objects would mean to run pickled code.
   if (array.type.find('O') != std::string::npos)
     return Refusal("it holds Python objects, which are not read: save an array of strands, points and 3 coordinates");
   if (!array.is_strands())
@@ -125,6 +134,7 @@ Result<ImportedStrands> strands_of_array(const NpyArray& array) {
   const std::uint64_t strand_count = array.shape[0], point_count = array.shape[1];
   const std::size_t point_bytes = 3 * bytes_of_number(array);
   if (strand_count == 0 || point_count == 0) return Refusal("the array " + array.describe() + " holds no strands");
+  // Division instead of multiplication: the product of two counts in a file can exceed 64 bits.
   if (strand_count > array.values.size() / point_bytes ||
       point_count > array.values.size() / point_bytes / strand_count)
     return Refusal("truncated: an array " + array.describe() + " does not fit in " +
@@ -137,6 +147,7 @@ Result<ImportedStrands> strands_of_array(const NpyArray& array) {
     for (std::size_t p = 0; p < points; ++p) {
       Vec3f& point = set.controls.emplace_back();
       for (std::size_t axis = 0; axis < 3; ++axis)
+        // Arrays of Fortran have the strand as the fastest index.
         point[static_cast<int>(axis)] =
             number_at(array, array.is_fortran ? (axis * points + p) * strands + s : (s * points + p) * 3 + axis);
     }
@@ -152,7 +163,8 @@ Result<ImportedStrands> strands_of_array(const NpyArray& array) {
 }
 
 // Strands of any number of points: the points one strand behind the other, and the index of the first point of each
-// strand, with the number of points behind the last.
+// strand, with the number of points behind the last. The exporter (`npz_writer`) writes this layout for strands that
+// differ in their number of points.
 Result<ImportedStrands> strands_of_list(const NpyArray& points, const NpyArray& begins) {
   if (!points.is_points() || !begins.is_list_of_numbers())
     return Refusal("positions " + points.describe() + " and strand_begin " + begins.describe() +
@@ -165,6 +177,7 @@ Result<ImportedStrands> strands_of_list(const NpyArray& points, const NpyArray& 
   CurveSet set;
   for (std::size_t i = 0; i < begin_count; ++i) {
     const std::uint64_t begin = bits_at(begins, i);
+    // Each begin must not be less than the one before, or a strand would have a negative number of points.
     if (begin > point_count || begin < set.begin.back() || (i == 0 && begin != 0))
       return Refusal("strand_begin " + std::to_string(i) + " is " + std::to_string(begin) + ", which is not between " +
                      std::to_string(set.begin.back()) + " and the " + std::to_string(point_count) + " points");
@@ -186,7 +199,8 @@ struct ZipEntry {
   std::uint64_t packed_bytes = 0, bytes = 0, header_at = 0;
 };
 
-// Sizes of 32 bits that are all ones are in an extra field, of 64 bits each.
+// Sizes of 32 bits that are all ones are in an extra field, of 64 bits each. The order of the 64-bit values is fixed by
+// the format: the size, the packed size, the place. Only those whose 32-bit field is full are there.
 void read_zip64(ByteReader in, std::size_t extra_bytes, ZipEntry& entry) {
   const std::size_t end = in.at() + extra_bytes;
   while (in.at() + 4 <= end) {
@@ -205,15 +219,18 @@ void read_zip64(ByteReader in, std::size_t extra_bytes, ZipEntry& entry) {
   }
 }
 
-// The files of an archive by its directory, which stands at its end.
+// The files of an archive by its directory, which stands at its end. The local headers are no use for this: writers
+// that stream leave their sizes at 0.
 Result<std::vector<ZipEntry>> read_directory(ByteSpan bytes) {
   constexpr std::size_t kEndBytes = 22, kHeaderBytes = 46, kCommentMax = 65'535;
   constexpr std::uint32_t kEndMagic = 0x06054b50, kHeaderMagic = 0x02014b50;
   std::optional<std::size_t> end;
+  // A comment of up to 65 535 bytes may follow the directory's end, so the search for its magic goes backwards.
   for (std::size_t back = kEndBytes; !end && back <= std::min(bytes.size(), kEndBytes + kCommentMax); ++back) {
     if (ByteReader(bytes, bytes.size() - back).u32() == kEndMagic) end = bytes.size() - back;
   }
   if (!end) return Refusal("truncated, or not a .npz file: no directory of an archive at its end");
+  // The ten bytes before are the magic and what concerns archives in several parts.
   ByteReader in(bytes, *end + 10);
   const std::uint16_t count = in.u16();
   in.skip(4);
@@ -247,7 +264,8 @@ Result<std::vector<ZipEntry>> read_directory(ByteSpan bytes) {
   return entries;
 }
 
-// The bytes of a file in the archive. `room` holds them where they are packed.
+// The bytes of a file in the archive. `room` holds them where they are packed. Only the directory's sizes are used, not
+// those of the local header. The local name and extra field only say how much to skip.
 Result<ByteSpan> unpacked(ByteSpan bytes, const ZipEntry& entry, std::vector<std::uint8_t>& room) {
   constexpr std::size_t kHeaderBytes = 30, kPackedAtMost = 1100;  // times smaller than what it holds
   constexpr std::uint16_t kStored = 0, kDeflated = 8;
@@ -262,6 +280,7 @@ Result<ByteSpan> unpacked(ByteSpan bytes, const ZipEntry& entry, std::vector<std
   const ByteSpan packed = bytes.subspan(in.at(), entry.packed_bytes);
   if (entry.method == kStored) return packed;
   if (entry.method != kDeflated) return Refusal("packed by a method other than deflate");
+  // DEFLATE packs at most about 1032 to 1. A claim beyond that is false, and is refused before memory is taken.
   if (entry.bytes / kPackedAtMost > packed.size()) return Refusal("damaged");
   if (entry.bytes > kUnpackedMax) return Refusal("unpacks to more than 1 GB");
   room.resize(entry.bytes);
@@ -281,6 +300,8 @@ Result<ImportedStrands> decode_npz(ByteSpan bytes) {
   if (!entries) return Refusal(entries.error());
   const auto listed = std::ranges::find(*entries, "positions", &ZipEntry::name),
              begins = std::ranges::find(*entries, "strand_begin", &ZipEntry::name);
+  // The list of different lengths has two arrays, so it is looked for before single arrays. A `positions` of three axes
+  // is an ordinary array of strands.
   if (listed != entries->end() && begins != entries->end()) {
     std::vector<std::uint8_t> points_room, begins_room;
     const Result<NpyArray> points = read_array(bytes, *listed, points_room),
@@ -301,6 +322,7 @@ Result<ImportedStrands> decode_npz(ByteSpan bytes) {
   for (const ZipEntry& entry : *entries) {
     if (std::ranges::find(kNames, entry.name) == kNames.end()) order.push_back(&entry);
   }
+  // Arrays without strands are listed in the error, which shows users what the file has.
   std::string others;
   for (const ZipEntry* entry : order) {
     std::vector<std::uint8_t> room;
@@ -320,6 +342,7 @@ Result<ImportedStrands> decode_npz(ByteSpan bytes) {
 
 Result<ImportedStrands> decode_npy(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  // A .npz that was renamed to .npy is read all the same: the first bytes decide.
   if (text.starts_with("PK")) return decode_npz(bytes);
   const Result<NpyArray> array = read_npy(bytes);
   if (!array) return Refusal(array.error());

@@ -8,13 +8,14 @@
 #include <utility>
 
 #include "client/assets/import/edge_chains.hpp"
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "core/groom/groom.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {
 
+// Further numbers, such as weights or colours, are ignored.
 std::string read_vertex(std::string_view numbers, std::vector<Vec3f>& vertices) {
   Vec3f vertex;
   for (int axis = 0; axis < 3; ++axis) {
@@ -27,16 +28,19 @@ std::string read_vertex(std::string_view numbers, std::vector<Vec3f>& vertices) 
   return {};
 }
 
-// The vertex of "7", "7/1", "7//3", "7/1/3", "-2/…": 1 is the first, -1 the last one read so far.
+// The vertex of "7", "7/1", "7//3", "7/1/3", "-2/…": 1 is the first, -1 the last one read so far. Indices behind a
+// slash name texture and normals, which hair does not have.
 std::optional<std::uint32_t> vertex_index(std::string_view corner, std::size_t vertex_count) {
   const std::string_view number = corner.substr(0, corner.find('/'));
   const std::optional<std::int64_t> index = parse_number<std::int64_t>(number);
   if (!index || *index == 0) return {};
   const auto count = static_cast<std::int64_t>(vertex_count);
+  // Only vertices read so far count, because negative indices count back from here.
   if (*index > count || *index < -count) return {};
   return static_cast<std::uint32_t>(*index > 0 ? *index - 1 : count + *index);
 }
 
+// A polygon becomes a fan about its first corner. Concave ones may overlap themselves.
 std::string read_face(std::string_view corners, TriangleMesh& mesh) {
   std::uint32_t first = 0, last = 0;
   std::size_t corner_count = 0;
@@ -52,7 +56,8 @@ std::string read_face(std::string_view corners, TriangleMesh& mesh) {
   return corner_count < 3 ? "a face needs 3 vertices" : "";
 }
 
-// The lines of a file, as vertices of polylines. A line that begins where the one before ended continues it.
+// The lines of a file, as vertices of polylines. A line that begins where the one before ended continues it, since some
+// programs write one line for each edge.
 struct ObjLines {
   std::vector<std::uint32_t> vertices;
   // Each polyline ends here in `vertices`, and has this group.
@@ -71,6 +76,7 @@ struct ObjLines {
       if (!index) return "no vertex " + shown(word) + " among the " + std::to_string(vertex_count) + " read so far";
       if (corner_count < 2) edge[corner_count] = *index;
       if (corner_count++ == 0) {
+        // A line of another group never continues the one before.
         if (!end.empty() && vertices.back() == *index && groups.back() == group) continue;
         end.push_back(vertices.size());
         groups.push_back(group);
@@ -90,8 +96,11 @@ struct ObjLines {
   void join_edges(std::size_t vertex_count) {
     std::size_t single = 0;
     for (std::size_t i = 0; i < end.size(); ++i) single += end[i] - (i > 0 ? end[i - 1] : 0) == 2;
+    // Files with longer lines, or whose lines mostly follow each other, already have their strands. Joining would then
+    // only risk to connect strands that touch.
     if (has_longer || 2 * single < end.size()) return;
     Chains chains = chain_edges(edges, vertex_count);
+    // Chains that do not reduce the number of lines show that the edges were strands of two points each.
     if (chains.count() >= end.size()) return;
     vertices = std::move(chains.vertices);
     end.assign(chains.begin.begin() + 1, chains.begin.end());
@@ -102,6 +111,7 @@ struct ObjLines {
 
 }  // namespace
 
+// The views of names point into `text`, so groups are compared without copies.
 Result<ImportedStrands> decode_obj_strands(std::string_view text) {
   std::vector<Vec3f> vertices;
   ObjLines lines;
@@ -129,6 +139,7 @@ Result<ImportedStrands> decode_obj_strands(std::string_view text) {
     strands.groups.push_back(
         numbers.try_emplace(lines.groups[i], static_cast<std::uint32_t>(numbers.size())).first->second);
   }
+  // A single group says nothing, and more than a groom may have are dropped.
   if (numbers.size() < 2 || numbers.size() > GroomLimits{}.group_count_max) {
     strands.groups.clear();
     return strands;
@@ -138,6 +149,7 @@ Result<ImportedStrands> decode_obj_strands(std::string_view text) {
   return strands;
 }
 
+// Only the mesh is read here; `add_file` has tried the lines before.
 Result<TriangleMesh> decode_obj(std::string_view text) {
   TriangleMesh mesh;
   for (std::size_t line_number = 1; !text.empty(); ++line_number) {

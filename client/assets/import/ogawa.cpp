@@ -13,6 +13,7 @@
 namespace hairnet {
 namespace {
 
+// The depth bounds the memory of the walk, and of all that later follow the tree.
 constexpr std::size_t kOgawaHeaderBytes = 16, kGroupDepthMax = 256, kWordBytes = 8;
 constexpr std::uint64_t kDataBit = std::uint64_t{1} << 63;
 constexpr std::array<unsigned char, 5> kOgawaMagic{'O', 'g', 'a', 'w', 'a'};
@@ -31,6 +32,7 @@ std::string at_byte(std::uint64_t at) {
 
 }  // namespace
 
+// No check is necessary: OgawaCheck has walked over this word.
 std::uint64_t OgawaGroup::child_word(std::size_t child) const {
   return ByteReader(file_, at_ + 8 + 8 * child).u64();
 }
@@ -55,7 +57,8 @@ std::span<const std::byte> OgawaGroup::data(std::size_t child) const {
   return file_.subspan(at + 8, static_cast<std::size_t>(ByteReader(file_, at).u64()));
 }
 
-// Walks the tree with a stack of its own.
+// Walks the tree with a stack of its own, because a crafted file could nest groups deep enough to exhaust the
+// program's.
 class OgawaCheck {
  public:
   explicit OgawaCheck(std::span<const std::byte> file) : file_(file), words_left_(file.size() / kWordBytes) {}
@@ -94,13 +97,17 @@ class OgawaCheck {
     if (!has_word(at)) return "damaged: a group" + at_byte(at) + " lies outside of the file";
     ByteReader in(file_, static_cast<std::size_t>(at));
     const std::uint64_t count = in.u64();
+    // The comparison divides, so a count near 2^64 cannot wrap around.
     if (!in.has(count, 8))
       return "damaged: the group" + at_byte(at) + " says it has " + std::to_string(count) +
              " children, more than the file has room for";
+    // A cycle would make all later walks endless. Only ancestors are compared: groups that share children are legal.
     const bool is_ancestor = std::ranges::any_of(path_, [&](const Step& step) { return step.group.at_ == at; });
     if (is_ancestor) return "damaged: the group" + at_byte(at) + " lies within itself";
     if (path_.size() == kGroupDepthMax)
       return "its groups lie within each other deeper than " + std::to_string(kGroupDepthMax);
+    // Two groups that each have the same two groups as children double the walk at every depth. The budget of words
+    // stops this.
     if (count + 1 > words_left_) return "damaged: its groups share more children than the file has room for";
     words_left_ -= static_cast<std::size_t>(count) + 1;
     path_.push_back({OgawaGroup(file_, static_cast<std::size_t>(at), static_cast<std::size_t>(count))});
@@ -122,10 +129,12 @@ class OgawaCheck {
   std::vector<Step> path_;
 };
 
+// Older exporters write Alembic as HDF5, so this error says what helps.
 Result<OgawaGroup> open_ogawa(std::span<const std::byte> bytes) {
   if (begins_with(bytes, kHdf5Magic)) return Refusal("HDF5 Alembic is not read: export it as Ogawa");
   if (!begins_with(bytes, kOgawaMagic)) return Refusal("not an Alembic file: it does not begin with Ogawa");
   if (bytes.size() < kOgawaHeaderBytes) return Refusal("truncated: shorter than the header of 16 bytes");
+  // A writer sets this byte last. Without it, the program was stopped while it wrote.
   if (bytes[5] != std::byte{0xff}) return Refusal("was not written to its end: export it again");
   const unsigned version = std::to_integer<unsigned>(bytes[6]) << 8 | std::to_integer<unsigned>(bytes[7]);
   if (version != 1) return Refusal("Ogawa version " + std::to_string(version) + " is not read, only version 1");

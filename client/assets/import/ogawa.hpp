@@ -15,6 +15,7 @@ class OgawaGroup {
   OgawaGroup() = default;
 
   [[nodiscard]] std::size_t child_count() const { return child_count_; }
+  // Children are numbered from 0, groups and blocks together.
   [[nodiscard]] bool is_group(std::size_t child) const;
   [[nodiscard]] bool is_data(std::size_t child) const;
   // Empty for a child that is not there, or is of the other kind.
@@ -34,7 +35,8 @@ class OgawaGroup {
 
 // The root group. Checks the whole tree first, so that the views need no checks: each group and block lies within the
 // file, no group is its own ancestor, none is deeper than 256, and no more children are walked than the file has room
-// for. Takes no memory but for that depth.
+// for. Takes no memory but for that depth. HDF5 archives and files that were not written to their end have errors of
+// their own.
 Result<OgawaGroup> open_ogawa(std::span<const std::byte> bytes);
 
 }  // namespace hairnet

@@ -9,19 +9,23 @@
 namespace hairnet {
 namespace {
 
-// So many points speak for a strand, however densely it is sampled.
+// So many points speak for a strand, however densely it is sampled. Otherwise a strand of 1000 points would outvote
+// many of 16.
 constexpr std::size_t kSamplesOfStrand = 16;
 // Fewer strands have no usual size.
 constexpr std::size_t kMeasuredStrandsMin = 8;
-// This share of the strands is within the usual size.
+// This share of the strands is within the usual size. The worst 2 % do not enlarge what is usual.
 constexpr double kUsualShare = 0.98;
+// A ponytail may reach three times as far as short hair; nothing that belongs to a head reaches twelve times as far.
 constexpr double kFar = 3, kFarInAllCases = 12;  // in usual sizes
 // Strands whose sizes have a smaller ratio are alike.
 constexpr double kAlike = 1.25;
 // So many strands that are alike make a style.
 constexpr std::size_t kAlikeMin = 3;
+// Segments of one strand have similar lengths, whatever its shape.
 constexpr double kJump = 8;  // in the strand's own median segment
-// A strand that is no longer than this share of the usual length is nothing.
+// A strand that is no longer than this share of the usual length is nothing. Such strands are rounding errors of a
+// point.
 constexpr double kShort = 1e-5;
 
 struct MeasuredStrand {
@@ -44,6 +48,7 @@ double length_of(const std::vector<Vec3>& points) {
   return length;
 }
 
+// The median is robust: a single jump does not enlarge the measure that must find it.
 double median_segment(const std::vector<Vec3>& points) {
   std::vector<double> segments;
   for (std::size_t i = 1; i < points.size(); ++i) segments.push_back((points[i] - points[i - 1]).norm());
@@ -58,6 +63,7 @@ std::vector<Vec3> samples_of(const MeasuredStrand& strand) {
   return samples;
 }
 
+// The copy in double costs memory, but the cuts need every strand at hand before the first is judged.
 std::vector<MeasuredStrand> measured_strands(std::span<const StrandFile> files) {
   std::vector<MeasuredStrand> all;
   for (std::size_t f = 0; f < files.size(); ++f) {
@@ -74,7 +80,7 @@ std::vector<MeasuredStrand> measured_strands(std::span<const StrandFile> files) 
   return all;
 }
 
-// The middle of the hair: the median of each coordinate.
+// The middle of the hair: the median of each coordinate. A mean would follow a single point at 1e20.
 Vec3 middle_of(const std::vector<MeasuredStrand>& strands) {
   std::array<std::vector<double>, 3> coordinates;
   for (const MeasuredStrand& strand : strands) {
@@ -102,7 +108,7 @@ struct Usual {
 double usual_length(const std::vector<MeasuredStrand>& strands) {
   std::vector<double> lengths;
   for (const MeasuredStrand& strand : strands) {
-    if (!strand.is_dropped) lengths.push_back(strand.length);
+    lengths.push_back(strand.length);
   }
   return quantile(std::move(lengths), kUsualShare);
 }
@@ -131,14 +137,19 @@ std::vector<std::size_t> stray_points(const MeasuredStrand& strand, const Usual&
     jumps = jumps || (i > 0 && (strand.points[i] - strand.points[i - 1]).norm() > jump) ||
             (i + 1 < strand.points.size() && (strand.points[i + 1] - strand.points[i]).norm() > jump);
   }
+  // A strand that lies far away as a whole has no jump, and is left to drop_single_strands. Where most points are
+  // stray, it is not certain which part is hair.
   if (!jumps || 2 * stray.size() > strand.points.size()) stray.clear();
   return stray;
 }
 
-// The end of a strand to which it jumps through the hair: its number, if only few strands have such a one.
+// The end of a strand to which it jumps through the hair, such as a last point at the origin, which need not lie far
+// away. Returns the number of that point.
 std::optional<std::size_t> jumping_end(const MeasuredStrand& strand, const Usual& usual) {
   const std::size_t count = strand.points.size();
+  // Fewer points have no usual segment.
   if (count < 5) return {};
+  // The jump must also be large beside the hair itself, so coarse strands with one long segment keep it.
   const double jump = std::max(kJump * median_segment(strand.points), usual.reach / 2);
   const auto segment = [&](std::size_t i) { return (strand.points[i + 1] - strand.points[i]).norm(); };
   if (segment(count - 2) > jump) return count - 1;
@@ -151,12 +162,14 @@ void cut_points(MeasuredStrand& strand, std::vector<std::size_t> stray, const Us
   Outlier& outlier = outliers.emplace_back();
   outlier = {Outlier::Kind::stray_point, strand.file, strand.number, stray.front(), stray.size(), 0, usual.reach};
   for (const std::size_t i : stray) outlier.size = std::max(outlier.size, (strand.points[i] - usual.middle).norm());
+  // Removal goes from the last stray point to the first, so the numbers of the others stay valid.
   for (auto i = stray.rbegin(); i != stray.rend(); ++i)
     strand.points.erase(strand.points.begin() + static_cast<std::ptrdiff_t>(*i));
   strand.length = length_of(strand.points);
   strand.reach = reach_of(strand, usual.middle);
 }
 
+// Ends are collected first, because only their number tells an error from a shape.
 void cut_stray_points(std::vector<MeasuredStrand>& strands, const Usual& usual, std::vector<Outlier>& outliers) {
   std::vector<std::pair<std::size_t, std::size_t>> ends;
   for (std::size_t s = 0; s < strands.size(); ++s) {
@@ -173,16 +186,21 @@ void cut_stray_points(std::vector<MeasuredStrand>& strands, const Usual& usual, 
 }
 
 void drop_single_strands(std::vector<MeasuredStrand>& strands, const Usual& usual, std::vector<Outlier>& outliers) {
+  // Very short hair all over has a usual length below its reach; a strand must then exceed the reach.
   const double usual_length = std::max(usual.length, usual.reach);
   std::vector<MeasuredStrand*> candidates;
   for (MeasuredStrand& strand : strands) {
     if (strand.reach > kFar * usual.reach || strand.length > kFar * usual_length) candidates.push_back(&strand);
   }
   const auto alike = [](double a, double b) { return a <= kAlike * b && b <= kAlike * a; };
+  // Candidates are compared with each other only, since usual strands say nothing about them. The search ends with the
+  // last one that it needs, because a file may have very many that are alike.
   for (MeasuredStrand* strand : candidates) {
-    const auto count = static_cast<std::size_t>(std::ranges::count_if(candidates, [&](const MeasuredStrand* other) {
-      return alike(strand->reach, other->reach) && alike(strand->length, other->length);
-    }));
+    std::size_t count = 0;
+    for (const MeasuredStrand* other : candidates) {
+      count += alike(strand->reach, other->reach) && alike(strand->length, other->length);
+      if (count == kAlikeMin) break;
+    }
     const bool is_absurd =
         strand->reach > kFarInAllCases * usual.reach || strand->length > kFarInAllCases * usual_length;
     if (count >= kAlikeMin && !is_absurd) continue;
@@ -193,6 +211,7 @@ void drop_single_strands(std::vector<MeasuredStrand>& strands, const Usual& usua
   }
 }
 
+// Only points are put back. Groups were divided before, and what the files say of themselves has been taken by then.
 void put_back(const std::vector<MeasuredStrand>& strands, std::span<StrandFile> files) {
   for (StrandFile& file : files) file.strands = {};
   for (const MeasuredStrand& strand : strands) {
@@ -208,6 +227,7 @@ void put_back(const std::vector<MeasuredStrand>& strands, std::span<StrandFile> 
 std::vector<Outlier> cut_outliers(std::span<StrandFile> files) {
   std::vector<MeasuredStrand> strands = measured_strands(files);
   std::vector<Outlier> outliers;
+  // The usual length is the 98 % quantile, so it holds even where most strands have no length.
   const double nothing = kShort * usual_length(strands);
   std::erase_if(strands, [&](const MeasuredStrand& strand) {
     if (strand.length > nothing) return false;
@@ -217,8 +237,10 @@ std::vector<Outlier> cut_outliers(std::span<StrandFile> files) {
   if (strands.size() >= kMeasuredStrandsMin) {
     const Usual usual = usual_of(strands);
     cut_stray_points(strands, usual, outliers);
+    // Lengths are measured again, since cutting stray points has shortened strands.
     drop_single_strands(strands, {usual.middle, usual.reach, usual_length(strands)}, outliers);
   }
+  // Files without outliers keep their bits: the copy in double is not written back.
   if (outliers.empty()) return outliers;
   put_back(strands, files);
   std::ranges::stable_sort(outliers, {}, [](const Outlier& o) { return std::pair(o.file, o.strand); });

@@ -20,8 +20,9 @@ struct Outlier {
 
 // Cuts what would ruin the lattice, and what is no hair: strands without length; points that lie far from all hair and
 // their own strand, as exporters put at the origin; single strands that are far longer, or lie far away. Three strands
-// that are alike are a style, such as a long ponytail beside short hair, unless they exceed the rest twelve times.
-// All measures are quantiles over the strands of all files. Returns what it cut, by file and strand.
+// that are alike are a style, such as a long ponytail beside short hair, unless they exceed the rest twelve times. All
+// measures are quantiles over the strands of all files. Returns what it cut, by file and strand. Call it before
+// anything is guessed. The order of the strands that remain does not change.
 std::vector<Outlier> cut_outliers(std::span<StrandFile> files);
 
 }  // namespace hairnet

@@ -11,6 +11,7 @@ Result<Axis> parse_axis(std::string_view text) {
   constexpr std::string_view kLetters = "xyzXYZ";
   const std::size_t letter = text.size() == 1 ? kLetters.find(text.front()) : std::string_view::npos;
   if (letter == std::string_view::npos) return Refusal("an axis is one of +x -x +y -y +z -z");
+  // The enumeration has the two directions of each axis side by side: 2 times the axis, and 1 more for minus.
   return static_cast<Axis>(2 * (letter % 3) + (minus ? 1 : 0));
 }
 
@@ -30,6 +31,7 @@ bool parallel(Axis a, Axis b) {
   return static_cast<int>(a) / 2 == static_cast<int>(b) / 2;
 }
 
+// Rows are the head's axes in the file's coordinates: its +X is up x face, as +Y x +Z is +X.
 Mat3 rotation_to_head(Axis up, Axis face) {
   const Vec3 y = direction(up), z = direction(face);
   Mat3 rotation;
@@ -45,6 +47,7 @@ std::string validate(const Placement& placement) {
   return {};
 }
 
+// The sum is computed in double, since files may lie far from their origin, where floats leave few digits for the hair.
 Vec3f place(const Placement& placement, const Vec3& origin, const Vec3f& file_point) {
   const Mat3 rotation = rotation_to_head(placement.up, placement.face);
   return (placement.unit_m * (rotation * (file_point.cast<double>() - origin))).cast<float>();

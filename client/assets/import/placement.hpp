@@ -14,9 +14,11 @@
 
 namespace hairnet {
 
+// An axis of a file, with its direction.
 enum class Axis : std::uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus_z };
 Result<Axis> parse_axis(std::string_view text);  // "+x", "-z", "y"
 
+// The text is one that `parse_axis` reads.
 std::string_view name_of(Axis axis);  // "+x"
 Vec3 direction(Axis axis);
 bool parallel(Axis a, Axis b);  // or opposite
@@ -25,15 +27,18 @@ bool parallel(Axis a, Axis b);  // or opposite
 // two must not be parallel.
 Mat3 rotation_to_head(Axis up, Axis face);
 
-// The conversion of a file's coordinates to head space: rotate (up to +Y, face to +Z), shift, scale.
+// The conversion of a file's coordinates to head space: rotate (up to +Y, face to +Z), shift, scale. A file point x
+// becomes unit_m R (x - origin). Head space is in metres, +Y up, +Z out of the face.
 struct Placement {
   Axis up = Axis::plus_y;
   Axis face = Axis::plus_z;
-  double unit_m = 1;           // metres in a file unit
-  std::optional<Vec3> origin;  // head joint in file coordinates; without it, from the body's skull, else from the roots
+  // So many metres make a unit of the file.
+  double unit_m = 1;
+  // The head joint in file coordinates. Without it, it comes from the body's skull, else from the roots.
+  std::optional<Vec3> origin;
 };
 
-// What is known of a placement; the rest is guessed.
+// What is known of a placement; the rest is guessed. Guesses do not change the values that are here.
 struct KnownPlacement {
   std::optional<Axis> up, face;
   std::optional<double> unit_m;
@@ -42,14 +47,19 @@ struct KnownPlacement {
 
 // Returns an error for parallel axes and for a unit that is not finite and positive.
 std::string validate(const Placement& placement);
+// `origin` is in file coordinates, and replaces that of the placement, which may not be known yet.
 Vec3f place(const Placement& placement, const Vec3& origin, const Vec3f& file_point);
 
+// The strands of a file, or of one group of it.
 struct StrandFile {
   ImportedStrands strands;
-  std::string group;      // name of the group its strands go to
-  std::string file = {};  // its name, for messages
+  // The strands go to the group of this name.
+  std::string group;
+  // The file's name, for messages.
+  std::string file = {};
 };
 
+// What assemble_groom needs. All guesses are made before: everything here is taken as it is.
 struct GroomDef {
   std::string name;
   std::vector<StrandFile> files;
@@ -67,6 +77,7 @@ struct GroomDef {
   double rooted_distance_m = 0.015;
 };
 
+// A groom in head space that `validate` accepts.
 struct ImportedGroom {
   Groom groom;
   // Has placed the strands.
@@ -76,7 +87,8 @@ struct ImportedGroom {
 };
 
 // Converts strands and body to a groom in head space. Computes bone weights, fits a skull to the roots when there is no
-// body, and marks strands as rooted by their distance to the skin.
+// body, and marks strands as rooted by their distance to the skin. Warnings cover what is odd but may be meant; an
+// error covers what makes no valid groom.
 Result<ImportedGroom> assemble_groom(const GroomDef& def);
 
 }  // namespace hairnet

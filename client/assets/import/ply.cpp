@@ -6,11 +6,11 @@
 #include <string>
 #include <utility>
 
-#include "client/assets/import/body.hpp"
 #include "client/assets/import/curve_sets.hpp"
 #include "client/assets/import/edge_chains.hpp"
+#include "client/assets/import/imported_body.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "client/assets/import/strands.hpp"
-#include "client/assets/import/text.hpp"
 #include "core/shown_text.hpp"
 
 // Strands in a .ply, as text or binary of either byte order. In this order it takes: edges between vertices; the number
@@ -59,7 +59,8 @@ struct PlyElement {
     }
     return {};
   }
-  // The fewest bytes of one of its rows: in text a digit and what follows it.
+  // The fewest bytes of one of its rows: in text a digit and what follows it. A crafted count is compared with this
+  // before rows are read.
   [[nodiscard]] std::size_t row_bytes(PlyForm form) const {
     std::size_t bytes = 0;
     for (const PlyProperty& property : properties)
@@ -73,14 +74,17 @@ struct PlyHeader {
   std::vector<PlyElement> elements;
 };
 
+// Leaves `text` at the first byte of the data.
 Result<PlyHeader> read_header(std::string_view& text) {
-  // All elements together have no more properties.
+  // All elements together have no more properties. Without the limit, a header of megabytes could declare properties
+  // that each row then costs.
   constexpr std::size_t kPropertiesMax = 1000;
   std::string_view line = take_line(text);
   if (take_word(line) != "ply") return Refusal("not a .ply file: it does not begin with ply");
   PlyHeader header;
   bool has_form = false;
   std::size_t property_count = 0;
+  // The header is text in both forms, and its lines are counted for messages.
   for (std::size_t number = 2; !text.empty(); ++number) {
     line = take_line(text);
     const std::string_view shown_line = line, keyword = take_word(line);
@@ -93,18 +97,21 @@ Result<PlyHeader> read_header(std::string_view& text) {
       const std::string_view form = take_word(line);
       if (form == "binary_little_endian") header.form = PlyForm::little_endian;
       if (form == "binary_big_endian") header.form = PlyForm::big_endian;
+      // The form's default is text, so only the word ascii confirms it.
       is_good = has_form = header.form != PlyForm::text || form == "ascii";
     } else if (keyword == "element") {
       PlyElement& element = header.elements.emplace_back();
       element.name = take_word(line);
       const std::optional<std::uint64_t> count = parse_number<std::uint64_t>(take_word(line));
       element.count = count.value_or(0);
+      // An element counts as a property, so that a header of elements without properties is bounded as well.
       is_good = count.has_value() && ++property_count <= kPropertiesMax;
     } else if (keyword == "property") {
       std::string_view type = take_word(line);
       PlyProperty property;
       if (type == "list") {
         property.list = ply_number(take_word(line));
+        // The number of items must be a whole number: of the eight types, those below f32.
         is_good = property.list && *property.list < PlyNumber::f32;
         type = take_word(line);
       }
@@ -122,7 +129,8 @@ Result<PlyHeader> read_header(std::string_view& text) {
   return Refusal("truncated: the header has no end_header");
 }
 
-// Reads number after number. After the end of the file, or a word that is no number, there are none.
+// Reads number after number. After the end of the file, or a word that is no number, there are none. The same numbers
+// come as words or as bytes of either order. All types fit into a double without loss.
 class PlyValues {
  public:
   PlyValues(PlyForm form, std::string_view data) : form_(form), data_(data) {}
@@ -134,6 +142,7 @@ class PlyValues {
     const std::size_t size = kPlyBytes[static_cast<std::size_t>(number)];
     if (data_.size() < size) return {};
     std::uint64_t bits = 0;
+    // The loop begins at the most significant byte.
     for (std::size_t i = 0; i < size; ++i) {
       const std::size_t byte = form_ == PlyForm::little_endian ? size - 1 - i : i;
       bits = bits << 8 | static_cast<unsigned char>(data_[byte]);
@@ -162,6 +171,7 @@ class PlyValues {
     const std::size_t end = std::min(data_.find_first_of(kBetween, begin), data_.size());
     const std::string_view word = data_.substr(begin, end - begin);
     data_.remove_prefix(end);
+    // Text has many ways to write what is not finite. Any becomes infinite, and its strand is dropped later.
     if (word == "nan" || word == "-nan" || word == "inf" || word == "-inf") return HUGE_VAL;
     return parse_decimal(word);
   }
@@ -170,7 +180,8 @@ class PlyValues {
   std::string_view data_;
 };
 
-// What of a file makes strands.
+// What of a file makes strands. The rows of one file, in the order of its elements. Vertices must precede what refers
+// to them.
 struct PlyParts {
   std::vector<Vec3f> points;
   // Each point has one, or none has.
@@ -194,6 +205,7 @@ constexpr std::array<std::string_view, 7> kCountNames{"num_points", "point_count
                                                       "count",      "length",      "n_points"};
 constexpr std::array<std::string_view, 5> kListNames{"vertex_indices", "vertex_index", "indices", "points", "vertices"};
 
+// The comparison refuses NaN and fractions as well.
 std::optional<std::uint32_t> vertex_of(double number, std::size_t vertex_count) {
   if (!(number >= 0 && number < static_cast<double>(vertex_count) && number == std::floor(number))) return {};
   return static_cast<std::uint32_t>(number);
@@ -205,10 +217,12 @@ class PlyRows {
   PlyRows(const PlyElement& element, PlyValues& in, PlyParts& parts) : element_(element), in_(in), parts_(parts) {}
 
   std::string read() {
+    // Programs use these names; the format itself fixes only vertex and face.
     const bool is_points = element_.name == "vertex" || element_.name == "point";
     const bool is_edges = element_.name == "edge";
     const bool is_strands = element_.name == "strand" || element_.name == "strands" || element_.name == "curve" ||
                             element_.name == "polyline" || element_.name == "line" || element_.name == "fiber";
+    // Faces without strands are worth a hint in the error: the file is a mesh.
     if (element_.name == "face") parts_.face_count += element_.count;
     if (is_points && !has({"x", "y", "z"})) return "its vertices have no x, y and z";
     if (is_edges && !has({"vertex1", "vertex2"})) return "its edges have no vertex1 and vertex2";
@@ -225,6 +239,7 @@ class PlyRows {
   }
 
  private:
+  // The columns of the names, none of which may be a list.
   template <std::size_t N>
   bool has(const std::string_view (&names)[N]) {
     for (std::size_t i = 0; i < N; ++i) {
@@ -243,8 +258,10 @@ class PlyRows {
       if (!value) return false;
       values_.push_back(*value);
       if (!property.list) continue;
+      // Lists of other names are skipped item by item, as nothing else tells where they end.
       const bool is_taken = std::ranges::find(kListNames, property.name) != kListNames.end() &&
                             (element_.name != "face" || parts_.wants_faces);
+      // Each item takes a byte or a character at least, so a larger count is false.
       if (!(*value >= 0 && *value <= static_cast<double>(in_.remaining()))) return false;
       for (auto left = static_cast<std::size_t>(*value); left > 0; --left) {
         const std::optional<double> item = in_.next(property.number);
@@ -265,6 +282,7 @@ class PlyRows {
     for (int i = 0; i < 3; ++i) {
       const auto at = element_.property(kColours[static_cast<std::size_t>(i)]);
       if (!at) return;
+      // Whole numbers of colours are 0 to 255; reals are 0 to 1.
       const double scale = element_.properties[*at].number < PlyNumber::f32 ? 255 : 1;
       colour[i] = static_cast<float>(values_[*at] / scale);
     }
@@ -279,7 +297,7 @@ class PlyRows {
     return {};
   }
 
-  // A polygon becomes a fan.
+  // A polygon becomes a fan. `triangle` keeps the first corner and the last two.
   std::string take_face() {
     std::array<std::uint32_t, 3> triangle{};
     for (std::size_t i = 0; i < list_.size(); ++i) {
@@ -301,6 +319,7 @@ class PlyRows {
       }
       parts_.list_end.push_back(parts_.vertices.size());
     } else if (const auto at = element_.property(kCountNames); at && !element_.properties[*at].list) {
+      // UINT32_MAX bounds the count of one strand; the sum is compared with the vertices later.
       const auto count = vertex_of(values_[*at], std::size_t{UINT32_MAX});
       if (!count) return "its number of points is no whole number";
       parts_.counts.push_back(*count);
@@ -329,9 +348,11 @@ Result<PlyParts> read_parts(const PlyHeader& header, PlyValues in, bool wants_fa
 }
 
 // How many points each strand has where all follow each other: as many as make the steps from one strand to the next
-// longest beside those within. 0 where none stand out.
+// longest beside those within. Returns 0 where none stand out. Neighbouring strands lie far apart compared with the
+// points within one.
 std::size_t points_of_each(std::span<const Vec3f> points) {
   constexpr std::size_t kMin = 3, kMax = 1024;
+  // Below 5 times, curls or noise could look like the step to another strand.
   constexpr double kStandsOut = 5;
   std::vector<double> steps;
   double all = 0;
@@ -346,6 +367,8 @@ std::size_t points_of_each(std::span<const Vec3f> points) {
     if (points.size() % count != 0) continue;
     double between = 0;
     std::size_t jumps = 0;
+    // Only divisors of the number of points are tried. Each trial looks only at every count-th step, so all trials
+    // together cost a few passes.
     for (std::size_t i = count - 1; i < steps.size(); i += count, ++jumps) between += steps[i];
     const double within = (all - between) / static_cast<double>(steps.size() - jumps);
     const double ratio = between / static_cast<double>(jumps) / std::max(within, 1e-30);
@@ -363,6 +386,7 @@ struct PlyStrands {
   std::string note;
 };
 
+// The order of the cases is that of how clearly the file speaks; the last one is a guess and leaves a doubt.
 Result<PlyStrands> find_strands(const PlyParts& parts) {
   const std::size_t count = parts.points.size();
   PlyStrands strands;
@@ -376,6 +400,7 @@ Result<PlyStrands> find_strands(const PlyParts& parts) {
     strands.end.assign(chains.begin.begin() + 1, chains.begin.end());
   } else if (!parts.strand_of.empty() && parts.strand_of.size() == count) {
     all_in_order();
+    // The sort is stable: points of one strand keep the order of the file, which is from root to tip.
     std::ranges::stable_sort(strands.vertices, {}, [&](std::uint32_t v) { return parts.strand_of[v]; });
     for (std::size_t i = 1; i <= count; ++i) {
       if (i == count || parts.strand_of[strands.vertices[i]] != parts.strand_of[strands.vertices[i - 1]])
@@ -415,6 +440,7 @@ Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes) {
   const Result<PlyStrands> strands = find_strands(*parts);
   if (!strands) return Refusal(strands.error());
   CurveSet set;
+  // Colours are used only where each vertex has one.
   const bool has_colours = parts->colours.size() == parts->points.size();
   for (const std::size_t end : strands->end) {
     const std::size_t begin = set.begin.back();

@@ -9,11 +9,13 @@
 namespace hairnet {
 namespace {
 
-// The least cosine of the angle between hips-to-head and up.
+// The least cosine of the angle between hips-to-head and up. A person who leans by up to 37 degrees is upright.
 constexpr double kUprightCosine = 0.8;
-// An upper arm or a thigh points up if its angle to up has a larger cosine.
+// An upper arm or a thigh points up if its angle to up has a larger cosine. Arms of a T pose and of an A pose stay far
+// below.
 constexpr double kPointsUpCosine = 0.9;
-constexpr double kSnapCosine = 0.966;  // 15 degrees: no skeleton is exactly symmetric
+// Within 15 degrees the facing is that of an axis, since no skeleton is exactly symmetric.
+constexpr double kSnapCosine = 0.966;
 // Heights are measured from the feet to the head joint.
 constexpr double kTallMin_m = 0.4, kTallMax_m = 3, kUsualTall_m = 1.45;
 
@@ -22,6 +24,7 @@ struct Unit {
   const char* name;
   double rarity;  // penalty in the fit compared with a usual unit, as a logarithm
 };
+// CMU's library of motions counts lengths in inches over 0.45. Metres are not listed, since they are the default.
 constexpr std::array<Unit, 6> kUnits{{{0.01, "a centimetre", 0},
                                       {0.001, "a millimetre", 0},
                                       {0.0254, "an inch", 0.2},
@@ -34,6 +37,7 @@ struct Pair {
 };
 
 // The names of the joint on the other side: "leftarm" -> "rightarm", "lhip" -> "rhip", "shoulderl" -> "shoulderr".
+// Names have been made plain before: small letters without signs.
 std::vector<std::string> names_of_other_side(const std::string& left) {
   std::vector<std::string> names;
   if (const std::size_t at = left.find("left"); at != std::string::npos)
@@ -43,6 +47,7 @@ std::vector<std::string> names_of_other_side(const std::string& left) {
   return names;
 }
 
+// Each left joint has at most one partner. The map gives the same order for every order of the file's joints.
 std::vector<Pair> pairs_of(const BvhFile& file) {
   std::map<std::string, std::size_t> joints;
   for (std::size_t j = 0; j < file.joints.size(); ++j) joints.try_emplace(plain_joint_name(file.joints[j].name), j);
@@ -80,7 +85,8 @@ class PosedSkeleton {
  public:
   PosedSkeleton(const BvhFile& file, std::size_t head, std::vector<Vec3> at)
       : file_(file), head_(head), hips_(hips_of(file, head)), at_(std::move(at)) {
-    // The place where a limb leaves the trunk: the first joints of a pair with a distance between them.
+    // The place where a limb leaves the trunk: the first joints of a pair with a distance between them. Every joint
+    // below the first of a limb also comes in pairs. Only joints whose parents lie in one place begin a limb.
     for (const Pair& pair : pairs_of(file)) {
       const int l = file.joints[pair.left].parent, r = file.joints[pair.right].parent;
       if (l < 0 || r < 0) continue;
@@ -92,14 +98,17 @@ class PosedSkeleton {
   [[nodiscard]] bool has_trunk() const { return trunk().norm() > 0; }
   [[nodiscard]] bool is_upright(const Vec3& up) const {
     if (!(trunk().dot(up) >= kUprightCosine * trunk().norm())) return false;
+    // Left and right must also lie beside each other, or they tell no facing.
     return limbs_.empty() || sideways(up).norm() > 0.05 * trunk().norm();
   }
-  // The horizontal direction from right to left.
+  // The horizontal direction from right to left. Its length grows with the number of limbs; only the direction is used.
   [[nodiscard]] Vec3 sideways(const Vec3& up) const {
     Vec3 sum = Vec3::Zero();
     for (const Pair& limb : limbs_) sum += at_[limb.left] - at_[limb.right];
     return sum - sum.dot(up) * up;
   }
+  // Only joints at or below the hips count, which leaves out a root on the floor. Parents precede children, so one pass
+  // is enough.
   [[nodiscard]] double tall(const Vec3& up) const {
     std::vector<bool> within(at_.size(), false);
     double low = at_[hips_].dot(up), high = low;
@@ -141,6 +150,7 @@ std::string name_of(const Vec3& axis) {
   return text;
 }
 
+// The axis is kept exact where the facing is near it, so files in usual axes are not turned by a fraction of a degree.
 Vec3 snapped(const Vec3& level) {
   int axis = 0;
   level.cwiseAbs().maxCoeff(&axis);
@@ -153,7 +163,8 @@ Vec3 usual_face(const Vec3& up) {
   return std::abs(up.z()) < 0.5 ? Vec3::UnitZ() : Vec3(-Vec3::UnitY());
 }
 
-// The unit that gives a person for that many file units; none when no usual unit does.
+// The unit that gives a person for that many file units; none when no usual unit does. Among the units that fit, the
+// one with the smallest sum of misfit and rarity wins.
 const Unit* usual_unit(double tall) {
   // The logarithm of the height may differ so much: people have 0.72 to 2.9 m.
   constexpr double kSlack = 0.7;
@@ -168,7 +179,9 @@ const Unit* usual_unit(double tall) {
   return best;
 }
 
+// A usual unit is taken, never one that is fitted to the height, so a tall person stays tall.
 double unit_of(double tall, const std::optional<double>& given_m, std::vector<std::string>& warnings) {
+  // Metres need no warning, and neither does a given unit with which the skeleton has a person's size.
   const double tall_m = tall * given_m.value_or(1);
   if (tall_m >= kTallMin_m && tall_m <= kTallMax_m) return given_m.value_or(1);
   const Unit* usual = usual_unit(tall);
@@ -179,6 +192,7 @@ double unit_of(double tall, const std::optional<double>& given_m, std::vector<st
     warnings.emplace_back(text);
     return usual->m;
   }
+  // The hint is the unit in which the skeleton has a usual height.
   const double hint_m = usual ? usual->m : tall > 0 ? kUsualTall_m / tall : 1;
   std::snprintf(text, sizeof text, "the skeleton is %.3g m tall; --unit %.3g would make it a person", tall_m, hint_m);
   warnings.emplace_back(text);
@@ -206,7 +220,9 @@ Result<Choice> choose(const PosedSkeleton& zero, const PosedSkeleton& first, con
       warnings.emplace_back("the head is not upright above the hips in the pose that --rest names");
     return Choice{is_first, up};
   }
+  // Skeletons whose joints all lie in one place at zero have no trunk that could speak against it.
   const bool is_zero_upright = zero.is_upright(up) || !zero.has_trunk();
+  // A zero pose with a limb that points up is an artefact of the exporter, if the first frame is upright.
   if (is_zero_upright && (!zero.limb_points(up) || !first.is_upright(up))) return Choice{false, up};
   if (!first.is_upright(up))
     return Refusal(
@@ -236,11 +252,13 @@ Result<SkeletonRest> find_rest(const BvhFile& file, std::size_t head, const BvhI
   const PosedSkeleton& skeleton = chosen->is_first_frame ? first : zero;
 
   SkeletonRest rest{chosen->is_first_frame, chosen->up, usual_face(chosen->up), 1};
+  // The left-hand side crossed with up is the direction of the face.
   const Vec3 seen = skeleton.sideways(rest.up).cross(rest.up);
   if (import.face) {
     rest.face = direction(*import.face);
   } else if (seen.norm() > 0 && seen.allFinite()) {
     rest.face = seen.normalized();
+    // The first frame is a person in motion, who may really look 10 degrees aside; only a zero pose is snapped.
     if (!rest.is_first_frame) rest.face = snapped(rest.face);
     if (!rest.is_first_frame && rest.face != Vec3::UnitZ())
       warnings.push_back("the rest pose faces " + name_of(rest.face) + ", by its left and right; --face sets it");

@@ -11,7 +11,8 @@
 
 namespace hairnet {
 
-// The pose in which a skeleton is upright, in the file's axes.
+// The pose in which a skeleton is upright, in the file's axes. The importer uses it as joint(rest) of B = joint(t)
+// joint(rest)^-1 A.
 struct SkeletonRest {
   bool is_first_frame = false;  // else the zero pose: no rotations, offsets as they are
   Vec3 up = Vec3::UnitY();
@@ -26,7 +27,7 @@ struct SkeletonRest {
 // Determines what `import` does not specify: the pose in which the head is above the hips and no limb points up, the up
 // axis, the facing direction from the left and right joints, and the unit that gives a human size. Adds a warning for
 // each value that differs from the default (zero pose, +y, +z, metres). Returns an error for a skeleton that is upright
-// in no pose, unless `import` names the pose.
+// in no pose, unless `import` names the pose. `head` is the index of the head's joint.
 Result<SkeletonRest> find_rest(const BvhFile& file, std::size_t head, const BvhImport& import,
                                std::vector<std::string>& warnings);
 

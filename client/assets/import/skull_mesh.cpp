@@ -11,9 +11,11 @@
 namespace hairnet {
 namespace {
 
-// The top of a head is only skull down to here, above brows and ears.
+// The top of a head is only skull down to here, above brows and ears. A hat or a bun within this depth may make the fit
+// fail; then roots or a skeleton must give the joint.
 constexpr double kCap_m = 0.10;
 constexpr std::size_t kSampleCount = 3000;
+// Outside of these radii the top is no human skull, or the unit is wrong.
 constexpr double kRadiusMin_m = 0.06, kRadiusMax_m = 0.14;
 
 // An icosahedron with each triangle split in four, three times over: 642 vertices on the unit sphere.
@@ -27,6 +29,7 @@ TriangleMesh unit_sphere() {
                     {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   for (Vec3f& x : mesh.vertices) x.normalize();
   for (int round = 0; round < 3; ++round) {
+    // Each edge belongs to two triangles, which share the vertex at its middle.
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> halves;
     const auto half = [&](std::uint32_t a, std::uint32_t b) {
       const auto [at, is_new] = halves.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.vertices.size()));
@@ -48,6 +51,7 @@ TriangleMesh unit_sphere() {
 std::vector<Vec3> surface_points(const TriangleMesh& mesh, double low_m) {
   const auto corner = [&](std::uint32_t v) -> Vec3 { return mesh.vertices[v].cast<double>(); };
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  // Twice the areas serve as well, since only shares matter.
   std::vector<double> area{0};  // sum up to each triangle
   for (const auto& triangle : mesh.triangles) {
     const Vec3 a = corner(triangle[0]), b = corner(triangle[1]), c = corner(triangle[2]);
@@ -59,9 +63,11 @@ std::vector<Vec3> surface_points(const TriangleMesh& mesh, double low_m) {
   if (!(area.back() > 0) || !std::isfinite(area.back())) return points;
   std::size_t at = 0;
   for (std::size_t i = 0; i < kSampleCount; ++i) {
+    // The wanted area ascends, so one walk through the triangles serves all points.
     const double wanted = area.back() * (static_cast<double>(i) + 0.5) / static_cast<double>(kSampleCount);
     while (area[at + 1] < wanted) ++at;
     const auto n = static_cast<double>(i + 1);
+    // Both factors are powers of the inverse plastic number.
     double u = std::fmod(n * 0.7548776662466927, 1), v = std::fmod(n * 0.5698402909980532, 1);
     if (u + v > 1) {
       u = 1 - u;
@@ -78,6 +84,7 @@ std::vector<Vec3> surface_points(const TriangleMesh& mesh, double low_m) {
 
 std::optional<SkullFit> skull_of_mesh(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return {};
+  // Only vertices of triangles count: files may have loose vertices above the head.
   double top = mesh.vertices[mesh.triangles.front()[0]].y();
   for (const auto& triangle : mesh.triangles) {
     for (const std::uint32_t v : triangle) top = std::max(top, static_cast<double>(mesh.vertices[v].y()));

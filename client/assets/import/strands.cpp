@@ -6,14 +6,15 @@
 
 #include "client/assets/import/alembic.hpp"
 #include "client/assets/import/obj.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "client/assets/import/strand_points.hpp"
-#include "client/assets/import/text.hpp"
 
 namespace hairnet {
 namespace {
 
 std::string append_points(ByteReader& in, std::size_t strand, std::size_t count, std::size_t gap_bytes,
                           std::vector<Vec3f>& points) {
+  // The loop stops at the first bad coordinate: such a file is damaged, and its other numbers are not trusted either.
   for (std::size_t i = 0; i < count; ++i) {
     points.push_back(in.vec3f());
     if (!points.back().allFinite())
@@ -45,6 +46,7 @@ std::string read_strand(ByteReader& in, std::size_t count, std::size_t gap_bytes
   return append_points(in, strand, count, gap_bytes, strands.points);
 }
 
+// Three functions decode several extensions, since the bytes tell the forms apart.
 std::span<const StrandReader> strand_readers() {
   static constexpr std::array<StrandReader, 13> kReaders{{{".hair", decode_yuksel_hair},
                                                           {".tfx", decode_tressfx},
@@ -62,10 +64,12 @@ std::span<const StrandReader> strand_readers() {
   return kReaders;
 }
 
+// The order within each group is that of the file.
 std::vector<StrandGroup> divide_groups(ImportedStrands strands) {
   std::vector<StrandGroup> groups(std::max<std::size_t>(strands.group_names.size(), 1));
   for (std::size_t g = 0; g < strands.group_names.size(); ++g) groups[g].name = strands.group_names[g];
   const auto guide_count = static_cast<std::size_t>(std::ranges::count(strands.guides, 1));
+  // Where all strands are guides, the file holds nothing else, and they are the hair.
   const bool keeps_guides = guide_count == strands.strand_count();
   for (std::size_t s = 0; s < strands.strand_count(); ++s) {
     if (!keeps_guides && !strands.guides.empty() && strands.guides[s] != 0) continue;
@@ -74,11 +78,13 @@ std::vector<StrandGroup> divide_groups(ImportedStrands strands) {
                       strands.points.begin() + strands.strand_begin[s + 1]);
     out.strand_begin.push_back(static_cast<std::uint32_t>(out.points.size()));
   }
+  // A single group without strands stays, so the caller can report an empty file.
   if (groups.size() > 1)
     std::erase_if(groups, [](const StrandGroup& group) { return group.strands.strand_count() == 0; });
   if (!keeps_guides && guide_count > 0)
     strands.notes.push_back(std::to_string(guide_count) + (guide_count == 1 ? " guide beside " : " guides beside ") +
                             std::to_string(strands.strand_count() - guide_count) + " strands are left out");
+  // Facts about the file go to the first group alone, so that messages show them once.
   ImportedStrands& first = groups.front().strands;
   first.up = strands.up;
   first.unit_m = strands.unit_m;

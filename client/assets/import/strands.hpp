@@ -15,7 +15,8 @@ namespace hairnet {
 
 enum class Axis : std::uint8_t;  // placement.hpp
 
-// Strands in the units and axes of their file, root first.
+// Strands in the units and axes of their file, root first. Points and begins always fit each other; the optional lists
+// may be left out by any decoder.
 struct ImportedStrands {
   std::vector<Vec3f> points;
   std::vector<std::uint32_t> strand_begin{0};
@@ -42,7 +43,8 @@ struct ImportedStrands {
   [[nodiscard]] std::size_t strand_count() const { return strand_begin.size() - 1; }
 };
 
-// The points of strands at several times, in the order of the strands' own points.
+// The points of strands at several times, in the order of the strands' own points. Times ascend. Every list of points
+// is as long as that of the strands.
 struct StrandMotion {
   std::vector<double> times_s;
   std::vector<std::vector<Vec3f>> points;  // at each time
@@ -57,7 +59,8 @@ struct StrandGroup {
 std::vector<StrandGroup> divide_groups(ImportedStrands strands);
 
 // Every count is compared with the size of `bytes` before memory is reserved. Returns an error for non-finite points,
-// truncation at any byte, and wrong magic or version.
+// truncation at any byte, and wrong magic or version. They keep no view of `bytes`. Errors do not name the file, but
+// the place in it.
 Result<ImportedStrands> decode_yuksel_hair(std::span<const std::byte> bytes);
 Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes);  // .tfx 3.0 and 4.0, and the text of 2
 Result<ImportedStrands> decode_tressfx_text(std::string_view text);
@@ -72,7 +75,8 @@ struct StrandReader {
   std::string_view extension;
   StrandDecoder* decode;
 };
-// Every format of strand files, in the order of messages.
+// Every format of strand files, in the order of messages. A format that is added to the list is read by all programs,
+// named in their messages and found in folders.
 std::span<const StrandReader> strand_readers();
 
 }  // namespace hairnet

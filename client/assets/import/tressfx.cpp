@@ -15,6 +15,7 @@ struct Layout {
   float version;
   std::size_t offset_at, header_bytes, gap_bytes;
 };
+// The text form begins with words, blanks or a mark of UTF-8.
 constexpr std::string_view kTextBegin =
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 \t\r\n#\xef\xbb\xbf";
 constexpr Layout kVersion3{3.0f, 144, 148, 0};
@@ -29,7 +30,8 @@ Result<Layout> layout_of(float version) {
 }  // namespace
 
 Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes) {
-  // Binary files begin with a number of which a byte is no character.
+  // Binary files begin with a number of which a byte is no character. A version such as 3.0f has zero bytes, which no
+  // text has.
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (!text.empty() && text.substr(0, 4).find_first_not_of(kTextBegin) == std::string_view::npos)
     return decode_tressfx_text(text);
@@ -44,11 +46,13 @@ Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes) {
   if (bytes.size() < layout->header_bytes)
     return Refusal("truncated: shorter than the header of " + std::to_string(layout->header_bytes) + " bytes");
 
+  // The offset is a number of the file: it must lead behind the header and not beyond the end.
   const std::size_t offset = ByteReader(bytes, layout->offset_at).u32();
   if (offset < layout->header_bytes || offset > bytes.size())
     return Refusal("the positions' offset " + std::to_string(offset) + " is not between the header and the file's end");
   ByteReader positions(bytes, offset);
   const std::size_t point_bytes = sizeof(float) * 3 + layout->gap_bytes;
+  // The product of two numbers of 32 bits fits into 64.
   const std::uint64_t point_count = std::uint64_t{strand_count} * strand_points;
   if (!positions.has(point_count, point_bytes))
     return Refusal("truncated: " + std::to_string(strand_count) + " strands of " + std::to_string(strand_points) +

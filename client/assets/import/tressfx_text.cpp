@@ -1,8 +1,8 @@
 #include <string>
 
 #include "client/assets/import/curve_sets.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "client/assets/import/strands.hpp"
-#include "client/assets/import/text.hpp"
 #include "core/shown_text.hpp"
 
 // The text form of TressFX 2: settings of the simulation, "numStrands 2", "is sorted 1", and for each strand a line
@@ -28,7 +28,8 @@ struct Lines {
   }
 };
 
-// The whole number that follows a word of a line, or a word and a colon.
+// The whole number that follows a word of a line, or a word and a colon. The word may stand anywhere in the line:
+// numVerts follows the number of the strand.
 std::optional<std::uint32_t> count_after(std::string_view line, std::string_view word) {
   for (std::string_view next = take_word(line); !next.empty(); next = take_word(line)) {
     if (next != word) continue;
@@ -54,11 +55,14 @@ Result<ImportedStrands> decode_tressfx_text(std::string_view text) {
   Lines lines{text};
   std::string_view line;
   std::optional<std::uint32_t> strand_count;
+  // Settings before numStrands are skipped, as the import does not simulate with them.
   while (!strand_count && lines.next(line)) strand_count = count_after(line, "numStrands");
   if (!strand_count) return Refusal("not a text of TressFX: no line begins with numStrands and a number");
   CurveSet set;
+  // No memory is reserved by counts; every point needs a line of the file.
   for (std::uint32_t s = 0; s < *strand_count; ++s) {
     std::optional<std::uint32_t> point_count;
+    // Before the first strand other lines may follow, such as "is sorted 1". Between strands there are none.
     while (!point_count && lines.next(line)) {
       point_count = count_after(line, "numVerts");
       if (!point_count && count_after(line, "strand")) return lines.refuse("a strand without its numVerts");

@@ -10,11 +10,13 @@
 namespace hairnet {
 
 Result<ImportedStrands> decode_usc_data(std::span<const std::byte> bytes) {
+  // The format has signed counts. A negative one, read without a sign, is larger than this.
   constexpr std::uint32_t kMax = INT32_MAX;
   ByteReader in(bytes);
   if (!in.has(4)) return Refusal("not a .data file: shorter than its strand count");
   const std::uint32_t strand_count = in.u32();
   if (strand_count == 0) return Refusal("the file holds no strands");
+  // Each strand has a count of 4 bytes at least, so a false number of strands is found before memory is reserved.
   if (strand_count > kMax || !in.has(strand_count, 4))
     return Refusal("truncated, or not a .data file: " + std::to_string(strand_count) + " strands do not fit in " +
                    std::to_string(bytes.size()) + " bytes");
@@ -24,6 +26,7 @@ Result<ImportedStrands> decode_usc_data(std::span<const std::byte> bytes) {
   for (std::uint32_t s = 0; s < strand_count; ++s) {
     if (!in.has(4)) return Refusal("truncated before strand " + std::to_string(s));
     const std::uint32_t count = in.u32();
+    // A strand of no vertex is accepted like a bald place; both are dropped with the strands without length.
     if (count > kMax || !in.has(count, 3 * sizeof(float)))
       return Refusal("truncated: strand " + std::to_string(s) + " says it has " + std::to_string(count) +
                      " vertices, in " + std::to_string(in.remaining()) + " bytes");

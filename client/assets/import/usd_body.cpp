@@ -3,8 +3,8 @@
 #include <limits>
 #include <utility>
 
-#include "client/assets/import/body.hpp"
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/imported_body.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "client/assets/import/usd_layer.hpp"
 #include "client/assets/import/usd_transform.hpp"
 #include "core/groom/groom.hpp"
@@ -18,6 +18,7 @@ using Mat4 = Eigen::Matrix4d;
 using usda::attribute;
 using usda::Prim;
 
+// Asked for at this time, an attribute gives its first sample.
 constexpr double kAtRest = -std::numeric_limits<double>::infinity();
 
 // What applies to a prim and to those below it.
@@ -26,8 +27,10 @@ struct PlacedPrim {
   bool is_hidden = false;
 };
 
+// States are computed for each prim from its parent's, which precedes it.
 PlacedPrim placed_below(const Prim& prim, PlacedPrim state) {
   const usda::LocalTransform local = usda::local_transform(prim);
+  // The operation !resetXformStack! leaves out everything above.
   state.world = local.resets ? local.matrix : Mat4(state.world * local.matrix);
   if (prim.type == "SkelRoot") state.skel_root = state.world;
   const std::string_view active = usda::field(prim.metadata, "active");
@@ -42,12 +45,14 @@ Vec3 moved(const Mat4& by, const Vec3& x) {
   return by.topLeftCorner<3, 3>() * x + by.topRightCorner<3, 1>();
 }
 
+// Adds one mesh, with all its polygons as fans. Returns what is wrong; the body is then of no use.
 std::string add_mesh(const Prim& prim, const PlacedPrim& state, TriangleMesh& mesh) {
   const auto counts = usda::integers(attribute(prim, "faceVertexCounts").at(kAtRest));
   const auto corners = usda::integers(attribute(prim, "faceVertexIndices").at(kAtRest));
   const auto points = usda::triples(attribute(prim, "points").at(kAtRest));
   if (!counts || !corners || !points) return "it has no faces, or no points";
-  // A skeleton places what it binds.
+  // A skeleton places what it binds. The points of a bound mesh lie in the skeleton's space after the bind transform;
+  // the prim's own transform does not apply.
   const auto bound = usda::matrix_of(attribute(prim, "primvars:skel:geomBindTransform").at(kAtRest));
   const Mat4 world = bound ? Mat4(state.skel_root * *bound) : state.world;
   const std::size_t first = mesh.vertices.size();
@@ -57,10 +62,12 @@ std::string add_mesh(const Prim& prim, const PlacedPrim& state, TriangleMesh& me
     mesh.vertices.emplace_back(moved(world, x.cast<double>()).cast<float>());
     if (!mesh.vertices.back().allFinite()) return "a vertex is not finite";
   }
+  // A mirrored transform turns the winding round once more.
   const bool is_left_handed = usda::unquoted(attribute(prim, "orientation").at(kAtRest)) == "leftHanded";
   const bool turns_round = is_left_handed != (world.topLeftCorner<3, 3>().determinant() < 0);
   std::size_t at = 0;
   for (const std::int64_t count : *counts) {
+    // The comparison subtracts from what is left, so no sum can overflow.
     if (count < 0 || static_cast<std::uint64_t>(count) > corners->size() - at)
       return "its faceVertexCounts do not fit its faceVertexIndices";
     const std::size_t end = at + static_cast<std::size_t>(count);
@@ -79,6 +86,7 @@ std::string add_mesh(const Prim& prim, const PlacedPrim& state, TriangleMesh& me
   return {};
 }
 
+// The joints of a bind pose, which is the pose of the mesh. Names are paths such as Hips/Spine/Head.
 void add_joints(const Prim& prim, const PlacedPrim& state, ImportedBody& body) {
   const std::vector<std::string> joints = usda::strings(attribute(prim, "joints").at(kAtRest));
   const auto binds = usda::numbers(attribute(prim, "bindTransforms").at(kAtRest));
@@ -93,6 +101,7 @@ void add_joints(const Prim& prim, const PlacedPrim& state, ImportedBody& body) {
 
 void read_facts(std::string_view metadata, KnownPlacement& states) {
   const std::string up = usda::unquoted(usda::field(metadata, "upAxis"));
+  if (up == "X") states.up = Axis::plus_x;
   if (up == "Y") states.up = Axis::plus_y;
   if (up == "Z") states.up = Axis::plus_z;
   const auto unit_m = parse_number<double>(usda::field(metadata, "metersPerUnit"));
@@ -108,9 +117,11 @@ Result<ImportedBody> decode_usd_body(std::span<const std::byte> bytes) {
   ImportedBody body;
   std::size_t hidden = 0;
   std::vector<PlacedPrim> states(layer->prims.size());
+  // Prim 0 is the file itself.
   for (std::size_t p = 1; p < layer->prims.size(); ++p) {
     const Prim& prim = layer->prims[p];
     states[p] = placed_below(prim, states[prim.parent]);
+    // Skeletons count even where they are hidden, since they are not drawn in any case.
     if (prim.type == "Skeleton") add_joints(prim, states[p], body);
     if (prim.type != "Mesh") continue;
     if (states[p].is_hidden) {

@@ -392,7 +392,7 @@ class Crate {
     return true;
   }
 
-  // Writes a value; `none` where it is of a type that nothing about curves has. Returns whether it is sound.
+  // Writes a value; `none` where it is of a type that nothing about curves has. Returns whether it is valid.
   bool put_value(CrateValue value) {
     if (value.is_array()) return put_array(value);
     const unsigned type = value.type();

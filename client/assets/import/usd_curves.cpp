@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "client/assets/import/curve_sets.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "client/assets/import/placement.hpp"
 #include "client/assets/import/strands.hpp"
-#include "client/assets/import/text.hpp"
 #include "client/assets/import/usd_layer.hpp"
 #include "client/assets/import/usd_transform.hpp"
 #include "client/assets/import/usda.hpp"
@@ -26,6 +26,7 @@ using usda::Attribute;
 using usda::Layer;
 using usda::Prim;
 
+// Asked for at this time, an attribute gives its first sample.
 constexpr double kFirst = -std::numeric_limits<double>::infinity();
 constexpr std::size_t kListedMax = 12;  // names in one line
 
@@ -45,7 +46,8 @@ class NameLine {
   std::string text_;
 };
 
-// What applies to a prim and to those below it.
+// What applies to a prim and to those below it. It is inherited downwards, so it is copied for each prim and then
+// changed.
 struct State {
   Mat4 world = Mat4::Identity();
   std::string hidden;  // why what is below is not drawn; empty: it is
@@ -54,7 +56,8 @@ struct State {
   bool is_animated = false;
 };
 
-// How the values of a primvar lie over the curves: those of curve c are [begin[c], begin[c] + count[c]).
+// How the values of a primvar lie over the curves: those of curve c are [begin[c], begin[c] + count[c]). Every
+// attribute then has one way to be read, whatever its interpolation.
 struct Spread {
   std::vector<std::uint32_t> begin, count;
   std::vector<std::int64_t> indices;  // empty: the values are not indexed
@@ -64,13 +67,15 @@ struct Spread {
   }
 };
 
+// An `over` without a type changes a prim that may lie in another file.
 bool is_curves(const Prim& prim) {
   if (prim.type == "BasisCurves") return true;
   // What is said of a prim of another file has no type of its own.
   return prim.type.empty() && usda::attribute(prim, "curveVertexCounts").exists();
 }
 
-// The number of segments' ends of a curve, for values that are given there.
+// The number of segments' ends of a curve, for values that are given there. Open curves of a cubic basis have one end
+// more than segments.
 std::size_t ends_of(CurveBasis basis, CurveWrap wrap, std::size_t controls) {
   if (basis == CurveBasis::linear) return controls;
   if (basis == CurveBasis::bezier) return wrap == CurveWrap::periodic ? controls / 3 : (controls + 2) / 3;
@@ -82,12 +87,14 @@ class Reader {
  public:
   explicit Reader(Layer layer) : layer_(std::move(layer)), states_(layer_.prims.size()) {}
 
+  // The walk needs no recursion, because each prim stands behind its parent in the list.
   Result<ImportedStrands> read() {
     read_facts();
     for (std::size_t p = 0; p < layer_.prims.size(); ++p) {
       states_[p] = state_of(p);
       read_prim(p);
     }
+    // The check is for control points and not for sets, since all curves of a file may be left out.
     if (control_count_ == 0) return Refusal(nothing_to_read());
     name_sets();
     if (const std::string fault = make_strands(sets_, out_); !fault.empty()) return Refusal(fault);
@@ -109,6 +116,7 @@ class Reader {
     for (const std::string& file : usda::strings(usda::field(metadata, "subLayers"))) others_.add(file);
   }
 
+  // What is hidden is still visited: its types count for the message when nothing is left.
   State state_of(std::size_t p) {
     const Prim& prim = layer_.prims[p];
     if (p == 0) return {};
@@ -120,6 +128,7 @@ class Reader {
     if (const Attribute purpose = usda::attribute(prim, "purpose"); purpose.exists())
       state.purpose = usda::unquoted(purpose.at(kFirst));
     if (prim.type == "SkelRoot") state.skel_root = p;
+    // The first reason for being hidden stays, as it is the one that stands highest.
     if (!state.hidden.empty()) return state;
     if (usda::unquoted(usda::attribute(prim, "visibility").at(kFirst)) == "invisible") state.hidden = "invisible";
     if (usda::field(prim.metadata, "active") == "false" || usda::field(prim.metadata, "active") == "0")
@@ -140,6 +149,7 @@ class Reader {
     std::string hidden = state.hidden;
     if (hidden.empty() && (state.purpose == "guide" || state.purpose == "proxy"))
       hidden = "of purpose " + state.purpose;
+    // Hidden curves are named with their reason, so that users can find out why hair is missing.
     if (!hidden.empty()) return hidden_[hidden].add(prim.name);
     if (const std::string fault = read_curves(p); !fault.empty())
       out_.doubts.push_back(shown(prim.name) + ": " + fault + ", and is left out");
@@ -149,6 +159,7 @@ class Reader {
     const Prim& prim = layer_.prims[p];
     const Attribute counts = usda::attribute(prim, "curveVertexCounts"), points = usda::attribute(prim, "points");
     if (!counts.exists() || !points.exists()) return "it has no " + std::string(counts.exists() ? "points" : "counts");
+    // All attributes are read at one time, at which the curves exist.
     const double time = first_time(counts, points);
     const auto sizes = usda::integers(counts.at(time));
     if (!sizes) return "its curveVertexCounts are no whole numbers";
@@ -162,9 +173,12 @@ class Reader {
     std::string fault = read_counts(*sizes, controls->size(), set);
     if (set.curve_count() == 0) return fault.empty() ? "it has no curves" : fault;
     if (!fault.empty()) out_.doubts.push_back(shown(prim.name) + ": " + fault);
+    // Points beyond the counts belong to no curve.
     controls->resize(set.begin.back());
     set.controls = std::move(*controls);
     const Mat4 world = world_of(p);
+    // World coordinates are those of the scene, in its unit. Curves become points only after this, so that tolerance is
+    // measured where the hair is seen.
     for (Vec3f& x : set.controls)
       x = (world.topLeftCorner<3, 3>() * x.cast<double>() + world.topRightCorner<3, 1>()).cast<float>();
     read_primvars(prim, time, world, set);
@@ -175,7 +189,7 @@ class Reader {
     return {};
   }
 
-  // The first time at which there are curves.
+  // The first time at which there are curves. Simulated hair often has an empty sample before it begins.
   static double first_time(const Attribute& counts, const Attribute& points) {
     const Attribute& timed = counts.samples.empty() ? points : counts;
     const auto is_filled = [](const usda::Sample& sample) {
@@ -186,6 +200,7 @@ class Reader {
   }
 
   void read_basis(const Prim& prim, CurveSet& set) {
+    // USD's defaults are cubic Bezier curves that do not wrap.
     const auto token = [&](std::string_view name, std::string otherwise) {
       std::string word = usda::unquoted(usda::attribute(prim, name).at(kFirst));
       return word.empty() ? otherwise : word;
@@ -205,7 +220,8 @@ class Reader {
     if (set.wrap == CurveWrap::periodic) closed_.add(prim.name);
   }
 
-  // Takes the curves that the points are enough for. Returns what does not add up.
+  // Takes the curves that the points are enough for. Returns what does not add up. Counts are taken as long as the
+  // points reach, as everything behind a false count is shifted.
   static std::string read_counts(const std::vector<std::int64_t>& sizes, std::size_t point_count, CurveSet& set) {
     std::size_t end = 0;
     for (const std::int64_t size : sizes) {
@@ -223,7 +239,8 @@ class Reader {
     return {};
   }
 
-  // Curves that follow a skeleton are placed by it: at rest, where they were bound to it.
+  // Curves that follow a skeleton are placed by it: at rest, where they were bound to it. The bind transform leads to
+  // the SkelRoot's space, not through the prim's own transforms.
   Mat4 world_of(std::size_t p) {
     const Prim& prim = layer_.prims[p];
     if (!usda::attribute(prim, "primvars:skel:jointIndices").exists()) return states_[p].world;
@@ -235,6 +252,7 @@ class Reader {
   }
 
   void read_primvars(const Prim& prim, double time, const Mat4& world, CurveSet& set) {
+    // The primvar counts before the plain attribute of the same name, as USD demands.
     for (const char* name : {"primvars:widths", "widths"}) {
       if (!set.widths.empty()) break;
       const Attribute widths = usda::attribute(prim, name);
@@ -246,6 +264,7 @@ class Reader {
         unspread_.add(set.name + " " + name);
         continue;
       }
+      // Widths scale with the mean scale of all directions.
       const auto scale = static_cast<float>(std::cbrt(std::abs(world.topLeftCorner<3, 3>().determinant())));
       set.widths = of_controls<float>(*spread, set, 0, [&](std::size_t i) {
         const double width = (*values)[i];
@@ -274,6 +293,8 @@ class Reader {
           values.push_back(zero);
           continue;
         }
+        // The values at segments' ends lie at even steps of the control points, which is exact for linear curves and
+        // close for others.
         const float at = controls < 2 ? 0 : static_cast<float>(i * (count - 1)) / static_cast<float>(controls - 1);
         const auto before = static_cast<std::size_t>(at), after = std::min(before + 1, count - 1);
         const float share = at - static_cast<float>(before);
@@ -284,7 +305,8 @@ class Reader {
     return values;
   }
 
-  // Groups as programs name them: by names, or by numbers.
+  // Groups as programs name them: by names, or by numbers. The list is in the order of preference: names of groups say
+  // more to a user than numbers. Case is ignored.
   void read_groups(const Prim& prim, double time, CurveSet& set) {
     constexpr std::array<std::string_view, 8> kGroups{"groom_group_name", "groom_group_id", "group_name", "groupname",
                                                       "group_id",         "groupid",        "group",      "hairgroup"};
@@ -310,6 +332,7 @@ class Reader {
     }
     for (const std::string_view name : names) {
       const bool is_known = std::ranges::find(kKnown, name) != kKnown.end() || name.starts_with("skel:");
+      // Each unused name is told once, however many prims have it.
       if (!is_known && name != used && unused_primvars_.insert(name).second) unused_.add(name);
     }
   }
@@ -320,6 +343,7 @@ class Reader {
     if (const auto ids = usda::integers(text)) {
       for (const std::int64_t id : *ids) values.push_back("group " + std::to_string(id));
     } else {
+      // A single name without an array is one value for all curves.
       values = usda::strings(text);
     }
     const auto spread = spread_of(prim, name, time, values.size(), set);
@@ -340,6 +364,8 @@ class Reader {
       spread.indices = *read;
       value_count = read->size();
     }
+    // With an interpolation in the file the first fit for that kind counts; without one, kinds are tried from the
+    // coarsest to the finest.
     const std::string said = usda::unquoted(usda::field(usda::attribute(prim, name).metadata, "interpolation"));
     for (const std::string_view kind : {"constant", "uniform", "vertex", "varying", "faceVarying"}) {
       if (!said.empty() && said != kind) continue;
@@ -355,12 +381,15 @@ class Reader {
         spread.count.push_back(static_cast<std::uint32_t>(count));
         if (kind != "constant") end += count;
       }
+      // A file that says its interpolation may have more values than it needs; one that does not must have exactly as
+      // many.
       if (end == value_count || (!said.empty() && end < value_count)) return spread;
     }
     return {};
   }
 
-  // The name of a prim of curves is that of its group, with that of the prim above it where others have the same.
+  // The name of a prim of curves is that of its group, with that of the prim above it where others have the same. Two
+  // prims called "hair" below "left" and "right" become groups "left/hair" and "right/hair".
   void name_sets() {
     std::map<std::string, std::size_t> uses;
     for (const CurveSet& set : sets_) ++uses[set.name];
@@ -370,6 +399,7 @@ class Reader {
     }
   }
 
+  // Notes tell what was chosen where the file leaves a choice; doubts tell what is missing from the groom.
   void tell() {
     const auto note = [&](const NameLine& names, const std::string& what) {
       if (names.count() > 0) out_.notes.push_back(what + ": " + names.text());
@@ -378,7 +408,8 @@ class Reader {
     note(animated_, "a transform that changes is taken at its first time, above");
     note(at_rest_, "curves that follow a skeleton are taken at rest");
     note(unused_, "primvars that are not used");
-    for (const auto& [why, names] : hidden_) out_.doubts.push_back("curves " + why + " are skipped: " + names.text());
+    for (const auto& [error, names] : hidden_)
+      out_.doubts.push_back("curves " + error + " are skipped: " + names.text());
     const auto doubt = [&](const NameLine& names, const std::string& what) {
       if (names.count() > 0) out_.doubts.push_back(what + ": " + names.text());
     };
@@ -399,12 +430,13 @@ class Reader {
     return lines;
   }
 
+  // Says what the file has instead of curves, so that users see which export to choose.
   [[nodiscard]] std::string nothing_to_read() const {
     std::string line = "no curves: ";
     if (!out_.doubts.empty()) return line + out_.doubts.front();
     if (!hidden_.empty()) {
-      const auto& [why, names] = *hidden_.begin();
-      line.append("those that there are, are ").append(why).append(": ").append(names.text());
+      const auto& [error, names] = *hidden_.begin();
+      line.append("those that there are, are ").append(error).append(": ").append(names.text());
       return line;
     }
     std::string has;

@@ -4,12 +4,13 @@
 #include <utility>
 
 #include "client/assets/import/byte_reader.hpp"
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 
 namespace hairnet::usda {
 namespace {
 
-// The first file of a USD archive, which is its scene. Such archives are never packed.
+// The first file of a USD archive, which is its scene. Such archives are never packed. USD demands that files of an
+// archive are stored and begin at multiples of 64 bytes, so the scene is a part of `bytes`.
 Result<std::span<const std::byte>> scene_of_archive(std::span<const std::byte> bytes) {
   constexpr std::size_t kHeaderBytes = 30;
   ByteReader in(bytes);
@@ -34,6 +35,7 @@ Result<Layer> open_layer(std::span<const std::byte> bytes, Content content, std:
     if (!scene) return Refusal(scene.error());
     bytes = *scene;
   }
+  // A crate becomes text first, and then takes the same way as text.
   std::string_view text = as_text(bytes);
   if (text.starts_with(kCrateMagic)) {
     Result<std::string> written = text_of_crate(bytes, content);
@@ -41,6 +43,7 @@ Result<Layer> open_layer(std::span<const std::byte> bytes, Content content, std:
     unpacked = std::move(*written);
     text = unpacked;
   }
+  // Some editors put a mark of UTF-8 before the text.
   if (text.starts_with(kMark)) text.remove_prefix(kMark.size());
   if (!text.starts_with("#usda ") && !text.starts_with("#sdf "))
     return Refusal("not a USD file: it begins neither with #usda nor with PXR-USDC");

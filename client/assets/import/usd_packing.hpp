@@ -19,7 +19,8 @@ using CrateBytes = std::span<const std::byte>;
 std::optional<std::vector<std::byte>> unpack(CrateBytes packed, std::size_t bytes_max);
 
 // Unpacks whole numbers of 4 or 8 bytes that begin with the size of their packed bytes: differences of 0 to 4 bytes, in
-// LZ4. `file` is what `in` reads.
+// LZ4. `file` is what `in` reads. `in` stands behind the packed bytes afterwards. No more than 16 million numbers are
+// unpacked.
 std::optional<std::vector<std::int64_t>> unpack_integers(ByteReader& in, std::uint64_t count, std::size_t bytes_of_each,
                                                          CrateBytes file);
 

@@ -11,7 +11,8 @@ namespace {
 
 using Mat4 = Eigen::Matrix4d;
 
-// A prim that has more operations has none of them read.
+// A prim that has more operations has none of them read. Each operation costs a search through the statements of its
+// prim, so a long list would be quadratic.
 constexpr std::size_t kOperationsMax = 256;
 constexpr double kFirst = -std::numeric_limits<double>::infinity();
 
@@ -19,6 +20,7 @@ std::size_t axis_of(char letter) {
   return static_cast<std::size_t>(letter - 'X');
 }
 
+// The letters are X, Y and Z in any order and number of times.
 bool is_axes(std::string_view letters, std::size_t count) {
   return letters.size() == count && letters.find_first_not_of("XYZ") == std::string_view::npos;
 }
@@ -35,7 +37,7 @@ Mat4 translation(const Vec3& by) {
   return matrix;
 }
 
-// Turns about the axes in the order of their letters, in degrees.
+// Turns about the axes in the order of their letters, in degrees: rotateXYZ turns points about X first.
 Mat4 rotation(std::string_view letters, const std::vector<double>& degrees) {
   Mat3 turned = Mat3::Identity();
   for (const char letter : letters) {
@@ -57,6 +59,7 @@ std::optional<Mat4> operation(std::string_view kind, std::string_view value) {
   };
   if (kind == "translate" && n.size() == 3) return translation({n[0], n[1], n[2]});
   if (kind == "scale" && n.size() == 3) return with_linear(Vec3(n[0], n[1], n[2]).asDiagonal());
+  // USD writes the real part of a quaternion first, as Eigen's constructor takes it.
   if (kind == "orient" && n.size() == 4) {
     const Quat turned(n[0], n[1], n[2], n[3]);
     if (!(turned.norm() > 0)) return {};
@@ -86,6 +89,7 @@ std::optional<Mat4> matrix_of(std::string_view value) {
 LocalTransform local_transform(const Prim& prim) {
   constexpr std::string_view kInvert = "!invert!", kOp = "xformOp:";
   LocalTransform local;
+  // The order of the list is the order of the product, so the last operation applies to the points first.
   const std::vector<std::string> order = strings(attribute(prim, "xformOpOrder").at(kFirst));
   if (order.size() > kOperationsMax) {
     local.unread.push_back("all " + std::to_string(order.size()) + " of them");
@@ -100,9 +104,11 @@ LocalTransform local_transform(const Prim& prim) {
     std::string_view name = listed;
     const bool is_inverse = name.starts_with(kInvert);
     if (is_inverse) name.remove_prefix(kInvert.size());
+    // A suffix such as :pivot only makes names differ, and is cut off.
     const std::string_view kind = name.starts_with(kOp) ? name.substr(kOp.size()) : std::string_view{};
     const Attribute found = attribute(prim, name);
     std::optional<Mat4> matrix = operation(kind.substr(0, kind.find(':')), found.at(kFirst));
+    // A pivot is a translation, and its inverse at the end of the list.
     if (matrix && is_inverse) {
       const Mat4 inverse = matrix->inverse();
       matrix = inverse.allFinite() ? std::optional(inverse) : std::nullopt;

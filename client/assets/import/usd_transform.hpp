@@ -8,7 +8,8 @@
 
 namespace hairnet::usda {
 
-// What a prim's xformOps do with the points below it, as a matrix for columns.
+// What a prim's xformOps do with the points below it, as a matrix for columns. Samples are taken at their first time.
+// The matrix applies to points of the prim and leads to its parent.
 struct LocalTransform {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
   bool resets = false;  // the transforms of the prims above do not count

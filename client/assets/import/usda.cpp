@@ -6,13 +6,14 @@
 #include <map>
 #include <utility>
 
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet::usda {
 namespace {
 
-// Prims in prims, and brackets in brackets, are nested no deeper.
+// Prims in prims, and brackets in brackets, are nested no deeper. The limit bounds the memory for files that were made
+// to exhaust it.
 constexpr std::size_t kDepthMax = 256;
 // All prims and their statements are no more.
 constexpr std::size_t kStatementsMax = 500'000;
@@ -37,6 +38,7 @@ class Cursor {
   void fail(std::string error) {
     if (!failed()) error_ = std::move(error);
   }
+  // The rest of the line, for messages.
   [[nodiscard]] std::string next_word() const {
     return at_end() ? "the file's end" : shown(text_.substr(at_, text_.find_first_of("\r\n", at_) - at_));
   }
@@ -51,6 +53,7 @@ class Cursor {
       } else if (text_.substr(at_, 2) == "/*") {
         const std::size_t end = text_.find("*/", at_ + 2);
         if (end == std::string_view::npos) return fail("a comment without an end");
+        // The loop's own step passes the second character of the mark.
         at_ = end + 1;
       } else if (c != ' ' && c != '\t' && c != '\r' && c != '\n' && c != ';' && c != ',') {
         return;
@@ -73,7 +76,8 @@ class Cursor {
     return failed() ? std::string_view{} : text_.substr(begin, at_ - begin);
   }
 
-  // What stands before a character of this line, without the character; empty where the line has none.
+  // What stands before a character of this line, without the character; empty where the line has none. The time of a
+  // sample is read so, since a colon is part of words elsewhere.
   std::string_view until(char c) {
     skip_blanks();
     const std::size_t begin = at_, end = text_.find_first_of(std::string{c, '\n'}, at_);
@@ -119,6 +123,7 @@ class Cursor {
   std::string_view inside_brackets() {
     const std::size_t begin = at_;
     skip_brackets();
+    // Both brackets are left out.
     return failed() ? std::string_view{} : text_.substr(begin + 1, at_ - begin - 2);
   }
 
@@ -187,6 +192,7 @@ class Cursor {
     std::string open;
     for (; !at_end(); ++at_) {
       const char c = text_[at_];
+      // Numbers and blanks are most of a file, so they are passed first.
       if ((c >= '0' && c <= '9') || c == ' ' || c == ',' || c == '.' || c == '-') continue;
       if (c == '(' || c == '[' || c == '{') {
         open.push_back(c);
@@ -206,6 +212,7 @@ class Cursor {
           skip_atom();
         }
         if (failed()) return;
+        // The step of the loop follows, and the character behind must not be lost.
         if (at_ > before) --at_;
       }
     }
@@ -231,6 +238,7 @@ class Parser {
     while (!in_.failed()) {
       in_.skip_blanks();
       if (in_.failed() || in_.at_end()) break;
+      // Closing brackets end a prim or its variants; what they hold has gone to `layer_` by then.
       if (in_.take('}')) {
         if (open_.size() == 1) {
           in_.fail("a } without its {");
@@ -293,6 +301,7 @@ class Parser {
       layer_.prims.push_back(prim);
     } else {
       Prim& same = layer_.prims[known->second];
+      // `over` only adds to a prim, so a later `def` replaces the specifier.
       if (same.specifier == "over") same.specifier = prim.specifier;
       if (same.type.empty()) same.type = prim.type;
       if (same.metadata.empty()) same.metadata = prim.metadata;
@@ -312,6 +321,7 @@ class Parser {
     open_.push_back({Frame::Kind::variants, prim, std::move(selected)});
   }
 
+  // A variant that is not selected is skipped by its brackets, and named if it seems to hold curves.
   void read_variant() {
     const std::string name = unquoted(in_.quoted());
     in_.skip_blanks();
@@ -350,6 +360,7 @@ class Parser {
     layer_.prims[open_.back().prim].statements.push_back(std::move(statement));
   }
 
+  // Samples without a value (None) are left out.
   void read_samples(Statement& statement) {
     expect('{');
     while (!in_.failed() && !in_.take('}')) {
@@ -432,6 +443,7 @@ std::string_view field(std::string_view metadata, std::string_view key) {
 }
 
 std::string_view Attribute::at(double time) const {
+  // A sample holds until the next one: values are not interpolated.
   if (samples.empty()) return value;
   const auto after = std::ranges::upper_bound(samples, time, {}, &Sample::time);
   return after == samples.begin() ? after->value : std::prev(after)->value;
@@ -466,6 +478,7 @@ std::string unquoted(std::string_view value) {
 
 std::vector<std::string> strings(std::string_view value) {
   if (!value.starts_with('[')) return value.empty() ? std::vector<std::string>{} : std::vector{unquoted(value)};
+  // The brackets were balanced when the value was found, so the last character is the closing one.
   std::vector<std::string> found;
   Cursor in(value.substr(1, value.size() - 2));
   for (in.skip_blanks(); !in.at_end() && !in.failed(); in.skip_blanks()) {

@@ -14,8 +14,10 @@
 // are asked for, so that what nobody needs costs a look at its brackets. All texts are views of the file's.
 namespace hairnet::usda {
 
+// This index stands for no prim: that above the file.
 inline constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
+// A value at a time code; its text is a part of the file.
 struct Sample {
   double time = 0;
   std::string_view value;
@@ -30,6 +32,7 @@ struct Statement {
   std::string_view metadata;  // between its parentheses
 };
 
+// Name and type are views of the file; the metadata is what stands between its parentheses.
 struct Prim {
   std::size_t parent = kNone;
   std::string_view specifier, type, name;  // "def", "BasisCurves", "hair"
@@ -38,18 +41,21 @@ struct Prim {
 };
 
 // The prims, each behind its parent; the first is the file itself. The prims and statements of a variant are those of
-// the prim if it selects that variant.
+// the prim if it selects that variant. References, payloads and sublayers are named in metadata and never followed, so
+// the result depends on one file alone.
 struct Layer {
   std::vector<Prim> prims;
   std::vector<std::string> skipped_variants;  // those with curves that are not selected
 };
 
+// Returns an error with its line for text that is not valid USD, is nested deeper than 256, or has more than 500 000
+// prims and statements. Values are not checked before they are read.
 Result<Layer> parse(std::string_view text);
 
 // The text of a value in metadata such as `upAxis = "Z"`; empty: none.
 std::string_view field(std::string_view metadata, std::string_view key);
 
-// An attribute of a prim: its value, or those at the times of its samples.
+// An attribute of a prim: its value, or those at the times of its samples. It joins all statements about the attribute.
 struct Attribute {
   std::string_view value, metadata;
   std::vector<Sample> samples;  // by time
@@ -67,7 +73,7 @@ std::vector<std::string> strings(std::string_view value);
 // All numbers of a value, without its brackets; inf and nan are numbers. None when it holds anything else.
 std::optional<std::vector<double>> numbers(std::string_view value);
 std::optional<std::vector<std::int64_t>> integers(std::string_view value);
-// An array of triples of numbers.
+// An array of triples of numbers. None when brackets divide a triple, or when a number is left over.
 std::optional<std::vector<Vec3f>> triples(std::string_view value);
 
 }  // namespace hairnet::usda

@@ -24,6 +24,7 @@ Result<Header> read_header(ByteReader& in) {
   header.point_count = in.u32();
   header.arrays = in.u32();
   header.default_segments = in.u32();
+  // Thickness, transparency, colour and information are not used.
   in.skip(kHeaderBytes - in.at());
   if (header.strand_count == 0) return Refusal("the file holds no strands");
   if ((header.arrays & kPointsBit) == 0) return Refusal("the file holds no points");
@@ -32,7 +33,8 @@ Result<Header> read_header(ByteReader& in) {
   return header;
 }
 
-// Bytes of all arrays, in 64 bits: 32-bit counts cannot overflow it.
+// Bytes of all arrays, in 64 bits: 32-bit counts cannot overflow it. Comparing this number with the file's size at once
+// makes all later reads safe.
 std::uint64_t array_bytes(const Header& header) {
   const auto per_point = [&](std::uint32_t bit, std::uint64_t bytes) {
     return (header.arrays & bit) != 0 ? bytes * header.point_count : 0;
@@ -65,6 +67,8 @@ Result<ImportedStrands> decode_yuksel_hair(std::span<const std::byte> bytes) {
   }
   ImportedStrands strands;
   strands.strand_begin.reserve(std::size_t{header->strand_count} + 1);
+  // Each strand has one point more than segments. The sum is in 64 bits and is checked at every strand, so it cannot
+  // wrap.
   std::uint64_t end = 0;
   for (std::uint32_t s = 0; s < header->strand_count; ++s) {
     end += std::uint64_t{has_segments ? in.u16() : header->default_segments} + 1;

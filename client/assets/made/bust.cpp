@@ -10,7 +10,7 @@ namespace hairnet {
 namespace {
 
 // Planes from `from` to `to`, `fine` apart within [fine_from, fine_to], with spacings that grow smoothly to `coarse`
-// outside.
+// outside. Spacings may not change at once: cells of very different size beside each other make thin triangles.
 std::vector<double> graded_planes(double from, double to, double fine_from, double fine_to, double fine,
                                   double coarse) {
   std::vector<double> planes{from};
@@ -22,7 +22,8 @@ std::vector<double> graded_planes(double from, double to, double fine_from, doub
   return planes;
 }
 
-// Finer over the face, whose features are the smallest.
+// Finer over the face, whose features are the smallest. The planes across are mirrored about x = 0, and none lies in
+// that plane itself.
 made::GridPlanes bust_planes() {
   const std::vector<double> right = graded_planes(0.0016, 0.24, 0, 0.045, 0.0046, 0.0140);
   std::vector<double> across(right.rbegin(), right.rend());
@@ -37,7 +38,8 @@ made::GridPlanes bust_planes() {
 using BoneWeights = std::array<float, kBoneCount>;
 
 // The bones' shares at a point of the skin. Head and neck separate along a plane that slants from the nape down to the
-// throat; the shoulders fade into the trunk towards the breastbone and down the ribs.
+// throat; the shoulders fade into the trunk towards the breastbone and down the ribs. Slopes are wide, because a sharp
+// border between bones would fold the skin when the head turns.
 BoneWeights weights_at(const Vec3& p) {
   const double head = made::smootherstep(-0.022, 0.022, p.y() + 0.44 * p.z() + 0.052);
   const double trunk = 1 - made::smootherstep(-0.165, -0.095, p.y() + 0.25 * p.z() - 0.35 * std::abs(p.x()));
@@ -57,10 +59,12 @@ Body make_bust() {
   body.mesh = made::polygonise(bust_planes(), made::bust_distance);
   body.bone_weights.reserve(body.mesh.vertices.size());
   for (Vec3f& vertex : body.mesh.vertices) {
+    // A vertex of a surface net lies inside its cell and not exactly on the surface.
     const Vec3 p = made::onto_skin(vertex.cast<double>());
     vertex = p.cast<float>();
     body.bone_weights.push_back(weights_at(p));
   }
+  // The joints are the pivots of the bones in the order of `Bone`. They lie inside the bust, where an adult's lie.
   body.joints = {Vec3f(0, 0, 0), Vec3f(0, -0.125f, -0.030f), Vec3f(0.025f, -0.180f, 0.010f),
                  Vec3f(-0.025f, -0.180f, 0.010f), Vec3f(0, -0.300f, -0.045f)};
   return body;

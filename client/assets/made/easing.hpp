@@ -6,7 +6,8 @@
 
 namespace hairnet::made {
 
-// 0 below `low`, 1 above `high`; first and second derivatives are continuous (Perlin's quintic).
+// 0 below `low`, 1 above `high`; first and second derivatives are continuous (Perlin's quintic). A jump in the
+// acceleration of a head would show as a twitch of the hair.
 inline double smootherstep(double low, double high, double x) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
   return t * t * t * (t * (t * 6 - 15) + 10);
@@ -28,6 +29,7 @@ inline double bump(double x) {
   return std::abs(x) < 0.5 ? std::pow(std::cos(std::numbers::pi * x), 4) : 0;
 }
 
+// It extrapolates for t outside of [0, 1].
 inline double mix(double a, double b, double t) {
   return a + (b - a) * t;
 }

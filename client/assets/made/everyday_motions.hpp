@@ -8,6 +8,7 @@
 namespace hairnet::made {
 
 // The most common movements of people in a virtual room; the head stays upright. `t`: seconds from the motion's start.
+// Most begin after a rest of a second or more and repeat. None uses `seed`: their chance is in the variation.
 Gesture walk_and_stop(const MotionVariation& variation, std::uint32_t seed, double t);
 Gesture side_step(const MotionVariation& variation, std::uint32_t seed, double t);
 Gesture glide(const MotionVariation& variation, std::uint32_t seed, double t);

@@ -20,28 +20,35 @@ struct GrowthPoint {
   double nearness;
 };
 
-// The rules by which one strand grows.
+// The rules by which one strand grows. Directions need not be normalised. The functions are called at each step and
+// must be pure.
 struct Growth {
   Vec3 start = Vec3::Zero();
-  Vec3 direction = Vec3::UnitY();  // at the start
+  // The strand leaves its start in this direction.
+  Vec3 direction = Vec3::UnitY();
   double length_m = 0.3;
-  double bend_m = 0.02;  // arc length over which it turns to its preferred direction: the hair's stiffness
+  // The strand turns to its preferred direction over this arc length: the hair's stiffness.
+  double bend_m = 0.02;
   double step_m = 0.005;
   // The preferred direction at a point; not normalised, gravity included.
   std::function<Vec3(const GrowthPoint&)> preferred_direction;
   // The distance from the skin at that place.
   std::function<double(const Vec3& p, double s)> clearance;
-  bool spares_face = true;                            // grows around the face instead of across it
-  std::function<bool(const Vec3& p, double s)> done;  // ends the strand early; may be empty
+  // The strand grows around the face instead of across it.
+  bool spares_face = true;
+  // Ends the strand early; may be empty.
+  std::function<bool(const Vec3& p, double s)> done;
 };
 
 // Grows the strand step by step in its preferred direction, limited by the bending stiffness, along the skin and
-// outside it.
+// outside it. The path has at least its start. It may be shorter than `length_m` where the strand is caught in a
+// hollow, and its last step may overshoot by the push out of the skin.
 Path grow(const Growth& growth);
 
 double arc_length(const Path& path);
 
-// The point `s` metres along; beyond the end the last segment continues straight.
+// The point `s` metres along; beyond the end the last segment continues straight. It refers to the path, which must
+// outlive it.
 class ArcSampler {
  public:
   explicit ArcSampler(const Path& path);
@@ -53,14 +60,17 @@ class ArcSampler {
   std::vector<double> arc_;
 };
 
-// Winds a helix about the path.
+// Winds a helix about the path. The path must be finer than the wavelength, or the helix is not seen.
 struct Curl {
-  double radius_m = 0;  // reached at `onset_m`
+  // The full radius, reached at `onset_m`.
+  double radius_m = 0;
   double wavelength_m = 0.1;
-  double onset_m = 0.1;  // the radius grows from the root over this length
-  double phase = 0;      // radians
-  double hand = 1;       // +1 or -1
-  double flatness = 0;   // 0 helix … 1 wave in a plane
+  // The radius grows from the root over this length.
+  double onset_m = 0.1;
+  double phase = 0;  // radians
+  double hand = 1;   // +1 or -1
+  // Ranges from 0, a helix, to 1, a wave in a plane.
+  double flatness = 0;
 };
 Path curled(const Path& path, const Curl& curl);
 

@@ -19,8 +19,11 @@ using made::LooseRecipe;
 using made::Root;
 using made::StyleOptions;
 
+// Each function below is a style: the default recipe with what differs. Only the eye can judge a style: draw it from
+// the front, the side, behind and above before you commit it.
 void dress_long_straight(const StyleOptions& options, Groom& groom) {
   LooseRecipe recipe;
+  // The second term combs the hair back, out of the face.
   recipe.comb = [](const Vec3& p, const Root& root) {
     return Vec3(comb_from_parting(p, root, 0.0, 0.10, -0.035) + Vec3(0, 0, -0.30));
   };
@@ -38,6 +41,7 @@ void dress_long_curly(const StyleOptions& options, Groom& groom) {
   recipe.bend_m = 0.028;
   recipe.blunt = 0.35;
   recipe.thinning = 0.3;
+  // Strong clumping and little disorder make ringlets: strands of a lock curl in phase.
   recipe.clumping = 0.85;
   recipe.locks = 230;
   recipe.gathered_at = 0.5;
@@ -74,6 +78,7 @@ void dress_bob(const StyleOptions& options, Groom& groom) {
   recipe.clumping = 0.3;
   recipe.flyaway = 0.03;
   recipe.fringe = {.half_angle_deg = 54, .depth_m = 0.13, .wedge = 0.3, .length_m = 0.19};
+  // The bob ends above the shoulders, so no hair is led behind them.
   recipe.front_deg = 180;
   made::dress_loose(recipe, options, groom);
 }
@@ -103,11 +108,13 @@ void dress_side_part(const StyleOptions& options, Groom& groom) {
 
 void dress_veiled(const StyleOptions& options, Groom& groom) {
   dress_long_straight(options, groom);
+  // The veil is longer than the hair, and long enough to hang from a short one.
   made::add_veil(std::max(0.12, 1.3 * options.length_m), groom);
 }
 
 void dress_locks(const StyleOptions& options, Groom& groom) {
   dress_wavy(options, groom);
+  // The copies have no mechanics, so the style costs the server only its few strands.
   made::turn_into_clumps(6, 0.0045, groom);
   RootLengths lengths;
   lengths.spread = 0.3f;
@@ -116,6 +123,7 @@ void dress_locks(const StyleOptions& options, Groom& groom) {
 }
 
 void dress_cards(const StyleOptions& options, Groom& groom) {
+  // Cards need flat hair, so they are made of the straight style.
   dress_long_straight(options, groom);
   // The sum of the widths is twice the scalp's circumference.
   made::turn_into_cards(std::clamp(0.6 / std::sqrt(static_cast<double>(options.strand_count)), 0.004, 0.03), groom);
@@ -129,6 +137,7 @@ void dress_short(const StyleOptions& options, Groom& groom) {
     away.x() -= 0.5 * std::max(0.0, p.z() / 0.08);
     return away;
   };
+  // The comb holds over the whole length, because short hair never hangs free.
   recipe.comb_reach_m = 0.5;
   recipe.fall = 0.25;
   recipe.rise = 1.1;
@@ -145,6 +154,7 @@ void dress_short(const StyleOptions& options, Groom& groom) {
   made::dress_loose(recipe, options, groom);
 }
 
+// The numbers are a style's own, where the options leave them open.
 struct Style {
   MadeName name;
   double length_m, curl;
@@ -172,6 +182,7 @@ constexpr std::array<Style, 11> kStyles{{
     {{"locks", "waves of few strands, each drawn as a lock that follows it"}, 0.40, 0.25, 1'600, dress_locks},
     {{"strips", "long and sleek, in ribbons of textured hair"}, 0.52, 0, 1'000, dress_cards},
 }};
+// Names are listed in the order of the table, and computed when the program is compiled.
 constexpr auto kStyleNames = [] {
   std::array<MadeName, kStyles.size()> names;
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -180,6 +191,7 @@ constexpr auto kStyleNames = [] {
   return names;
 }();
 
+// NaN fails these comparisons and is refused.
 std::string check(const HairstyleOptions& options) {
   if (options.length_m != 0 && !(options.length_m >= 0.01 && options.length_m <= 1.2)) {
     return "length of a hairstyle must be 0.01 to 1.2 m";
@@ -221,6 +233,7 @@ Result<Groom> make_hairstyle(std::string_view name, const HairstyleOptions& opti
   for (const Style& style : kStyles) {
     known += (known.empty() ? "" : ", ") + std::string(style.name.name);
   }
+  // The name comes from a user and may be long, so only its beginning is shown.
   return Refusal("no hairstyle is called '" + std::string(name.substr(0, 64)) + "'; there are " + known);
 }
 

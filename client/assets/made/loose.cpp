@@ -11,7 +11,8 @@
 namespace hairnet::made {
 namespace {
 
-// A lock of hair: the data that its strands share.
+// A lock of hair: the data that its strands share. Locks are grown like strands, a little longer, and serve as lines
+// towards which their strands gather.
 struct Lock {
   Root root;
   bool fringe = false;
@@ -21,6 +22,8 @@ struct Lock {
   double shortening = 1;
 };
 
+// One object makes one hairstyle. Its random numbers are drawn in the order of the strands, so any change of that order
+// changes every style.
 class Dresser {
  public:
   Dresser(const LooseRecipe& recipe, const StyleOptions& options, Groom& groom)
@@ -37,7 +40,7 @@ class Dresser {
 
  private:
   // The hairdresser's reference: a strand from the side of the crown has the requested length; the blunt part of other
-  // strands is cut at the height of its tip.
+  // strands is cut at the height of its tip. The reference strand is grown, but not added.
   void find_cut_height() {
     const Vec3 p = skin_along(Vec3(0.42, 0.88, -0.2).normalized());
     const Root root{p, bust_normal(p), std::atan2(p.x(), p.z()), 1.0};
@@ -49,6 +52,7 @@ class Dresser {
     if (fringe) {
       return std::min(recipe_.fringe.length_m, options_.length_m);
     }
+    // The nape and the sides get a share of the length, by the height of the root.
     return options_.length_m * mix(recipe_.side_length, 1, smootherstep(0.1, 0.75, root.height));
   }
 
@@ -66,7 +70,9 @@ class Dresser {
       lock.fringe = in_fringe(recipe_, root);
       lock.comb = recipe_.comb(root.point, root);
       lock.curl = make_curl(options_.curl, random_);
+      // Strands of a lock are thinned together, which makes the outline of tips uneven in locks and not hair by hair.
       lock.shortening = 1 - 0.35 * recipe_.thinning * random_.unit();
+      // The lock is a tenth longer, so that strands which are a little longer still find the lock's line beside them.
       lock.path = grow(growth_of(recipe_, root,
                                  {.length_m = 1.1 * full_length_m(root, lock.fringe),
                                   .layer = random_.unit(),
@@ -76,10 +82,13 @@ class Dresser {
     }
   }
 
-  // The nearest lock in the same part of the hair, on the same side of the parting and of the shoulder.
+  // The nearest lock in the same part of the hair, on the same side of the parting and of the shoulder. A strand that
+  // gathered to a lock of the other side would cross the parting. A lock that is apart is still taken if no other
+  // exists.
   [[nodiscard]] const Lock& lock_of(const Root& root, bool fringe) const {
     const Vec3 comb = recipe_.comb(root.point, root);
     const Lock* best = &locks_.front();
+    // The search is over all locks, which are a few hundred.
     double best_distance = std::numeric_limits<double>::max();
     for (const Lock& lock : locks_) {
       const bool apart = lock.fringe != fringe || falls_to_chest(recipe_, lock.root) != falls_to_chest(recipe_, root) ||
@@ -96,6 +105,7 @@ class Dresser {
   void add_strand(const Root& root) {
     const bool fringe = in_fringe(recipe_, root);
     const Lock& lock = lock_of(root, fringe);
+    // The cube of the chance leaves most strands long and makes few much shorter.
     const double chance = random_.unit();
     const double thinned = lock.shortening * (1 - recipe_.thinning * chance * chance * chance);
     Path path = grow(growth_of(recipe_, root,
@@ -103,6 +113,8 @@ class Dresser {
                                 .layer = random_.unit(),
                                 .stray = stray(recipe_.flyaway),
                                 .fringe = fringe}));
+    // The order is gather, cut, curl: the cut measures heights of gathered hair, and curls must not decide where it is
+    // cut.
     gather(path, lock, root);
     if (!fringe) {
       cut(path, root, thinned);
@@ -124,11 +136,14 @@ class Dresser {
     for (std::size_t i = 1; i < path.size(); ++i) {
       s += (path[i] - before).norm();
       before = path[i];
+      // The pull is complete before the tip; `apart` keeps a fifth of the distance between the roots, so that a lock
+      // has a thickness.
       const double pull = clumping * smootherstep(0.0, recipe_.gathered_at, s / std::max(along.length(), 1e-6));
       // Beyond the lock's end the strand continues beside it.
       if (s <= along.length()) {
         shift = pull * (along.at(s) + 0.2 * apart - path[i]);
       }
+      // The clearance grows with the distance from the root, because the root itself lies on the skin.
       path[i] = push_out(path[i] + shift, std::min(0.5 * s, 0.002));
     }
   }
@@ -136,11 +151,14 @@ class Dresser {
   // Cuts at the height of the reference strand, to the degree that the style is blunt, but leaves a short rest of hair.
   void cut(Path& path, const Root& root, double thinned) {
     const double tip_m = path.back().y();
+    // Thinned strands are cut higher, so the edge of blunt hair is not a line.
     const double blunt_m = cut_height_m_ + 0.006 * random_.symmetric() + 0.5 * (1 - thinned) * options_.length_m;
     if (tip_m >= blunt_m || recipe_.blunt <= 0) {
       return;
     }
+    // No cut is above the root.
     const double height_m = std::min(mix(tip_m, blunt_m, recipe_.blunt), root.point.y());
+    // A rest of hair must remain, even where the whole strand lies below the cut.
     const double least_m = std::min(0.025, 0.5 * options_.length_m);
     double s = 0;
     for (std::size_t i = 1; i < path.size(); ++i) {
@@ -152,6 +170,7 @@ class Dresser {
     }
   }
 
+  // Groups are regions in which users set materials and root lengths.
   StrandFinish finish_for(const Root& root, bool fringe) {
     const char* group = fringe                           ? "fringe"
                         : root.height > 0.78             ? "top"

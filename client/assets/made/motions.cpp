@@ -25,7 +25,8 @@ using made::wave;
 constexpr double kEaseIn_s = 0.5;
 constexpr double kEaseOut_s = 0.8;
 
-// A gaze that moves from one random direction to the next, one glance at a time.
+// A gaze that moves from one random direction to the next, one glance at a time. Sixty-one targets serve for more than
+// a minute before they repeat.
 struct Glances {
   static constexpr double kGlance_s = 1.1, kTurn_s = 0.55;
   explicit Glances(std::uint32_t seed) {
@@ -37,6 +38,7 @@ struct Glances {
   [[nodiscard]] Vec3 at(double t) const {
     const auto glance = static_cast<std::size_t>(t / kGlance_s);
     const Vec3 &from = targets[glance % targets.size()], &to = targets[(glance + 1) % targets.size()];
+    // The head rests for the first half of each glance, and turns in the second.
     return from +
            smootherstep(kGlance_s - kTurn_s, kGlance_s, t - static_cast<double>(glance) * kGlance_s) * (to - from);
   }
@@ -77,12 +79,14 @@ Gesture run(const MotionVariation& variation, std::uint32_t, double t) {
   return g;
 }
 
+// A crouch before the jump, the flight, and a crouch on landing, at their shares of the cycle of 1.3 s.
 Gesture jump(const MotionVariation& variation, std::uint32_t, double t) {
   const double cycle = t * variation.tempo / 1.3;
   const double x = cycle - std::floor(cycle);
   const double crouch = bump((x - 0.24) / 0.42) + 0.8 * bump((x - 0.82) / 0.34);
   const double flight = bump((x - 0.55) / 0.5);
   Gesture g;
+  // The lift is not a parabola, as its acceleration would jump at take-off and landing.
   g.lift_m = variation.size * (0.42 * flight - 0.16 * crouch);
   g.trunk_pitch = 0.30 * crouch;
   g.head_pitch = -0.18 * crouch + 0.08 * flight;
@@ -90,6 +94,7 @@ Gesture jump(const MotionVariation& variation, std::uint32_t, double t) {
   return g;
 }
 
+// A bar has four beats. The turn takes beats 1 to 2.6 of each bar, and each second bar turns back.
 Gesture dance(const MotionVariation& variation, std::uint32_t, double t) {
   const double beat = t * variation.tempo * 2;  // 120 beats a minute
   const auto bar = std::floor(beat / 4);
@@ -110,11 +115,12 @@ Gesture dance(const MotionVariation& variation, std::uint32_t, double t) {
   return g;
 }
 
-// Into a posture within a second and a half, then still, then back.
+// Goes into a posture within a second and a half, then stays still, then goes back.
 double posture(double t) {
   return smootherstep(0.4, 1.9, t) * (1 - smootherstep(4.6, 6.1, t));
 }
 
+// These three are hard cases for gravity and contact: hair hangs in directions for which it was not designed.
 Gesture lean(const MotionVariation&, std::uint32_t, double t) {
   return {.trunk_roll = 1.2 * posture(t)};
 }
@@ -132,11 +138,13 @@ Gesture shrug(const MotionVariation& variation, std::uint32_t, double t) {
   return {.head_yaw = 0.9 * wave(0.3 * variation.tempo, t), .shoulders_up = up};
 }
 
-// Every 1.5 s at another place, facing another direction.
+// Every 1.5 s at another place, facing another direction. The place and the direction depend on the seed and the number
+// of the place alone.
 Gesture teleport(const MotionVariation& variation, std::uint32_t seed, double t) {
   Gesture g = look_around(variation, seed, t);
   const auto place = static_cast<std::uint32_t>(t / 1.5);
   Random random(seed, 100 + place);
+  // The first place is where other motions begin.
   if (place > 0) {
     g.place = Vec3(random.between(-3, 3), 0, random.between(-3, 3));
     g.facing = random.between(-3, 3);
@@ -151,6 +159,7 @@ struct Recipe {
   Gesture (*gesture)(const MotionVariation&, std::uint32_t seed, double t);
 };
 
+// Programs list the motions in this order.
 constexpr std::array<Recipe, 21> kRecipes{{
     {{"still", "upright, at rest"}, 2, still},
     {{"nod", "yes, about once a second"}, 5, nod},
@@ -181,6 +190,7 @@ constexpr auto kNames = [] {
   return names;
 }();
 
+// The bounds allow at most 144 001 poses, and leave time to ease in and out.
 std::string fault_of(const MotionOptions& options) {
   if (!(options.duration_s == 0 || (options.duration_s >= 2 && options.duration_s <= 600)))
     return "duration of a made motion must be 2 to 600 s";
@@ -204,6 +214,7 @@ Result<Motion> make_motion(std::string_view name, const MotionOptions& options) 
   if (std::string fault = fault_of(options); !fault.empty()) return Refusal(std::move(fault));
 
   const double duration_s = options.duration_s > 0 ? options.duration_s : recipe->duration_s;
+  // One pose more than intervals, so the clip lasts exactly `duration_s`.
   const auto pose_count = static_cast<std::size_t>(std::lround(duration_s * options.rate_hz)) + 1;
   const MotionVariation variation(options.seed);
   Motion motion{std::string(name), options.rate_hz, {}, {}};
@@ -211,11 +222,14 @@ Result<Motion> make_motion(std::string_view name, const MotionOptions& options) 
   std::uint32_t place = 0;
   for (std::size_t i = 0; i < pose_count; ++i) {
     const double t = static_cast<double>(i) / options.rate_hz;
+    // All gestures are eased to rest at both ends, so that any clip can follow another. The last 0.1 s are at rest.
     const double ease =
         smootherstep(0, kEaseIn_s, t) * (1 - smootherstep(duration_s - kEaseOut_s, duration_s - 0.1, t));
     Gesture gesture = recipe->gesture(variation, options.seed, t);
+    // The speed is summed with its ease, so the person starts from rest and comes to rest.
     travelled_m += ease * gesture.speed_m_per_s / options.rate_hz;
     motion.poses.push_back(made::pose_of(gesture, ease, travelled_m));
+    // Only the first pose at a new place is a teleport.
     motion.teleports.push_back(gesture.place_index != place);
     place = gesture.place_index;
   }

@@ -12,9 +12,11 @@ namespace hairnet::made {
 namespace {
 
 constexpr int kLocks = 3;
+// Shorter periods make a finer plait, for which strands need more points.
 constexpr double kPeriod = 0.075;  // m of plait after which a lock returns to its side
 constexpr double kTurn = 2 * std::numbers::pi;
 
+// It lies at the nape, off the skin by more than its own radius.
 Tie nape_tie() {
   const Vec3 skin = skin_along(Vec3(0, -0.30, -1).normalized());
   return {skin + 0.016 * bust_normal(skin), Vec3(0, -0.45, -0.89).normalized(), 0.012};
@@ -28,9 +30,11 @@ Path make_core(const Tie& tie, double length_m) {
   growth.length_m = length_m;
   growth.bend_m = 0.03;
   growth.spares_face = false;
+  // The term of x pulls the plait to the middle of the back.
   growth.preferred_direction = [&](const GrowthPoint& at) {
     return Vec3(Vec3(-6 * at.p.x(), -1, 0) + tie.axis * std::exp(-at.s / 0.02));
   };
+  // The plait is thick, so its middle must stay farther from the skin than loose hair.
   growth.clearance = [](const Vec3&, double s) { return mix(0.012, 0.026, smootherstep(0, 0.08, s)); };
   return grow(growth);
 }
@@ -39,9 +43,9 @@ class Plait {
  public:
   Plait(const Tie& tie, double length_m) : core_(make_core(tie, length_m)), along_(core_), length_m_(along_.length()) {}
 
-  // Length of plait above the cord.
+  // Length of plait above the cord. The end below the cord is 7.5 cm, or three tenths of a short plait.
   [[nodiscard]] double tied_at() const { return std::max(length_m_ - 0.075, 0.7 * length_m_); }
-  // The thickness of the plait there, relative to its maximum.
+  // The thickness of the plait there, relative to its maximum. Full near the nape, thinner towards the cord.
   [[nodiscard]] double fullness(double s) const {
     return mix(0.75, 1, smootherstep(0, 0.04, s)) * mix(1, 0.55, smootherstep(0.1, tied_at(), s));
   }
@@ -51,14 +55,18 @@ class Plait {
   struct Place {
     Vec3 middle, side, back;
   };
+  // The sine of the double phase makes a lock pass in front on its way to one side and behind on its way back: three
+  // locks a third of a period apart then cross over and under each other.
   [[nodiscard]] Place lock(int lock, double s) const {
     const Place core = place(s);
+    // The locks come together at both ends, in the tie and under the cord.
     const double held = smootherstep(0, 0.03, s) * (1 - 0.75 * smootherstep(tied_at() - 0.03, tied_at(), s));
     const double phase = kTurn * (s / kPeriod + static_cast<double>(lock) / kLocks);
     const double wide = 0.0125 * fullness(s) * held, deep = 0.0072 * fullness(s) * held;
     return {core.middle + wide * std::sin(phase) * core.side + deep * std::sin(2 * phase) * core.back, core.side,
             core.back};
   }
+  // The frame is made from X instead of being carried along, which holds as long as the plait never runs sideways.
   [[nodiscard]] Place place(double s) const {
     const Vec3 down = (along_.at(s + 0.004) - along_.at(std::max(s - 0.004, 0.0))).normalized();
     const Vec3 side = (Vec3::UnitX() - down.x() * down).normalized();
@@ -74,7 +82,9 @@ class Plait {
 
 // One hair's path down a lock, from the tie to its tip; beyond the cord the tips spread a little.
 void append_plaited(const Plait& plait, int lock, double length_m, Random& random, Path& path) {
+  // The root of a uniform number spreads hairs evenly over the round section.
   const double angle = kTurn * random.unit(), ring = std::sqrt(random.unit());
+  // A hair turns slowly within its lock, so it comes to its surface now and then.
   const double turn = 0.6 * random.symmetric();
   for (double s = 0.004; s < length_m; s += 0.004) {
     const Plait::Place at = plait.lock(lock, s);
@@ -87,7 +97,8 @@ void append_plaited(const Plait& plait, int lock, double length_m, Random& rando
   }
 }
 
-// The point of each strand nearest to `middle`, if it is within the radius.
+// The point of each strand nearest to `middle`, if it is within the radius. Knots tie points and not places, so each
+// strand gives its nearest.
 std::vector<std::uint32_t> points_at(const Groom& groom, const Vec3& middle, double radius_m) {
   std::vector<std::uint32_t> found;
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
@@ -101,12 +112,14 @@ std::vector<std::uint32_t> points_at(const Groom& groom, const Vec3& middle, dou
   return found;
 }
 
-// Winds a cord round the plait's end; both ends of the cord hang.
+// Winds a cord round the plait's end; both ends of the cord hang. The returned points are those of the windings; the
+// hanging ends stay free.
 std::vector<std::uint32_t> add_cord(const Plait& plait, Groom& groom) {
   constexpr int kWinds = 6;
   constexpr double kRadius = 0.0016, kHanging = 0.07;
   const double radius = 0.0092 * plait.fullness(plait.tied_at());
   std::vector<Vec3f> line;
+  // The cord lies outside of the skin even where the plait rests on the back.
   const auto add = [&](const Vec3& p) { line.push_back(push_out(p, 0.002).cast<float>()); };
   const auto hang = [&](double sign, double s) {
     const Plait::Place at = plait.place(plait.tied_at());
@@ -128,6 +141,7 @@ std::vector<std::uint32_t> add_cord(const Plait& plait, Groom& groom) {
   cord.linear_density_kg_per_m = 2e-3f;
   groom.add_thread(line, cord);
   std::vector<std::uint32_t> wound;
+  // Every third point is enough to hold the cord.
   for (std::uint32_t i = 11; i < 11 + 16 * kWinds; i += 3) wound.push_back(groom.threads.back().points.begin + i);
   return wound;
 }
@@ -146,6 +160,7 @@ void dress_plait(const StyleOptions& options, Groom& groom) {
   for (const Root& root : scatter_roots(options.strand_count, options.seed, is_pulled_back)) {
     Path path = pulled(root, tie, random);
     const double chance = random.unit();
+    // The number of the lock is random, so each lock has hair from all over the head.
     append_plaited(plait, static_cast<int>(random.next() % kLocks),
                    plait.length() * (1 - 0.15 * chance * chance * chance), random, path);
     Curl wave = make_curl(options.curl, random);
@@ -153,6 +168,7 @@ void dress_plait(const StyleOptions& options, Groom& groom) {
     add_path(groom, curled(path, wave), finish);
   }
   const std::vector<std::uint32_t> wound = add_cord(plait, groom);
+  // Knots at the tie, at each half period of the plait and at the cord hold it together.
   add_knot(groom, points_at(groom, tie.centre, 0.016), 300);
   for (double s = 0.03; s < plait.tied_at() - 0.01; s += kPeriod / 2)
     add_knot(groom, points_at(groom, plait.place(s).middle, 0.022), 250);

@@ -12,6 +12,7 @@
 namespace hairnet::made {
 namespace {
 
+// The band is behind the crown, and its axis points up and back, so that the tail falls in an arch.
 const Tie kBand{Vec3(0, 0.098, -0.118), Vec3(0, 0.42, -0.91).normalized(), 0.0125};
 const Vec3f kBandColour(0.30f, 0.02f, 0.05f);
 
@@ -21,9 +22,11 @@ Path tail(double length_m, Random& random) {
   const double ring = std::sqrt(random.unit());
   const Vec3 radial = std::sin(angle) * Vec3::UnitX() + std::cos(angle) * kBand.down();
   const double thin = random.unit();
+  // The square leaves most hair of nearly full length.
   const double length = length_m * (1 - 0.32 * thin * thin);
   const Vec3 stray = 0.035 * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
   Growth growth;
+  // Strands begin a little inside the band, where the knot ties them.
   growth.start = kBand.on_ring(angle, kBand.radius_m * ring) - 0.004 * kBand.axis;
   growth.direction = kBand.axis + 0.45 * ring * radial;
   growth.length_m = length;
@@ -31,6 +34,7 @@ Path tail(double length_m, Random& random) {
   growth.spares_face = false;
   const double spread = 0.038 * ring;
   growth.preferred_direction = [=](const GrowthPoint& at) {
+    // The tail spreads within the first 10 cm and narrows towards its end.
     const double gathered = smootherstep(0, 0.10, at.s) * (1 - 0.75 * smootherstep(0.4 * length_m, length_m, at.s));
     // Gathers sideways only: the fall determines the forward and backward position.
     const double in = 6 * (spread * radial.x() * gathered - at.p.x());
@@ -41,7 +45,8 @@ Path tail(double length_m, Random& random) {
   return grow(growth);
 }
 
-// The band, a ring of cloth on the hair where it is tied. Returns its points.
+// The band, a ring of cloth on the hair where it is tied. Returns its points. Every second column stands out a little,
+// which shows as gathers in the cloth.
 std::vector<std::uint32_t> add_band(Groom& groom) {
   constexpr int kRound = 24, kRows = 4;
   constexpr double kWidth = 0.016;
@@ -62,7 +67,8 @@ std::vector<std::uint32_t> add_band(Groom& groom) {
   return points;
 }
 
-// The points in the band: the ends of the hair that is pulled into it and the beginnings of the tail.
+// The points in the band: the ends of the hair that is pulled into it and the beginnings of the tail. Rooted strands
+// end in the band; the others begin there.
 std::vector<std::uint32_t> held_points(const Groom& groom) {
   std::vector<std::uint32_t> points;
   for (std::size_t s = 0; s < groom.strand_count(); ++s)
@@ -90,6 +96,7 @@ void dress_ponytail(const StyleOptions& options, Groom& groom) {
   finish.skin_clearance_m = 0.003;
   finish.points = curl_points(options.curl, options.length_m, 20);
   for (std::size_t i = 0; i < tail_count; ++i) {
+    // Strands of one curl share a stream of random numbers; there are 24 curls in a tail.
     const Path path = tail(options.length_m, random);
     // One lock in all, so its curls are nearly in phase.
     Random shared(options.seed, 1000 + random.next() % 24);

@@ -6,7 +6,7 @@
 
 namespace hairnet::made {
 
-// Hair in front that is combed over the forehead and cut short.
+// Hair in front that is combed over the forehead and cut short. Places are in head space, lengths in metres.
 struct Fringe {
   // Bounds the azimuth of the roots; zero means no fringe.
   double half_angle_deg = 0;
@@ -22,7 +22,8 @@ struct Fringe {
   double length_m = 0.11;
 };
 
-// The recipe of hair that falls free from the scalp.
+// The recipe of hair that falls free from the scalp. Defaults are those of long straight hair. Functions must be pure:
+// they are called for each step of every strand.
 struct LooseRecipe {
   // Combing on the scalp at `p`, for a strand from `root`; only its part along the skin counts.
   std::function<Vec3(const Vec3& p, const Root& root)> comb;
@@ -61,10 +62,12 @@ struct LooseRecipe {
   Fringe fringe;
 };
 
-// Away from a parting on top of the head, at `x`, from `front_z` to the whorl at `back_z`.
+// Away from a parting on top of the head, at `x`, from `front_z` to the whorl at `back_z`. The direction has unit
+// length. Behind `back_z` it leads away from the whorl in all directions.
 Vec3 comb_from_parting(const Vec3& p, const Root& root, double x, double front_z, double back_z);
 
-// Away from a whorl at the crown, on all sides.
+// Away from a whorl at the crown, on all sides. `x` and `z` are the whorl's place seen from above. The direction has
+// unit length, and is zero on the whorl itself.
 Vec3 comb_from_whorl(const Vec3& p, double x, double z);
 
 }  // namespace hairnet::made

@@ -9,7 +9,8 @@
 namespace hairnet::made {
 namespace {
 
-// Hair goes to the chest or to the back before it meets a shoulder, and stays together.
+// Hair goes to the chest or to the back before it meets a shoulder, and stays together. Higher than 4 cm above the head
+// joint it does nothing. Clamped distances pull with a limited force, so gravity still leads the hair down.
 Vec3 parted_by_shoulders(const LooseRecipe& recipe, const Root& root, const Vec3& p) {
   const double beside = 1 - smootherstep(-0.12, 0.04, p.y());
   if (beside <= 0) {
@@ -26,9 +27,12 @@ Vec3 along_skin(const Vec3& v, const Vec3& normal) {
   return v - v.dot(normal) * normal;
 }
 
+// The preferred direction is a sum: gravity, the comb near the root, the shoulders, the tuck at the tip, and the
+// strand's own deviation.
 Vec3 direction_of(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation,
                   const GrowthPoint& at) {
   const double reach = at.s / recipe.comb_reach_m;
+  // The comb holds only near the skin and near the root, as a hairdresser's does.
   const double held = at.nearness * std::exp(-reach * reach);
   Vec3 sum(0, -mix(1, recipe.fall, held), 0);
   if (held > 0.01) {
@@ -42,6 +46,7 @@ Vec3 direction_of(const LooseRecipe& recipe, const Root& root, const StrandVaria
   return sum + variation.stray * (1 - 0.5 * held);
 }
 
+// A fringe is combed ahead and down instead of away from the parting.
 Vec3 fringe_direction(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation,
                       const GrowthPoint& at) {
   const double held = at.nearness * std::exp(-at.s / 0.05);
@@ -81,12 +86,15 @@ Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariat
   Growth growth;
   growth.start = root.point;
   growth.length_m = variation.length_m;
+  // Short strands need finer steps to follow the scalp, and long ones do not need more than 5 mm.
   growth.step_m = std::clamp(variation.length_m / 24, 0.0015, 0.005);
+  // A fringe bends more sharply, since it must turn down within a few centimetres.
   growth.bend_m = variation.fringe ? 0.6 * recipe.bend_m : recipe.bend_m;
   growth.spares_face = !variation.fringe;
   growth.preferred_direction = [&recipe, root, variation](const GrowthPoint& at) {
     return variation.fringe ? fringe_direction(recipe, root, variation, at) : direction_of(recipe, root, variation, at);
   };
+  // The first direction is the preferred one along the skin, raised by the normal.
   const Vec3 flat = along_skin(growth.preferred_direction({root.point, 0, root.normal, 1}), root.normal).normalized();
   growth.direction = recipe.rise * root.normal + flat + variation.stray;
 
@@ -96,6 +104,8 @@ Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariat
   const double flatter = variation.fringe ? mix(0.6, 1, edge * edge) : 1;  // at its ends like the other hair
   const double on_head = flatter * recipe.lift_m * height * mix(0.35, 1, variation.layer);
   const double on_body = 0.003 + 0.55 * recipe.lift_m * variation.layer;
+  // The clearance cannot grow faster than 0.8 of the arc length. On the body the hair is thinner than on the head, and
+  // the border is about the chin.
   growth.clearance = [rise_m = recipe.lift_rise_m, on_head, on_body](const Vec3& p, double s) {
     const double rising = 1 - std::exp(-s / rise_m);
     return std::min(0.8 * s, rising * mix(on_body, on_head, smootherstep(-0.10, -0.01, p.y())));

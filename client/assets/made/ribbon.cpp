@@ -24,9 +24,11 @@ Cloth satin(Groom& groom, const Vec3f& colour) {
 
 }  // namespace
 
+// Two triangles join each four points, always along the same diagonal. A ring wraps its last column to the first.
 std::uint32_t add_cloth_grid(Groom& groom, const ClothGrid& grid, double clearance_m, Cloth cloth) {
   std::vector<Vec3f> vertices;
   for (int row = 0; row < grid.rows; ++row) {
+    // Pushing each point out keeps the cloth off the skin, but a large cell may still touch between its points.
     for (int column = 0; column < grid.columns; ++column)
       vertices.push_back(push_out(grid.at(column, row), clearance_m).cast<float>());
   }
@@ -45,13 +47,16 @@ std::uint32_t add_cloth_grid(Groom& groom, const ClothGrid& grid, double clearan
   return groom.cloths.back().points.begin;
 }
 
+// `out` must not point straight up or down, because the bow's upper side is found from +Y.
 std::vector<std::uint32_t> add_bow(Groom& groom, const Vec3& centre, const Vec3& out, const Vec3f& colour) {
   const Vec3 up = (Vec3::UnitY() - out.y() * out).normalized(), right = up.cross(out);
   std::vector<std::uint32_t> tied;
+  // Both halves are mirrored, except for the lengths of the ends.
   for (const double side : {-1.0, 1.0}) {
     // A petal in the plane across `out`, with the ribbon's width along `out`; its far end stands off a little.
     constexpr int kAlong = 15;
     const auto loop = [&](int column, int row) {
+      // `open` is 0 at the knot, where the loop begins and ends, and 1 at its far end.
       const double t = row / (kAlong - 1.0), open = std::sin(std::numbers::pi * t);
       const double angle = 0.62 * (t - 0.5) * 2 * open + 0.14;
       const double width = kRibbonWidth * mix(0.45, 1, open) * (column - 1) * 0.5;
@@ -63,6 +68,7 @@ std::vector<std::uint32_t> add_bow(Groom& groom, const Vec3& centre, const Vec3&
 
     constexpr int kDown = 13;
     const auto end = [&](int column, int row) {
+      // One end is shorter, as in a bow that is tied by hand.
       const double s = kEndLength * row / (kDown - 1.0) * (side > 0 ? 1 : 0.86);
       const double width = kRibbonWidth * mix(0.5, 1, smootherstep(0, 0.03, s)) * (column - 1) * 0.5;
       const Vec3 line = centre + side * (0.036 * (1 - std::exp(-s / 0.025)) + 0.06 * s) * right +
@@ -80,6 +86,7 @@ std::vector<std::uint32_t> add_bow(Groom& groom, const Vec3& centre, const Vec3&
                 (0.002 + 0.011 * std::sin(angle)) * out);
   };
   const std::uint32_t first = add_cloth_grid(groom, {kRound, 3, true, middle}, 0.002, satin(groom, colour));
+  // Every fourth point ties the piece.
   for (std::uint32_t i = 0; i < 3 * kRound; i += 4) tied.push_back(first + i);
   return tied;
 }

@@ -18,7 +18,8 @@ struct ClothGrid {
 std::uint32_t add_cloth_grid(Groom& groom, const ClothGrid& grid, double clearance_m, Cloth cloth);
 
 // A bow of satin ribbon: two loops and two ends, tied at `centre`. `out` points away from the head there. Returns the
-// points at its knot.
+// points at its knot. It is made of five pieces of cloth, which hang together only by the knot that the caller makes of
+// the points.
 std::vector<std::uint32_t> add_bow(Groom& groom, const Vec3& centre, const Vec3& out, const Vec3f& colour);
 
 }  // namespace hairnet::made

@@ -7,7 +7,8 @@
 namespace hairnet::made {
 
 // The posture of head and trunk at one moment, about the bust's joints. Angles in radians: yaw about +Y, pitch about +X
-// (positive looks down), roll about +Z.
+// (positive looks down), roll about +Z. All fields are zero at rest, so that scaling them by an ease gives a posture
+// between.
 struct Gesture {
   // Moves the whole body, up and to the left.
   double lift_m = 0, sway_m = 0;
@@ -29,7 +30,8 @@ struct Gesture {
 };
 
 // The bones for a gesture: joined at the bust's joints, with the head joint 1.55 m above the floor at rest. `ease`
-// scales the gesture from 0 (upright) to 1; `travelled_m` is the distance covered along the facing.
+// scales the gesture from 0 (upright) to 1; `travelled_m` is the distance covered along the facing. The pose is in the
+// world, in metres.
 Pose pose_of(const Gesture& gesture, double ease, double travelled_m);
 
 }  // namespace hairnet::made

@@ -13,6 +13,7 @@ namespace hairnet::made {
 namespace {
 
 // The hairline: its height over the azimuth in degrees, from the forehead past the temple, the ear and down the nape.
+// Between two marks the line eases, so it has no corners.
 struct HairlineMark {
   double azimuth_deg, height_m;
 };
@@ -28,6 +29,7 @@ constexpr std::array<HairlineMark, 11> kHairline{{{0, 0.108},
                                                   {135, -0.014},
                                                   {180, -0.028}}};
 
+// Both sides are alike.
 double hairline_height(double azimuth) {
   const double degrees = std::abs(azimuth) * 180 / std::numbers::pi;
   std::size_t i = 1;
@@ -44,6 +46,7 @@ double azimuth_of(const Vec3& p) {
 
 }  // namespace
 
+// It is a difference of heights, not a distance along the skin.
 double above_hairline(const Vec3& p) {
   return p.y() - hairline_height(azimuth_of(p));
 }
@@ -53,6 +56,7 @@ std::vector<Root> scatter_roots(std::size_t count, std::uint64_t seed, const std
   // dimension of the sequence would pick rows.
   constexpr std::array<double, 2> kStep{0.7548776662466927, 0.5698402909980532};
   Random random(seed, 11);
+  // Each seed begins the sequence at another place.
   std::array<double, 2> u{random.unit(), random.unit()};
   std::vector<Root> roots;
   roots.reserve(count);
@@ -61,6 +65,8 @@ std::vector<Root> scatter_roots(std::size_t count, std::uint64_t seed, const std
     for (std::size_t a = 0; a < 2; ++a) {
       u[a] += kStep[a] - (u[a] + kStep[a] >= 1 ? 1 : 0);
     }
+    // Directions below -0.85 are the neck and are left out. A uniform height with a uniform azimuth is even on a
+    // sphere.
     const double y = mix(-0.85, 1, u[0]), azimuth = 2 * std::numbers::pi * u[1];
     const double r = std::sqrt(1 - y * y);
     Vec3 direction(r * std::sin(azimuth), y, r * std::cos(azimuth));
@@ -69,15 +75,18 @@ std::vector<Root> scatter_roots(std::size_t count, std::uint64_t seed, const std
     direction += stray * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
     direction.normalize();
     const Vec3 p = skin_along(direction);
+    // The random border keeps the hairline from looking drawn.
     if (above_hairline(p) < 0.004 * random.symmetric() || (keep && !keep(p))) {
       continue;
     }
     const Vec3 normal = bust_normal(p);
-    // An even spread over directions is not even over skin: area grows with distance squared over the cosine.
+    // An even spread over directions is not even over skin: area grows with distance squared over the cosine. So chance
+    // drops roots in directions whose skin has less area.
     const double area = (p - kSkullCentre).squaredNorm() / std::max(0.3, normal.dot(direction));
     if (random.unit() * 0.0125 > area) {
       continue;
     }
+    // The height is 0 at the nape, 3 cm below the origin, and 1 at the crown.
     const double height = std::clamp((p.y() + 0.03) / 0.18, 0.0, 1.0);
     roots.push_back({p, normal, azimuth_of(p), height});
   }

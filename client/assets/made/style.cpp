@@ -10,6 +10,7 @@
 namespace hairnet::made {
 namespace {
 
+// The square root makes small amounts differ more than large ones.
 double wavelength(double amount) {
   return mix(0.13, 0.032, std::sqrt(amount));
 }
@@ -39,10 +40,12 @@ void add_path(Groom& groom, const Path& path, const StrandFinish& finish) {
   properties.group = finish.group;
   properties.hair_count = static_cast<float>(finish.hair_count);
   properties.rooted = finish.rooted;
+  // Strands in mid-air have no root on the skull to blend with (paper eq. 7).
   properties.root_length_m = finish.rooted ? 0.02f : 0.0f;
   groom.add_strand(points, properties);
 }
 
+// The radius reaches its full size before the wavelength is short, so that medium amounts make wide curls.
 Curl make_curl(double amount, Random& random) {
   Curl curl;
   curl.wavelength_m = wavelength(amount) * random.between(0.85, 1.2);
@@ -54,6 +57,7 @@ Curl make_curl(double amount, Random& random) {
   return curl;
 }
 
+// Five points a turn show a curl as round; more than 56 points a strand cost more than they show.
 int curl_points(double amount, double length_m, int point_count_min) {
   if (amount <= 0) {
     return point_count_min;

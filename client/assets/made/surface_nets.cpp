@@ -7,6 +7,7 @@
 namespace hairnet::made {
 namespace {
 
+// The grid's nodes are evaluated only near the surface, because the field is costly.
 class SurfaceNet {
  public:
   SurfaceNet(const GridPlanes& planes, const std::function<double(const Vec3&)>& field) : planes_(planes) {
@@ -15,7 +16,8 @@ class SurfaceNet {
     }
     values_.assign(dims_[0] * dims_[1] * dims_[2], kUnknown);
     evaluate_near_surface(field);
-    // The surface passes between no two nodes that are next to each other and unknown.
+    // The surface passes between no two nodes that are next to each other and unknown. So a node without a value has
+    // the side of its left neighbour, and the first of a row is outside.
     each_node([&](const Node& n) {
       double& value = values_[index(n)];
       if (std::isnan(value)) value = n[0] == 0 ? 1 : std::copysign(1, values_[index(n) - 1]);
@@ -53,6 +55,7 @@ class SurfaceNet {
 
   // Asks for the field at the corners of the cells that the surface crosses, and of those beside them.
   void evaluate_near_surface(const std::function<double(const Vec3&)>& field) {
+    // The walk begins on the line along the first axis, where the caller promises that it enters the surface.
     Node first{0, dims_[1] / 2, dims_[2] / 2};
     while (first[0] + 2 < dims_[0] && !(field(position({first[0] + 1, first[1], first[2]})) < 0)) ++first[0];
     std::vector<bool> is_known(values_.size());
@@ -60,6 +63,7 @@ class SurfaceNet {
     while (!open.empty()) {
       const Node cell = open.back();
       open.pop_back();
+      // Every cell is opened once; the corners of neighbours are shared.
       if (is_known[index(cell)]) continue;
       is_known[index(cell)] = true;
       int inside_count = 0;
@@ -69,6 +73,7 @@ class SurfaceNet {
         if (std::isnan(value)) value = field(position(n));
         inside_count += value < 0;
       }
+      // A cell that the surface does not cross ends the walk there.
       if (inside_count == 0 || inside_count == 8) continue;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         Node below = cell, above = cell;
@@ -79,7 +84,8 @@ class SurfaceNet {
     }
   }
 
-  // A cell is named by its lowest node; its vertex is the mean of the points where its edges cross the surface.
+  // A cell is named by its lowest node; its vertex is the mean of the points where its edges cross the surface. The
+  // mean instead of the exact place makes smooth surfaces, at the cost of sharp edges, which a bust has none of.
   void place_vertices() {
     vertex_of_cell_.assign(values_.size(), kNone);
     each_node([&](const Node& n) {
@@ -111,10 +117,12 @@ class SurfaceNet {
     });
   }
 
-  // Each crossed edge along `axis` joins the vertices of the four cells around it.
+  // Each crossed edge along `axis` joins the vertices of the four cells around it. The quad's order follows the sign,
+  // so that triangles face outwards.
   void join_quads(std::size_t axis) {
     const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
     each_node([&](const Node& n) {
+      // Edges on the border of the grid have fewer than four cells; the caller promises that the surface stays off it.
       if (n[axis] + 1 >= dims_[axis] || n[u] == 0 || n[v] == 0) {
         return;
       }
@@ -134,6 +142,7 @@ class SurfaceNet {
     });
   }
 
+  // The shorter diagonal gives the better pair of triangles.
   void add_quad(const std::array<std::uint32_t, 4>& q) {
     const auto length = [&](int i, int j) { return (mesh_.vertices[q[i]] - mesh_.vertices[q[j]]).squaredNorm(); };
     if (length(0, 2) <= length(1, 3)) {

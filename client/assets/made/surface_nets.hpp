@@ -12,8 +12,9 @@ namespace hairnet::made {
 using GridPlanes = std::array<std::vector<double>, 3>;
 
 // The zero surface of `field` (negative inside) as a closed mesh, by naive surface nets: one vertex per cell that the
-// surface crosses. The surface must be one, stay at least one cell inside the grid, and cross the row of the first
-// axis that is at the middle of the others: the field is asked near the surface alone.
+// surface crosses. The surface must be one, stay at least one cell inside the grid, and cross the row of the first axis
+// that is at the middle of the others: the field is asked near the surface alone. Surface nets place fewer and better
+// shaped triangles than marching cubes. Triangles are wound outwards.
 TriangleMesh polygonise(const GridPlanes& planes, const std::function<double(const Vec3&)>& field);
 
 }  // namespace hairnet::made

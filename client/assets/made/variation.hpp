@@ -6,7 +6,8 @@
 
 namespace hairnet::made {
 
-// The random differences between seeds: a phase, and the size and tempo of the person's movements.
+// The random differences between seeds: a phase, and the size and tempo of the person's movements. The ranges are
+// small, so that each seed still shows the motion that its name says.
 struct MotionVariation {
   explicit MotionVariation(std::uint32_t seed) {
     Random random(seed, 7);

@@ -23,8 +23,9 @@ class Http3Owner {
   virtual StreamId open_stream(bool one_way) = 0;
   virtual void send(StreamId stream, http3::Bytes bytes) = 0;
   virtual void stop_reading(StreamId stream, http3::ErrorCode code) = 0;
-  // The session is over: the server has ended it (no_error; `why` is its reason, or empty), or has broken the protocol.
-  virtual void fail(http3::ErrorCode code, std::string_view why) = 0;
+  // The session is over: the server has ended it (no_error; `error` is its reason, or empty), or has broken the
+  // protocol.
+  virtual void fail(http3::ErrorCode code, std::string_view error) = 0;
   virtual void on_channel_open() = 0;
   virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
   // The server sends no more; its reason may follow.
@@ -75,7 +76,7 @@ class Http3Session {
   bool take_capsule(const http3::FrameReader::Piece& piece);
   void request();
   void open_channel();
-  bool fail(http3::ErrorCode code, std::string_view why);  // false
+  bool fail(http3::ErrorCode code, std::string_view error);  // false
 
   Http3Owner* owner_;
   std::string authority_, url_path_;

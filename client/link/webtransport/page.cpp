@@ -8,6 +8,7 @@
 namespace hairnet::link {
 namespace {
 
+// The page comes over a connection that may be open to anyone, so each part of it is bounded.
 constexpr std::size_t kHashesMax = 16, kPathBytesMax = 256;
 
 bool read_hash(const nlohmann::json& value, quic::CertificateHash& hash) {

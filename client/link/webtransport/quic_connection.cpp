@@ -15,6 +15,7 @@
 namespace hairnet::link {
 namespace {
 
+// This is the usual limit of an Ethernet path. ngtcp2 makes smaller packets until it has found out what the path takes.
 constexpr std::size_t kPacketBytesMax = 1500;
 // The client calls the server at first by an ID of this length.
 constexpr std::size_t kIdBytes = 12;
@@ -31,12 +32,14 @@ struct QuicConnectionCallbacks {
     try {
       task(connection);
     } catch (const std::bad_alloc&) {
-      connection.why_ = "no memory is left";
+      connection.reason_ = "no memory is left";
       return NGTCP2_ERR_CALLBACK_FAILURE;
     }
+    // A task that wants to close ends ngtcp2's call this way; close() says why it cannot do so itself.
     return connection.close_wanted_ ? NGTCP2_ERR_CALLBACK_FAILURE : 0;
   }
 
+  // GnuTLS calls this during the handshake, before a byte of the application is sent.
   static int verify(gnutls_session_t tls) {
     auto* reference = static_cast<ngtcp2_crypto_conn_ref*>(gnutls_session_get_ptr(tls));
     return of(reference->user_data).verify();
@@ -44,6 +47,7 @@ struct QuicConnectionCallbacks {
   static int handshake_completed(ngtcp2_conn*, void* user) {
     return guard(user, [](QuicConnection& c) {
       gnutls_datum_t protocol{};
+      // A server without HTTP/3 on this port would take our streams for something else.
       if (gnutls_alpn_get_selected_protocol(c.tls_, &protocol) != 0)
         return c.close(http3::ErrorCode::general_protocol_error, "the server does not say that it speaks HTTP/3", 0);
       c.is_ready_ = true;
@@ -55,7 +59,8 @@ struct QuicConnectionCallbacks {
     const bool is_last = (flags & NGTCP2_STREAM_DATA_FLAG_FIN) != 0;
     if (is_last) allow_next(quic, stream);
     return guard(user, [&](QuicConnection& c) {
-      c.answer_.hasten();
+      // The server waits for these acknowledgements before it sends more of a stream.
+      c.answer_.send_soon();
       c.events_->on_stream_bytes(stream, {bytes, count}, is_last);
     });
   }
@@ -65,6 +70,7 @@ struct QuicConnectionCallbacks {
     return 0;
   }
   static int stream_close(ngtcp2_conn*, std::uint32_t, StreamId stream, std::uint64_t, void* user, void*) {
+    // ngtcp2 refers to the stream's bytes no longer.
     of(user).queues_.erase(stream);
     return 0;
   }
@@ -79,6 +85,7 @@ struct QuicConnectionCallbacks {
   }
   static int recv_datagram(ngtcp2_conn*, std::uint32_t, const std::uint8_t* bytes, std::size_t count, void* user) {
     return guard(user, [&](QuicConnection& c) {
+      // A datagram's acknowledgement may wait: nobody sends it again.
       c.answer_.on_datagram(c.now_ns_);
       c.events_->on_quic_datagram({bytes, count});
     });
@@ -90,6 +97,7 @@ struct QuicConnectionCallbacks {
   static int get_new_connection_id(ngtcp2_conn*, ngtcp2_cid* id, std::uint8_t* token, std::size_t bytes, void*) {
     id->datalen = bytes;
     gnutls_rnd(GNUTLS_RND_NONCE, id->data, bytes);
+    // The token is random and stored nowhere: this end never resets a connection that it has forgotten.
     gnutls_rnd(GNUTLS_RND_NONCE, token, NGTCP2_STATELESS_RESET_TOKENLEN);
     return 0;
   }
@@ -127,10 +135,12 @@ QuicConnection::QuicConnection(const quic::Path& path, CertificateVerifier verif
     : path_(path), verifier_(std::move(verifier)), options_(std::move(options)), events_(&events) {}
 
 QuicConnection::~QuicConnection() {
+  // ngtcp2 goes first, as it refers to the TLS session.
   ngtcp2_conn_del(quic_);
   if (tls_) gnutls_deinit(tls_);
 }
 
+// Sets up QUIC and TLS, which refer to each other. After a failure the destructor frees what there is.
 bool QuicConnection::begin(std::int64_t now_ns) {
   ngtcp2_settings settings;
   ngtcp2_settings_default(&settings);
@@ -141,10 +151,13 @@ bool QuicConnection::begin(std::int64_t now_ns) {
   params.initial_max_streams_uni = options_.one_way_streams_max;
   params.initial_max_stream_data_bidi_local = options_.window_bytes;
   params.initial_max_stream_data_uni = options_.one_way_window_bytes;
+  // The connection's window is the sum of its streams' windows. A smaller one would let a download that nobody reads
+  // stop the channel.
   params.initial_max_data = options_.window_bytes + options_.one_way_streams_max * options_.one_way_window_bytes;
+  // QUIC takes the shorter of the two ends' times, so the server's counts where it is shorter.
   params.max_idle_timeout = static_cast<ngtcp2_duration>(options_.idle_timeout_ns);
   params.max_datagram_frame_size = options_.datagram_frame_bytes_max;
-  params.max_ack_delay = static_cast<ngtcp2_duration>(quic::AnswerDelay::kToldDelay_ns);
+  params.max_ack_delay = static_cast<ngtcp2_duration>(quic::AnswerDelay::kAnnouncedDelay_ns);
   ngtcp2_cid source{}, destination{};
   // The server's packets come to a socket of their own, so they need no ID.
   destination.datalen = kIdBytes;
@@ -167,7 +180,9 @@ bool QuicConnection::begin(std::int64_t now_ns) {
   gnutls_session_set_verify_function(tls_, QuicConnectionCallbacks::verify);
   const gnutls_datum_t protocol{reinterpret_cast<unsigned char*>(options_.protocol.data()),
                                 static_cast<unsigned>(options_.protocol.size())};
+  // The server must say that it speaks HTTP/3, see handshake_completed().
   if (!options_.protocol.empty() && gnutls_alpn_set_protocols(tls_, &protocol, 1, 0) != 0) return false;
+  // TLS finds its connection by this reference, from within its callbacks.
   reference_.get_conn = [](ngtcp2_crypto_conn_ref* reference) {
     return static_cast<QuicConnection*>(reference->user_data)->quic_;
   };
@@ -178,15 +193,17 @@ bool QuicConnection::begin(std::int64_t now_ns) {
 }
 
 int QuicConnection::verify() {
-  why_ = verifier_.verify(tls_);
-  return why_.empty() ? 0 : GNUTLS_E_CERTIFICATE_VERIFICATION_ERROR;
+  reason_ = verifier_.verify(tls_);
+  return reason_.empty() ? 0 : GNUTLS_E_CERTIFICATE_VERIFICATION_ERROR;
 }
 
 // What comes in.
 
 void QuicConnection::receive(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
-  if (is_over() || packet.empty()) return;  // anybody may send an empty datagram; to ngtcp2 it is an error
+  // Anybody may send an empty datagram, which ngtcp2 takes for an error of its caller.
+  if (is_over() || packet.empty()) return;
   const ngtcp2_path native{path_.local.native(), path_.remote.native(), nullptr};
+  // No marks of congestion (ECN) are read from the socket.
   const ngtcp2_pkt_info info{};
   now_ns_ = now_ns;
   is_in_quic_ = true;
@@ -198,6 +215,7 @@ void QuicConnection::receive(std::span<const std::uint8_t> packet, std::int64_t 
 
 void QuicConnection::poll(std::int64_t now_ns) {
   if (is_over() || due_ns() > now_ns) return;
+  // Handles lost packets, pings and time-outs; some of these end the connection.
   if (const int error = ngtcp2_conn_handle_expiry(quic_, static_cast<ngtcp2_tstamp>(now_ns)); error != 0)
     end(error, now_ns);
 }
@@ -208,6 +226,8 @@ std::int64_t QuicConnection::due_ns() const {
   const ngtcp2_tstamp expiry = ngtcp2_conn_get_expiry(quic_);
   if (expiry >= static_cast<ngtcp2_tstamp>(kNever_ns)) return kNever_ns;
   const auto expiry_ns = static_cast<std::int64_t>(expiry);
+  // A lone acknowledgement may wait for the next pose, which carries it along. A timer of ngtcp2 that is due for it
+  // alone is put off as well.
   return is_quiet() ? answer_.due_ns(expiry_ns) : expiry_ns;
 }
 
@@ -216,6 +236,8 @@ std::int64_t QuicConnection::due_ns() const {
 void QuicConnection::write(const std::function<void(std::span<const std::uint8_t>)>& send, std::int64_t now_ns) {
   std::array<std::uint8_t, kPacketBytesMax> room;
   if (!is_over() && !(is_quiet() && answer_.holds(now_ns))) {
+    // The congestion control says how much may leave at once. The rest is due a little later (pacing), so that a burst
+    // does not fill the buffers on the way.
     const std::size_t packets_max =
         std::max<std::size_t>(1, ngtcp2_conn_get_send_quantum(quic_) / ngtcp2_conn_get_max_tx_udp_payload_size(quic_));
     std::size_t packets = 0;
@@ -238,9 +260,11 @@ void QuicConnection::write(const std::function<void(std::span<const std::uint8_t
       ngtcp2_conn_get_conn_stat(quic_, &statistics);
       answer_.set_delay(quic::AnswerDelay::of_client(static_cast<std::int64_t>(statistics.smoothed_rtt)));
       answer_.on_written(packets > 0, now_ns);
+      // The call tells ngtcp2 when this burst has ended; it paces the next one from here.
       ngtcp2_conn_update_pkt_tx_time(quic_, static_cast<ngtcp2_tstamp>(now_ns));
     }
   }
+  // It goes last, and once: a lost one leaves the server to its idle time.
   if (!close_packet_.empty()) send(std::exchange(close_packet_, {}));
 }
 
@@ -265,14 +289,15 @@ void QuicConnection::send(StreamId stream, std::vector<std::uint8_t> bytes, bool
 
 void QuicConnection::take(StreamId stream, std::size_t bytes) {
   if (is_over()) return;
-  answer_.hasten();
+  answer_.send_soon();
+  // Both windows open again: that of the stream, and that of the connection.
   ngtcp2_conn_extend_max_stream_offset(quic_, stream, bytes);
   ngtcp2_conn_extend_max_offset(quic_, bytes);
 }
 
 void QuicConnection::stop_reading(StreamId stream, http3::ErrorCode code) {
   if (is_over()) return;
-  answer_.hasten();
+  answer_.send_soon();
   ngtcp2_conn_shutdown_stream_read(quic_, stream, static_cast<std::uint64_t>(code));
 }
 
@@ -283,7 +308,7 @@ std::size_t QuicConnection::datagram_frame_bytes_max() const {
 
 void QuicConnection::migrate(const quic::Address& local, std::int64_t now_ns) {
   path_.local = local;
-  answer_.hasten();
+  answer_.send_soon();
   const ngtcp2_path native{path_.local.native(), path_.remote.native(), nullptr};
   const int error = ngtcp2_conn_initiate_immediate_migration(quic_, &native, static_cast<ngtcp2_tstamp>(now_ns));
   if (error != 0) end(error, now_ns);
@@ -291,17 +316,19 @@ void QuicConnection::migrate(const quic::Address& local, std::int64_t now_ns) {
 
 // How it ends.
 
-void QuicConnection::close(http3::ErrorCode code, std::string_view why, std::int64_t now_ns) {
+void QuicConnection::close(http3::ErrorCode code, std::string_view reason, std::int64_t now_ns) {
   if (is_over()) return;
-  if (is_in_quic_) {  // ngtcp2 must not be closed from within its own calls
-    if (!close_wanted_) close_wanted_.emplace(code, why);
+  // ngtcp2 must not be closed from within its own calls. The callback returns an error instead, and end() then closes
+  // with what was wanted.
+  if (is_in_quic_) {
+    if (!close_wanted_) close_wanted_.emplace(code, reason);
     return;
   }
-  why_ = why;
+  reason_ = reason;
   ngtcp2_connection_close_error error;
   ngtcp2_connection_close_error_default(&error);
   ngtcp2_connection_close_error_set_application_error(&error, static_cast<std::uint64_t>(code),
-                                                      reinterpret_cast<std::uint8_t*>(why_.data()), why_.size());
+                                                      reinterpret_cast<std::uint8_t*>(reason_.data()), reason_.size());
   write_close(error, now_ns);
   error_ = NGTCP2_ERR_CLOSING;
   queues_.clear();
@@ -310,34 +337,39 @@ void QuicConnection::close(http3::ErrorCode code, std::string_view why, std::int
 void QuicConnection::end(int error, std::int64_t now_ns) {
   if (is_over()) return;
   if (const auto wanted = std::exchange(close_wanted_, {})) return close(wanted->first, wanted->second, now_ns);
-  if (why_.empty()) why_ = describe(error);
+  if (reason_.empty()) reason_ = describe(error);
+  // In these cases nobody listens, or QUIC forbids an answer.
   const bool is_silent = error == NGTCP2_ERR_DRAINING || error == NGTCP2_ERR_IDLE_CLOSE ||
                          error == NGTCP2_ERR_HANDSHAKE_TIMEOUT || error == NGTCP2_ERR_RECV_VERSION_NEGOTIATION ||
                          error == NGTCP2_ERR_DROP_CONN;
   if (!is_silent) {
-    ngtcp2_connection_close_error told;
-    ngtcp2_connection_close_error_default(&told);
+    ngtcp2_connection_close_error sent;
+    ngtcp2_connection_close_error_default(&sent);
     if (error == NGTCP2_ERR_CRYPTO)
-      ngtcp2_connection_close_error_set_transport_error_tls_alert(&told, ngtcp2_conn_get_tls_alert(quic_), nullptr, 0);
+      // A failed handshake tells the server by an alert of TLS, as its log then says what was wrong.
+      ngtcp2_connection_close_error_set_transport_error_tls_alert(&sent, ngtcp2_conn_get_tls_alert(quic_), nullptr, 0);
     else
-      ngtcp2_connection_close_error_set_transport_error_liberr(&told, error, nullptr, 0);
-    write_close(told, now_ns);
+      ngtcp2_connection_close_error_set_transport_error_liberr(&sent, error, nullptr, 0);
+    write_close(sent, now_ns);
   }
   error_ = error;
   queues_.clear();
 }
 
+// Says in one line what a person can act on; ngtcp2's own texts name functions of QUIC.
 std::string QuicConnection::describe(int error) const {
   if (was_reset_) return "the server does not know the connection any more";
   if (error == NGTCP2_ERR_HANDSHAKE_TIMEOUT) return "nothing answers on its UDP port";
   if (error == NGTCP2_ERR_IDLE_CLOSE) return "nothing came for too long";
   if (error == NGTCP2_ERR_RECV_VERSION_NEGOTIATION) return "it speaks another version of QUIC";
   if (error != NGTCP2_ERR_DRAINING) return std::string("QUIC: ") + ngtcp2_strerror(error);
-  const ngtcp2_connection_close_error told = close_error();
-  const std::string reason(reinterpret_cast<const char*>(told.reason), told.reasonlen);
+  const ngtcp2_connection_close_error received = close_error();
+  const std::string reason(reinterpret_cast<const char*>(received.reason), received.reasonlen);
+  // The reason is the peer's, and goes to a terminal or a log: control characters could forge lines there.
   const bool is_printable = std::ranges::all_of(reason, [](char c) { return c >= ' ' && c < '\x7f'; });
-  if (told.reasonlen > 0 && is_printable) return "the server closed the connection: " + reason;
-  if (told.type == NGTCP2_CONNECTION_CLOSE_ERROR_CODE_TYPE_TRANSPORT && told.error_code == NGTCP2_CONNECTION_REFUSED)
+  if (received.reasonlen > 0 && is_printable) return "the server closed the connection: " + reason;
+  if (received.type == NGTCP2_CONNECTION_CLOSE_ERROR_CODE_TYPE_TRANSPORT &&
+      received.error_code == NGTCP2_CONNECTION_REFUSED)
     return "the server refused the connection";
   return "the server closed the connection";
 }
@@ -348,6 +380,7 @@ ngtcp2_connection_close_error QuicConnection::close_error() const {
   return error;
 }
 
+// The packet is kept until the next write(), since this may be called from within receive(), where nothing can be sent.
 void QuicConnection::write_close(const ngtcp2_connection_close_error& error, std::int64_t now_ns) {
   close_packet_.resize(kPacketBytesMax);
   ngtcp2_path_storage path;

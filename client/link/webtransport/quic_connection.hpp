@@ -17,10 +17,10 @@
 #include "client/link/webtransport/http3_session.hpp"
 #include "core/result.hpp"
 #include "schema/http3/error_code.hpp"
-#include "schema/quic/address.hpp"
 #include "schema/quic/answer_delay.hpp"
 #include "schema/quic/parameters.hpp"
 #include "schema/quic/send_queues.hpp"
+#include "schema/quic/socket_address.hpp"
 
 namespace hairnet::link {
 
@@ -87,15 +87,15 @@ class QuicConnection final : private quic::SendObserver {
   [[nodiscard]] std::size_t datagram_frame_bytes_max() const;
   [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }
   [[nodiscard]] std::size_t kept_bytes() const { return queues_.kept_bytes(); }
-  // Ends it with an application's code; the next write() tells the peer. `why`: one line.
-  void close(http3::ErrorCode code, std::string_view why, std::int64_t now_ns);
+  // Ends it with an application's code; the next write() tells the peer. `reason`: one line.
+  void close(http3::ErrorCode code, std::string_view reason, std::int64_t now_ns);
   // Continues from another local address.
   void migrate(const quic::Address& local, std::int64_t now_ns);
 
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   [[nodiscard]] bool is_over() const { return error_ != 0; }
   // Why it is over, in one line.
-  [[nodiscard]] const std::string& why() const { return why_; }
+  [[nodiscard]] const std::string& reason() const { return reason_; }
   // Returns ngtcp2's error; zero until the connection is over.
   [[nodiscard]] int error() const { return error_; }
   [[nodiscard]] const quic::Path& path() const { return path_; }
@@ -130,7 +130,7 @@ class QuicConnection final : private quic::SendObserver {
   std::int64_t now_ns_ = 0;
   // Holds what is not yet sent.
   std::vector<std::uint8_t> close_packet_;
-  std::string why_;
+  std::string reason_;
   int error_ = 0;
   // Is set by calls from within ngtcp2.
   std::optional<std::pair<http3::ErrorCode, std::string>> close_wanted_;

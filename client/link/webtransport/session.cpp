@@ -10,7 +10,8 @@ namespace {
 
 using http3::ErrorCode;
 
-// After the end of the channel, for the reason, which comes on another stream.
+// The server ends the channel, and says the reason in a capsule on another stream, which may arrive later. This client
+// waits so long for it.
 constexpr std::int64_t kReasonWait_ns = 500'000'000;
 
 }  // namespace
@@ -63,10 +64,13 @@ bool WebTransportSession::send_datagram(std::vector<std::uint8_t> bytes, std::in
   constexpr std::size_t kFrame = 3 + http3::kVarintBytesMax;  // a frame's type and length, and the session
   const std::size_t taken = quic_->datagram_frame_bytes_max();
   if (bytes.size() > quic::kDatagramBytesMax || bytes.size() + kFrame > taken) return false;
+  // The packet is dropped; the caller learns of the end by is_over().
   if (is_over()) return true;
-  while (datagram_ns_.size() > quic_->datagram_count()) datagram_ns_.pop_front();  // these have left
+  // The times of datagrams that have left go first: both queues have the same order.
+  while (datagram_ns_.size() > quic_->datagram_count()) datagram_ns_.pop_front();
   while (!datagram_ns_.empty() &&
          (datagram_ns_.size() >= kDatagramsMax || now_ns - datagram_ns_.front() > kDatagramAge_ns)) {
+    // A pose that has waited too long is worth nothing, and sending it would delay newer ones.
     quic_->drop_first_datagram();
     datagram_ns_.pop_front();
   }
@@ -90,6 +94,7 @@ bool WebTransportSession::is_writable() const {
 // What QUIC tells.
 
 void WebTransportSession::on_ready() {
+  // QUIC's handshake has a time-out of its own; from here on, the session's opening has the same time again.
   deadline_ns_ = now_ns_ + opening_ns_max_;
   http3_.start();
 }
@@ -97,13 +102,15 @@ void WebTransportSession::on_ready() {
 void WebTransportSession::on_stream_bytes(StreamId id, std::span<const std::uint8_t> bytes, bool is_last) {
   passed_bytes_ = 0;
   http3_.on_bytes(id, bytes, is_last);
-  if (passed_bytes_ < bytes.size()) quic_->take(id, bytes.size() - passed_bytes_);  // at once
+  // What HTTP/3 has used itself goes back to the window at once. What it has passed on stays in the window until the
+  // caller takes it.
+  if (passed_bytes_ < bytes.size()) quic_->take(id, bytes.size() - passed_bytes_);
 }
 
 // What HTTP/3 tells.
 
-void WebTransportSession::fail(ErrorCode code, std::string_view why) {
-  quic_->close(code, why, now_ns_);
+void WebTransportSession::fail(ErrorCode code, std::string_view error) {
+  quic_->close(code, error, now_ns_);
 }
 
 void WebTransportSession::on_channel_open() {

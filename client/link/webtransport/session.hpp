@@ -66,7 +66,7 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   [[nodiscard]] bool is_open() const { return http3_.channel() >= 0 && !is_over(); }
   [[nodiscard]] bool is_over() const { return quic_->is_over(); }
   // Why it is over, in one line; empty: the server has closed it without a word.
-  [[nodiscard]] const std::string& why() const { return quic_->why(); }
+  [[nodiscard]] const std::string& reason() const { return quic_->reason(); }
 
   // The following assert that it has been open, and do nothing once it is over.
   // Sends on the channel.
@@ -81,8 +81,8 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   void take_download(StreamId download, std::size_t bytes);
   [[nodiscard]] bool is_writable() const;
   [[nodiscard]] std::size_t unsent_bytes() const { return quic_->unsent_bytes(); }
-  // Ends it at once; the next write() tells the server. `why`: one line.
-  void close(std::string_view why, std::int64_t now_ns) { quic_->close(http3::ErrorCode::no_error, why, now_ns); }
+  // Ends it at once; the next write() tells the server. `error`: one line.
+  void close(std::string_view error, std::int64_t now_ns) { quic_->close(http3::ErrorCode::no_error, error, now_ns); }
 
  private:
   WebTransportSession(const WebTransportTarget& target, WebTransportEvents& events)
@@ -99,7 +99,7 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   StreamId open_stream(bool one_way) override { return quic_->open_stream(one_way); }
   void send(StreamId stream, http3::Bytes bytes) override { quic_->send(stream, std::move(bytes)); }
   void stop_reading(StreamId stream, http3::ErrorCode code) override { quic_->stop_reading(stream, code); }
-  void fail(http3::ErrorCode code, std::string_view why) override;
+  void fail(http3::ErrorCode code, std::string_view error) override;
   void on_channel_open() override;
   void on_channel_bytes(std::span<const std::uint8_t> bytes) override;
   void on_channel_end() override;

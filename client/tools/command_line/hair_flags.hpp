@@ -8,7 +8,8 @@
 
 namespace hairnet {
 
-// A flag's text, checked and stored; CLI11 prints what `parse` returns after the flag's name.
+// Adds a flag whose text is checked and stored: `parse` returns a value or one line, which CLI11 prints after the
+// flag's name. `target` must outlive the parsing.
 template <class Target, class Parse>
 CLI::Option* add_parsed(CLI::App& app, const std::string& flag, Target& target, const std::string& about, Parse parse) {
   return app.add_option_function<std::string>(
@@ -21,9 +22,10 @@ CLI::Option* add_parsed(CLI::App& app, const std::string& flag, Target& target, 
       about);
 }
 
-// Flags for what the strand files of a command line do not show, which is guessed without them. `prefix` is "--", or
-// "--hair-" where a program has such flags for motions. Fills `import` while parsing; it must outlive the parsing.
+// Adds flags for what the strand files of a command line do not show, which is guessed without them. `prefix` is "--",
+// or "--hair-" where a program has such flags for motions. Fills `import` while parsing; it must outlive the parsing.
 inline void add_hair_flags(CLI::App& app, const std::string& prefix, HairImport& import) {
+  // Messages of the import name the flags that would help, so they need the prefix.
   import.flag_prefix = prefix;
   add_parsed(app, prefix + "up", import.strands.up, "strand files: axis that points up (guessed)", parse_axis);
   add_parsed(app, prefix + "face", import.strands.face, "strand files: axis that the face looks along (guessed)",

@@ -5,7 +5,8 @@
 
 namespace hairnet {
 
-// CLI::Range accepts "nan", because no comparison with NaN is true. `unit` is for the error's text.
+// A check that a number is in [least, most]. CLI::Range accepts "nan", because no comparison with NaN is true; this one
+// demands that both comparisons are. `unit` is for the error's text.
 inline CLI::Validator in_range(double least, double most, const std::string& unit = "") {
   return {[least, most, unit](std::string& text) {
             double value = 0;

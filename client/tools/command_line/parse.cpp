@@ -10,6 +10,7 @@
 namespace hairnet {
 namespace {
 
+// The words that would have been right, to compare a misspelt one with.
 struct KnownWords {
   std::vector<std::string> flags, commands;
 };
@@ -22,16 +23,18 @@ void add_known(const CLI::App& app, KnownWords& known) {
     if (part->get_name().empty() || part->parsed())
       add_known(*part, known);
     else if (app.get_subcommands().empty())
+      // Commands are known only while none was given: a second one would be no help.
       known.commands.push_back(part->get_name());
   }
 }
 
-int refuse(const CLI::App& app, const std::string& why) {
-  std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), why.c_str());
+int refuse(const CLI::App& app, const std::string& error) {
+  std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), error.c_str());
   return 2;
 }
 
-// CLI11 finds a misspelt flag last, after a missing one, and prints unexpected words in reverse.
+// CLI11 finds a misspelt flag last, after a missing one, and prints unexpected words in reverse: it would say that
+// --out is missing where --ot was typed.
 int refuse_unknown(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty()) return refuse(app, error.what());
@@ -50,10 +53,12 @@ std::optional<int> parse_command_line(CLI::App& app, int argc, const char* const
     check();
     return std::nullopt;
   } catch (const CLI::Success& asked) {
+    // Help and version are no errors: CLI11 prints them to stdout, with status 0.
     return app.exit(asked);
   } catch (const CLI::ExtrasError& error) {
     return refuse_unknown(app, error);
   } catch (const CLI::RequiredError& error) {
+    // A required flag may be missing because it is misspelt.
     return refuse_unknown(app, error);
   } catch (const CLI::ParseError& error) {
     return refuse(app, error.what());

@@ -11,6 +11,7 @@ namespace hairnet {
 namespace {
 
 constexpr int kBarCells = 30;
+// Quick enough for the eye, slow enough to cost nothing.
 constexpr auto kRedrawInterval = std::chrono::milliseconds(50);
 // A log gets lines at this interval, since it cannot be redrawn.
 constexpr auto kLineInterval = std::chrono::seconds(10);
@@ -20,6 +21,7 @@ constexpr auto kLineInterval = std::chrono::seconds(10);
 ProgressBar::ProgressBar(std::string title) : title_(std::move(title)), is_terminal_(::isatty(STDERR_FILENO) == 1) {}
 
 ProgressBar::~ProgressBar() {
+  // Back to the line's start, then clear to its end.
   if (is_terminal_ && drawn_) std::fputs("\r\x1b[K", stderr);
 }
 
@@ -27,6 +29,7 @@ void ProgressBar::show(double fraction, std::string_view stage) {
   const bool new_stage = !drawn_ || stage != stage_;
   if (new_stage) stage_ = stage;
   const Clock::time_point now = Clock::now();
+  // A new stage shows at once, since it may be short.
   if (!new_stage && now - drawn_at_ < (is_terminal_ ? kRedrawInterval : kLineInterval)) return;
   drawn_at_ = now;
   drawn_ = true;
@@ -40,6 +43,7 @@ void ProgressBar::show(double fraction, std::string_view stage) {
 }
 
 std::string ProgressBar::left(double fraction) const {
+  // An estimate of the first moments would be wrong by far.
   constexpr double kLeastFraction = 0.05, kLeast_s = 5;
   const double taken_s = std::chrono::duration<double>(Clock::now() - begun_).count();
   if (fraction < kLeastFraction || taken_s < kLeast_s) return {};
@@ -54,6 +58,7 @@ void ProgressBar::draw(double fraction) const {
       std::string(static_cast<std::size_t>(full), '#') + std::string(static_cast<std::size_t>(kBarCells - full), '.');
   std::fprintf(stderr, "\r\x1b[K%s [%s] %3.0f%% %s%s", title_.c_str(), bar.c_str(), 100 * fraction, stage_.c_str(),
                left(fraction).c_str());
+  // A line without an end stays in the buffer otherwise.
   std::fflush(stderr);
 }
 

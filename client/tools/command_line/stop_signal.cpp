@@ -5,6 +5,7 @@
 namespace hairnet {
 namespace {
 
+// The only kind of variable that a handler may write portably.
 volatile std::sig_atomic_t g_asked = 0;
 
 extern "C" void on_stop(int) {
@@ -16,6 +17,8 @@ extern "C" void on_stop(int) {
 void install_stop_signal_handlers() {
   struct sigaction action {};
   action.sa_handler = on_stop;
+  // SA_RESETHAND restores the default, which the second signal meets. SA_RESTART keeps the first one from interrupting
+  // reads and writes, which would look like errors.
   action.sa_flags = SA_RESETHAND | SA_RESTART;
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);

@@ -7,8 +7,9 @@
 
 namespace hairnet {
 
-// Fills `wind` while parsing; it must outlive the parsing, and the caller must validate it afterwards. Returns the
-// flags, so that a program can check whether any was given.
+// Adds the flags of a Wind. Fills `wind` while parsing; it must outlive the parsing, and the caller must validate it
+// afterwards. Returns the flags, so that a program can check whether any was given: still air that was asked for
+// differs from no wish.
 inline CLI::Option_group* add_wind_flags(CLI::App& app, Wind& wind) {
   CLI::Option_group* flags = app.add_option_group("Wind");
   flags

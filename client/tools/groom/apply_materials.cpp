@@ -9,6 +9,7 @@ Result<std::uint16_t> group_of(const Groom& groom, const std::string& name) {
   const auto found = std::ranges::find(groom.group_names, name);
   if (found != groom.group_names.end()) return static_cast<std::uint16_t>(found - groom.group_names.begin());
   std::string known;
+  // The error lists the names that exist.
   for (const std::string& n : groom.group_names) known += (known.empty() ? "" : ", ") + n;
   return Refusal("no group is called '" + name + "': there are " + known);
 }

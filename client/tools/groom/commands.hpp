@@ -13,37 +13,45 @@
 
 namespace hairnet::groom {
 
+// The materials that a command line names, for groups or all hair.
 struct MaterialOptions {
   // Replaces the material of all hair; none: the groom's own.
   std::optional<Material> material;
   // Replaces materials by the group's name.
   std::vector<std::pair<std::string, Material>> group_materials;
 };
-// The error names a missing group.
+// Sets the material of all hair first, then those of groups, so that a group's own wins. Root lengths follow the
+// material. The error names a missing group and the groups that there are.
 Result<void> apply_materials(const MaterialOptions& options, Groom& groom);
 
 struct ImportOptions {
   HairFiles files;
   HairImport import;
-  std::optional<double> root_length_m;  // overrides that of the material
-  double root_spread = 0;               // random share by which each strand's own root length differs
+  // Overrides that of the material, m.
+  std::optional<double> root_length_m;
+  // A random share by which each strand's own root length differs.
+  double root_spread = 0;
   MaterialOptions materials;
   std::string out;
-  // Prints one object of JSON on stdout instead of lines.
+  // Prints one object of JSON on stdout instead of lines, with the warnings in it.
   bool json = false;
 };
-// The files may be folders and patterns.
+// Reads strand files of one head into a groom file. The files may be folders and patterns. Nothing is written after an
+// error, which is one line.
 Result<void> import_groom(const ImportOptions& options);
 
 struct ExportOptions {
-  std::string groom;  // a groom file, a strand file, or made:STYLE
+  // A groom file, a strand file, or made:STYLE.
+  std::string groom;
   HairstyleOptions hairstyle;
   HairImport import;
-  std::string out;  // its extension is the format (exported_extensions)
+  // Its extension is the format (exported_extensions).
+  std::string out;
 };
-// Writes the strands for other programs, in m, y up, face +z. Prints what stays behind on stderr.
+// Writes the strands for other programs, in m, y up, face +z, at rest. Prints what stays behind on stderr.
 Result<void> export_groom(const ExportOptions& options);
 
+// One of our own hairstyles, to a groom file.
 struct MakeOptions {
   std::string style, out;
   HairstyleOptions hairstyle;
@@ -53,32 +61,43 @@ Result<void> make_groom(const MakeOptions& options);
 
 struct InspectOptions {
   std::string groom;
-  HairstyleOptions hairstyle;  // for made:STYLE
-  bool levels = false;         // builds them and prints statistics
+  // Used for made:STYLE.
+  HairstyleOptions hairstyle;
+  // Also builds the levels and modes and prints their statistics.
+  bool levels = false;
 };
+// Prints on stdout, for people; its format may change.
 Result<void> inspect_groom(const InspectOptions& options);
 
 struct LevelsOptions {
   std::string groom;  // a groom file
-  std::string out;    // empty: beside it, with the extension .levels
+  // Empty: beside the groom, with the extension .levels.
+  std::string out;
 };
-// Builds the levels of a groom for programs that simulate it themselves.
+// Builds the levels of a groom for programs that simulate it themselves. The file fits this very groom file and this
+// version of the build alone.
 Result<void> write_levels(const LevelsOptions& options);
 
 struct LearnOptions {
-  std::vector<std::string> grooms;   // groom files
-  std::string levels;                // the folder of a server's level cache; empty: none
-  std::string embed;                 // a folder for copies of the files with the learnt hair inside; empty: none
-  bool again = false;                // also hair that is already learnt
-  std::function<bool()> is_stopped;  // asked often; empty: never
+  std::vector<std::string> grooms;  // groom files
+  // The folder of a server's level cache; empty: none.
+  std::string levels;
+  // A folder for copies of the files with the learnt hair inside; empty: none.
+  std::string embed;
+  // Learns also hair that is already learnt.
+  bool again = false;
+  // Asked often, also while it learns; empty: never stopped.
+  std::function<bool()> is_stopped;
   ModeTraining training;
   HairLearning learning;
 };
 // Learns the hair of each groom and writes it, with its levels and modes into the one folder, inside a copy of the
-// groom's file into the other, whole or not at all. All files are read before the first is learnt. The error names the
-// file; also where the hair of a groom is refused.
+// groom's file into the other, whole or not at all. All files are read before the first is learnt, since each takes a
+// minute or more. The error names the file; also where the hair of a groom is refused, because it errs more than level
+// low.
 Result<void> learn_grooms(const LearnOptions& options);
 
+// Prints the names for `make` and for motions on stdout.
 void list_made();
 
 }  // namespace hairnet::groom

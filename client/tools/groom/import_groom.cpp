@@ -13,6 +13,7 @@ namespace {
 void spread_root_lengths(const ImportOptions& options, Groom& groom) {
   const auto group_count = static_cast<std::uint16_t>(groom.group_names.size());
   for (std::uint16_t group = 0; group < group_count; ++group) {
+    // A group with its own material has its own root length to begin with.
     RootLengths lengths;
     const double of_material = static_cast<double>(groom.materials.of(group).root_length_m);
     lengths.root_length_m = static_cast<float>(options.root_length_m.value_or(of_material));
@@ -44,6 +45,7 @@ nlohmann::ordered_json json_of(const ImportedGroom& imported, const std::string&
 
 Result<void> import_groom(const ImportOptions& options) {
   if (const Result<void> possible = check_can_write({options.out}); !possible) return possible;
+  // Folders and patterns become files first, since group names are matched to those.
   HairFiles files = options.files;
   Result<std::vector<std::string>> all = hair_files_of(files.files);
   if (!all) return Refusal(all.error());
@@ -55,13 +57,16 @@ Result<void> import_groom(const ImportOptions& options) {
   Result<ImportedGroom> imported = import_hair(files, options.import);
   if (!imported) return Refusal(imported.error());
   Groom& groom = imported->groom;
+  // In JSON the warnings are a field; lines on stderr would say them twice.
   if (!options.json) {
     for (const std::string& line : imported->warnings) std::fprintf(stderr, "%s\n", line.c_str());
   }
+  // The order matters: a material brings its root length, which the next two flags override and spread.
   if (const Result<void> applied = apply_materials(options.materials, groom); !applied) return applied;
   if (options.root_length_m) {
     for (StrandProperties& strand : groom.strands) strand.root_length_m = static_cast<float>(*options.root_length_m);
   }
+  // The spread's base is the material's, or --root-length where it is given.
   if (options.root_spread > 0) spread_root_lengths(options, groom);
   if (!options.json) return save_groom(groom, options.out);
   if (const Result<void> written = write_groom(groom, options.out); !written) return written;

@@ -12,6 +12,7 @@
 namespace hairnet::groom {
 namespace {
 
+// Names come from files of others: they are cut and escaped, so that they cannot write to the terminal.
 constexpr std::size_t kNameBytesMax = 200;
 
 double now_s() {
@@ -53,11 +54,13 @@ void print_groups(const Groom& groom) {
       count += strand.group == g;
       rooted += strand.group == g && strand.rooted;
     }
+    // Threads and cloths are counted by their group.
     const auto others = [g](const auto& all, auto group_of) {
       return std::ranges::count_if(all, [&](const auto& one) { return group_of(one) == g; });
     };
     const auto own = [](const auto& one) { return one.group; };
     const auto fabrics = others(groom.threads, own) + others(groom.cloths, own);
+    // Groups of threads and cloths alone have no strands, and need no line about them.
     if (count == 0 && fabrics > 0) {
       std::printf("group      %-16s %zd threads or cloths\n", group_name(groom, g).c_str(), fabrics);
       continue;
@@ -130,6 +133,7 @@ void print_modes(const Groom& groom, const std::shared_ptr<const LevelSet>& leve
   const double start_s = now_s();
   const auto percent = [](float share) { return 100 * static_cast<double>(share); };
   constexpr float kWanted = 0.1f;
+  // The bar is cleared at the end of this block, before lines are printed.
   std::shared_ptr<const Modes> modes;
   {
     ProgressBar bar("making modes");
@@ -140,8 +144,8 @@ void print_modes(const Groom& groom, const std::shared_ptr<const LevelSet>& leve
     };
     modes = make_modes(groom, levels, callbacks);
   }
-  std::printf("\nmodes      %zu, made in %.2f s; on held-out motions they err by %.1f %% of the motion\n",
-              modes->basis.mode_count(), now_s() - start_s, percent(modes->held_out_error.back()));
+  std::printf("\nmodes      %zu, made in %.2f s; on validation motions they err by %.1f %% of the motion\n",
+              modes->basis.mode_count(), now_s() - start_s, percent(modes->validation_error.back()));
   if (const std::size_t count = modes->count_within(kWanted); count > 0) {
     std::printf("           %.0f %% need %zu coefficients\n", percent(kWanted), count);
   } else {
@@ -182,6 +186,7 @@ Result<void> inspect_groom(const InspectOptions& options) {
   const Result<Groom> groom = load_groom(options.groom, options.hairstyle);
   if (!groom) return Refusal(groom.error());
   print_groom(*groom);
+  // It is read beside the groom: decode_groom overlooks it.
   const Result<std::shared_ptr<const LearntHair>> learnt = load_learnt(options.groom);
   if (!learnt) return Refusal(learnt.error());
   if (*learnt) print_learnt(**learnt);

@@ -4,10 +4,10 @@
 
 #include "client/assets/export/strand_writer.hpp"
 #include "client/assets/import/head_files.hpp"
-#include "client/tools/command_line/end_program.hpp"
 #include "client/tools/command_line/hair_flags.hpp"
 #include "client/tools/command_line/in_range.hpp"
 #include "client/tools/command_line/parse.hpp"
+#include "client/tools/command_line/run_program.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
 #include "client/tools/groom/commands.hpp"
 
@@ -56,6 +56,7 @@ void add_material_flags(CLI::App& app, groom::MaterialOptions& o) {
          kGroupFlag,
          [&o](const std::vector<std::string>& texts) {
            for (const std::string& text : texts) {
+             // From the right, since a group's name may contain an equals sign.
              const std::size_t equals = text.rfind('=');
              if (equals == std::string::npos)
                throw CLI::ValidationError(kGroupFlag, "'" + text + "' is not GROUP=MATERIAL");
@@ -64,6 +65,7 @@ void add_material_flags(CLI::App& app, groom::MaterialOptions& o) {
            }
          },
          "of one group's hair: GROUP=MATERIAL; once for each")
+      // One value for each flag: a second word is no second value, but an error.
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
@@ -126,6 +128,7 @@ CLI::App& add_learn(CLI::App& app, groom::LearnOptions& o) {
   CLI::Option_group& folders = *learn.add_option_group("Folders, one or both");
   folders.add_option("--levels", o.levels, "of a server's level cache (its --level-cache), to write to");
   folders.add_option("--embed", o.embed, "for copies of the files with the learnt hair inside, to upload");
+  // At least one of both: learning without a place for the result would be in vain.
   folders.require_option(1, 2);
   learn.add_flag("--again", o.again, "also hair that is already learnt");
   return learn;
@@ -140,6 +143,7 @@ int report(const Result<void>& done) {
 int run(int argc, char** argv) {
   CLI::App app("Imports, exports, makes, inspects and learns hairstyles.", "hairnet-groom");
   app.footer(kFooter);
+  // Without a command there is nothing to do, which is an error of the command line.
   app.require_subcommand(1);
   groom::ImportOptions import;
   std::vector<double> origin;
@@ -166,6 +170,7 @@ int run(int argc, char** argv) {
   const CLI::App& learn_app = add_learn(app, learn);
   CLI::App& list_app = *app.add_subcommand("list", "our own hairstyles and motions");
   if (const auto exit_status = parse_command_line(app, argc, argv)) return *exit_status;
+  // CLI11 has checked that there are three numbers, or none.
   if (origin.size() == 3) import.import.strands.origin = Vec3(origin[0], origin[1], origin[2]);
   if (app.got_subcommand("import")) return report(groom::import_groom(import));
   if (export_app.parsed()) return report(groom::export_groom(exported));
@@ -173,6 +178,7 @@ int run(int argc, char** argv) {
   if (inspect_app.parsed()) return report(groom::inspect_groom(inspect));
   if (levels_app.parsed()) return report(groom::write_levels(levels));
   if (learn_app.parsed()) {
+    // Only learning takes so long that a stop must be asked for.
     install_stop_signal_handlers();
     learn.is_stopped = stop_requested;
     return report(groom::learn_grooms(learn));
@@ -184,13 +190,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return hairnet::end_program("hairnet-groom", run(argc, argv));
-  } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "hairnet-groom: out of memory\n");
-    return 1;
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "hairnet-groom: %s\n", e.what());
-    return 1;
-  }
+  return hairnet::run_program("hairnet-groom", [&] { return run(argc, argv); });
 }

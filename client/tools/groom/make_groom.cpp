@@ -7,6 +7,7 @@
 namespace hairnet::groom {
 
 Result<void> make_groom(const MakeOptions& options) {
+  // This is checked before hair is made.
   if (const Result<void> possible = check_can_write({options.out}); !possible) return possible;
   Result<Groom> made = make_hairstyle(options.style, options.hairstyle);
   if (!made) return Refusal("made:" + options.style + ": " + made.error());

@@ -12,14 +12,19 @@
 
 namespace hairnet::groom {
 
+// A groom file that was read.
 struct GroomFile {
+  // The hash of the file's bytes, which names the groom for servers and caches.
   wire::GroomHash hash{};
-  Groom groom;  // it has hair
+  // It has at least one point of hair.
+  Groom groom;
 };
 
-// What is stored for a groom is for the very bytes of its file. The error names the file.
+// Reads a groom file for commands whose results are stored by its hash: so it refuses made:STYLE and strand files,
+// which have no bytes to hash. The error names the file.
 Result<GroomFile> read_groom(const std::string& path);
 
+// Both views are of the same bytes: files are std::byte, the wire uint8_t.
 inline std::span<const std::uint8_t> as_octets(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()};
 }

@@ -15,6 +15,7 @@ Result<void> write_levels(const LevelsOptions& options) {
   if (const Result<void> possible = check_can_write({out}); !possible) return possible;
   const Result<GroomFile> file = read_groom(options.groom);
   if (!file) return Refusal(file.error());
+  // It builds on one thread, without callbacks: nothing stops it, so the levels are never null.
   const std::vector<std::uint8_t> bytes = wire::encode_levels(file->hash, *build_levels(file->groom));
   const Result<void> written = write_file(out, std::as_bytes(std::span(bytes)));
   if (!written) return Refusal(out + ": " + written.error());

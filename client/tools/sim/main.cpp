@@ -1,7 +1,7 @@
 #include <cstdio>
 #include <string>
 
-#include "client/tools/command_line/end_program.hpp"
+#include "client/tools/command_line/run_program.hpp"
 #include "client/tools/sim/options.hpp"
 #include "client/tools/sim/replay.hpp"
 #include "client/tools/sim/simulate.hpp"
@@ -17,12 +17,14 @@ hairnet::Result<void> run(const hairnet::sim::ReplayOptions& options) {
 
 }  // namespace
 
+// Either a clip is simulated, or a recording is replayed: the options say which.
 int main(int argc, char** argv) {
-  const auto parsed = hairnet::sim::parse_options(argc, argv);
-  if (const int* exit_code = std::get_if<int>(&parsed)) return hairnet::end_program("hairnet-sim", *exit_code);
-  const hairnet::Result<void> done =
-      std::visit([](const auto& options) { return run(options); }, std::get<hairnet::sim::Options>(parsed));
-  if (done) return hairnet::end_program("hairnet-sim", 0);
-  std::fprintf(stderr, "hairnet-sim: %s\n", done.error().c_str());
-  return 1;
+  return hairnet::run_program("hairnet-sim", [&] {
+    const auto parsed = hairnet::sim::parse_options(argc, argv);
+    if (const int* exit_code = std::get_if<int>(&parsed)) return *exit_code;
+    const hairnet::Result<void> done =
+        std::visit([](const auto& options) { return run(options); }, std::get<hairnet::sim::Options>(parsed));
+    if (!done) std::fprintf(stderr, "hairnet-sim: %s\n", done.error().c_str());
+    return done ? 0 : 1;
+  });
 }

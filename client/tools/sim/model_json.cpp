@@ -11,6 +11,7 @@
 namespace hairnet::sim {
 namespace {
 
+// Ordered, so that fields stand as the README lists them.
 using Json = nlohmann::ordered_json;
 
 template <class V>
@@ -18,11 +19,13 @@ Json vector_json(const V& v) {
   return {v[0], v[1], v[2]};
 }
 
-// Nodes and weights of stiffener `s`, by grid index; q for the solver.
+// Encodes stiffener `s`: nodes by grid index, with their weights, k, and q as the solver uses it at this step. The
+// material is the one as built.
 Json stiffener_json(const Level& level, const Stiffeners& stiffeners, float step_s, std::size_t s) {
   Json nodes = Json::array(), weights = Json::array();
   for (std::uint32_t e = stiffeners.begin[s]; e < stiffeners.begin[s + 1]; ++e) {
     nodes.push_back(level.geometry.active_nodes[stiffeners.nodes[e]]);
+    // Floats are written as doubles with enough digits to read back the same bits.
     weights.push_back(stiffeners.weights[e]);
   }
   const auto [k, q] = stiffener_terms(stiffeners, {}, s, step_s);
@@ -33,6 +36,7 @@ Json springs_json(const Level& level, float step_s) {
   Json list = Json::array();
   for (std::size_t s = 0; s < level.springs.count(); ++s) {
     Json spring = stiffener_json(level, level.springs, step_s, s);
+    // Only the length counts in eq. 3.
     spring["rest_length"] = level.springs.rest[s].cast<double>().norm();
     list.push_back(spring);
   }
@@ -43,12 +47,14 @@ Json attachments_json(const Level& level, float step_s) {
   Json list = Json::array();
   for (std::size_t s = 0; s < level.attachments.count(); ++s) {
     Json attachment = stiffener_json(level, level.attachments, step_s, s);
+    // An attachment is drawn to this point, which moves with the head (eq. 5).
     attachment["rest"] = vector_json(level.attachments.rest[s]);
     list.push_back(attachment);
   }
   return list;
 }
 
+// The paper's ether (3.2) with the damping that the solver uses.
 Json ether_damping_json(const Level& level, float step_s) {
   Json list = Json::array();
   for (std::size_t i = 0; i < level.rest.size(); ++i) list.push_back(ether_damping(level, {}, i, step_s));
@@ -60,6 +66,7 @@ Json trimmed_json(const LevelGeometry& g) {
   for (std::size_t t = 0; t < g.trimmed_nodes.size(); ++t) {
     Json from = Json::array(), weights = Json::array();
     for (std::uint32_t e = g.trimmed_begin[t]; e < g.trimmed_begin[t + 1]; ++e) {
+      // The set's own entries are active indices; a reader has grid nodes only.
       from.push_back(g.active_nodes[g.trimmed_from[e]]);
       weights.push_back(g.trimmed_weights[e]);
     }
@@ -89,6 +96,7 @@ Json contacts_json(const Level& level) {
       nodes.push_back(level.geometry.active_nodes[contacts.nodes[e]]);
       weights.push_back(contacts.weights[e]);
     }
+    // The limits of a point lie a field apart.
     for (std::size_t f = 0; f < level.skin->size(); ++f) limits.push_back(contacts.limit[f * contacts.count() + p]);
     list.push_back({{"nodes", nodes},
                     {"weights", weights},
@@ -99,12 +107,15 @@ Json contacts_json(const Level& level) {
   return list;
 }
 
+// As short as people write it: this is for a note, not for a computation.
 std::string number(double x) {
   std::ostringstream text;
   text << x;
   return text.str();
 }
 
+// These notes are for somebody who integrates the model without our code: they must change with
+// core/solver/contact.hpp.
 std::string contact_note() {
   return "contact acts at points of hair, core/solver/contact.hpp: x = R x0 + sum_j w_j (p_j - R p0_j), "
          "with_bone = B1 B0^-1 x(start), with_head = R1 x0 + the same sum at the start, "
@@ -119,6 +130,7 @@ std::string contact_note() {
          number(kContactNever_m) + " means never";
 }
 
+// The constants are the solver's own, so that the text cannot fall behind.
 std::string spring_note() {
   return "a spring's tension is k x, and beyond x = " + number(kStiffStrain) + " of its rest length L k (x + " +
          number(kStiffening) + " (x - " + number(kStiffStrain) + " L)), below -" + number(kBucklingStrain) +
@@ -126,7 +138,8 @@ std::string spring_note() {
          " L)); its stiffness is the slope at the step's start";
 }
 
-// The parts of this model that differ from the paper's equations, or that these leave open.
+// The parts of this model that differ from the paper's equations, or that these leave open. They are a part of the
+// file, since it travels without our pages.
 Json notes_json() {
   return {
       contact_note(),
@@ -148,6 +161,7 @@ Json notes_json() {
 
 std::string encode_model_json(const ModelDump& dump) {
   const Level& level = *dump.level;
+  // All values of q depend on it: a dump is for one rate and number of substeps.
   const auto step_s = static_cast<float>(1 / (dump.rate_hz * dump.substep_count));
   const Lattice& lattice = level.geometry.lattice;
   Json json;
@@ -173,6 +187,7 @@ std::string encode_model_json(const ModelDump& dump) {
   json["wind"] = vector_json(dump.wind_m_per_s);
   json["resets"] = dump.resets;
   json["notes"] = notes_json();
+  // One line: it is long, and programs read it.
   return json.dump() + "\n";
 }
 

@@ -27,6 +27,7 @@ constexpr std::string_view kFooter = R"(Examples:
   hairnet-sim --replay server.rec --character 1 --out strands.abc
 )";
 
+// Only levels with a lattice: rigid hair needs no simulation, and learnt hair needs a server.
 Result<LevelIndex> parse_lattice_level(const std::string& text) {
   for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
     if (text == kLevelNames[i]) return static_cast<LevelIndex>(i);
@@ -49,6 +50,7 @@ void add_motion_flags(CLI::App& app, SimulateOptions& o) {
              parse_axis);
   app.add_option("--unit", o.bvh.unit_m, "BVH: metres a file unit (metres, or what makes the skeleton a person)")
       ->check(in_range(1e-6, 1e3));
+  // In the order of the bones.
   constexpr std::array<const char*, kBoneCount> kFlags{"--joint-head", "--joint-neck", "--joint-left-shoulder",
                                                        "--joint-right-shoulder", "--joint-upper-trunk"};
   for (std::size_t b = 0; b < kBoneCount; ++b)
@@ -85,8 +87,10 @@ void add_simulation_flags(CLI::App& app, SimulateOptions& o) {
   add_hair_flags(app, "--hair-", o.hair);
 }
 
-// Checks relations between flags that CLI11 cannot express. Returns an empty string when they are right.
+// Checks relations between flags that CLI11 cannot express. Returns an empty string when they are right. It runs before
+// defaults are filled in, so that it sees what was typed.
 std::string check(const SimulateOptions& simulate, const ReplayOptions& replay) {
+  // A format of strands without motion would hold the first frame alone.
   if (is_exported_file(simulate.out) && !is_exported_motion(simulate.out))
     return "--out " + simulate.out + ": such a file holds no motion: these do: " + exported_motion_extensions();
   if (!replay.recording.empty()) {
@@ -104,7 +108,7 @@ std::string check(const SimulateOptions& simulate, const ReplayOptions& replay) 
   return {};
 }
 
-// A model is dumped without stepping anything; all else needs a motion.
+// Names the default motion. A model is dumped without stepping anything; all else needs a motion.
 void name_motion(SimulateOptions& o) {
   const bool only_dumps =
       !o.dump_model.empty() && o.out.empty() && o.velocities.empty() && o.points.empty() && o.poses.empty();
@@ -128,11 +132,13 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
                      "with --replay: whose strands or nodes --out holds; client's number, or session << 32 | number");
   const auto check_flags = [&] {
     if (character_flag->count() > 0) replay.character = character;
+    // --out serves both kinds of run.
     replay.out = simulate.out;
     if (const std::string wrong = check(simulate, replay); !wrong.empty()) throw CLI::ValidationError(wrong);
   };
   if (const auto exit_status = parse_command_line(app, argc, argv, check_flags)) return *exit_status;
   name_motion(simulate);
+  // The default depends on the rate: no step may be longer than 1/50 s.
   if (simulate.substep_count == 0) simulate.substep_count = substep_count_for(1 / simulate.rate_hz);
   if (!replay.recording.empty()) return Options(replay);
   return Options(simulate);

@@ -16,15 +16,18 @@
 namespace hairnet::sim {
 namespace {
 
-// The nodes of one character in the world, a row for each tick at which it has a lattice.
+// The nodes of one character in the world, a row for each tick at which it has a lattice. Ticks without one have no
+// row.
 class NodeFile {
  public:
   NodeFile(std::string path, std::uint64_t character) : path_(std::move(path)), character_(character) {}
 
   Result<void> add(std::uint64_t tick, const ReplayedWorld& replayed) {
     for (const auto& [key, groom] : replayed.characters()) {
+      // The lower half is the client's own number, the upper one the session.
       if (key != character_ && (key & 0xffffffff) != character_) continue;
       const LatticeView view = replayed.simulation().lattice(key);
+      // Without a model there is no lattice, as for rigid hair.
       if (view.model == nullptr) continue;
       if (const Result<void> opened = open(tick, key, *view.model); !opened) return opened;
       writer_->append(nodes_->positions(view.pose->head(), view.displacement));
@@ -32,14 +35,15 @@ class NodeFile {
     return {};
   }
   Result<void> finish() {
+    // Without a row the number of nodes is not known.
     if (!writer_) return Refusal("character " + std::to_string(character_) + " never has a lattice in this recording");
     if (const Result<void> finished = writer_->finish(); !finished) return Refusal(path_ + ": " + finished.error());
     return {};
   }
 
  private:
-  // An array has one shape, so it needs one character with one lattice: a change of lattice, or two characters of the
-  // same number, is an error.
+  // Opens the array at the first row. An array has one shape, so it needs one character with one lattice: a change of
+  // lattice, or two characters of the same number, is an error.
   Result<void> open(std::uint64_t tick, std::uint64_t key, const Level& level) {
     if (writer_ && key == key_ && &level == level_) return {};
     if (writer_)
@@ -62,7 +66,8 @@ class NodeFile {
   std::optional<GridNodes> nodes_;
 };
 
-// The strands of one character in the world, a frame for each tick from its first one on.
+// The strands of one character in the world, a frame for each tick from its first one on. Levels may change, since
+// strands do not.
 class StrandsFile {
  public:
   StrandsFile(std::string path, std::uint64_t character) : path_(std::move(path)), character_(character) {}
@@ -74,6 +79,7 @@ class StrandsFile {
       const std::span<const Vec3f> points = points_->at(replayed.simulation().lattice(key).pose->head(),
                                                         replayed.lattice_of(key), replayed.displacement(key, scratch_));
       if (const Result<void> added = cache_->add(points); !added) return added;
+      // Kept for ticks at which the character is away.
       last_.assign(points.begin(), points.end());
       tick_ = tick;
     }
@@ -86,9 +92,10 @@ class StrandsFile {
 
  private:
   // Makes the file ready for the frame of this tick. Where the character was away for a moment, or the server left
-  // ticks out, the hair stands still.
+  // ticks out, the hair stands still: a file of frames has no gaps.
   Result<void> open(std::uint64_t tick, std::uint64_t key, const wire::GroomHash& groom,
                     const ReplayedWorld& replayed) {
+    // A longer absence would write frames for hours; it is mostly another visit.
     constexpr double kAwayMax_s = 60;
     if (!cache_) {
       auto cache = StrandCache::create(path_, *replayed.groom(key), {replayed.rate_hz(), {}});
@@ -101,6 +108,7 @@ class StrandsFile {
     }
     const std::string who = "character " + std::to_string(character_), when = " at tick " + std::to_string(tick);
     if (key != key_) return Refusal(who + " is not the only one of that number" + when + ": use its session too");
+    // Strands of another groom do not fit into the file.
     if (groom != groom_) return Refusal(who + " has another hairstyle" + when);
     if (tick <= tick_ || static_cast<double>(tick - tick_) > kAwayMax_s * replayed.rate_hz())
       return Refusal(who + " was away for too long" + when);
@@ -118,6 +126,7 @@ class StrandsFile {
   std::vector<Vec3f> scratch_, last_;
 };
 
+// The files that a replay writes, at most one of nodes or strands.
 struct ReplayFiles {
   std::optional<NodeFile> nodes;
   std::optional<StrandsFile> strands;
@@ -142,6 +151,7 @@ struct ReplayFiles {
     if (trace) {
       for (const auto& [key, groom] : replayed.characters()) {
         const LatticeView view = replayed.simulation().lattice(key);
+        // A replay sends no frames, so none is discontinuous; the README of client/files says so.
         trace->add({tick, key, view.level, false, view.asleep, *view.pose, replayed.displacement(key, scratch)});
       }
     }
@@ -161,19 +171,21 @@ struct Totals {
   std::size_t ticks = 0, grooms = 0, characters_max = 0;
 };
 
-// Reads entry after entry until the end, or until an error.
+// Reads entry after entry until the end, or until an error: the damaged entry and all behind it are left out.
 Result<void> replay_entries(std::span<const std::uint8_t> bytes, ReplayedWorld& replayed, ReplayFiles& files,
                             ProgressBar& bar, Totals& totals) {
   const std::size_t byte_count = bytes.size();
   while (!bytes.empty()) {
     const Result<wire::RecordEntry> entry = wire::take_record_entry(bytes);
     if (!entry) return Refusal(entry.error());
+    // Entries are only trusted as far as ReplayedWorld checks them.
     const Result<void> taken = std::visit([&](const auto& e) { return replayed.take(e); }, *entry);
     if (!taken) return taken;
     totals.grooms += std::holds_alternative<wire::RecordedGroom>(*entry);
     if (const auto* tick = std::get_if<wire::RecordedTick>(&*entry)) {
       ++totals.ticks;
       totals.characters_max = std::max(totals.characters_max, replayed.characters().size());
+      // Files are written after the hash has been compared: they hold states that the server had.
       if (const Result<void> written = files.add(tick->tick, replayed); !written) return written;
     }
     bar.show(1 - static_cast<double>(bytes.size()) / static_cast<double>(byte_count), "replaying");
@@ -197,9 +209,11 @@ Result<void> replay(const ReplayOptions& o) {
     replayed_all = replay_entries({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()}, replayed,
                                   *files, bar, totals);
   }
+  // Files are finished also after an error: the ticks before it are worth keeping.
   const Result<void> finished = files->finish();
   std::printf("%zu ticks replayed, at most %zu characters, %zu grooms: %s\n", totals.ticks, totals.characters_max,
               totals.grooms, replayed_all ? "every state hash equal" : "not to the end");
+  // The recording's error explains more than one of a file.
   if (!replayed_all) return Refusal(o.recording + ": " + replayed_all.error());
   return finished;
 }

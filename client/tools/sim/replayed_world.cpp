@@ -13,6 +13,7 @@
 namespace hairnet::sim {
 namespace {
 
+// Sixteen digits, as logs of servers show hashes.
 std::string hex(std::uint64_t value) {
   char text[17];
   std::snprintf(text, sizeof text, "%016" PRIx64, value);
@@ -27,7 +28,9 @@ std::string name_of(std::uint64_t character) {
 }  // namespace
 
 Result<void> ReplayedWorld::take(const wire::RecordingHeader& header) {
+  // A second header would change the rate in the middle.
   if (simulation_) return Refusal("a second header");
+  // The World asserts these, and a damaged file must end in an error instead.
   if (header.tick_rate_hz < 1 || header.tick_rate_hz > 1000 || header.substep_count < 1 || header.iterations < 0)
     return Refusal("the header's rate, substeps or iterations are out of range");
   rate_hz_ = header.tick_rate_hz;
@@ -35,6 +38,7 @@ Result<void> ReplayedWorld::take(const wire::RecordingHeader& header) {
   def.tick_s = 1.0 / header.tick_rate_hz;
   def.substep_count = header.substep_count;
   def.iterations = header.iterations;
+  // WorldDef is asserted by the World: what a file says must be checked here first.
   def.environment.gravity = Vec3(header.gravity.data());
   if (!def.environment.gravity.allFinite()) return Refusal("the header's gravity is not finite");
   if (const std::string fault = validate(header.wind); !fault.empty()) return Refusal("the header's " + fault);
@@ -46,6 +50,7 @@ Result<void> ReplayedWorld::take(const wire::RecordedGroom& recorded) {
   Result<Groom> groom = wire::decode_groom(recorded.bytes);
   if (!groom) return Refusal("a groom: " + groom.error());
   RecordedLevels& levels = grooms_[wire::hash_groom(recorded.bytes)];
+  // A groom that comes twice has the same bytes; its levels may be built from it already.
   if (!levels.levels) levels.groom = std::move(*groom);
   return {};
 }
@@ -53,17 +58,20 @@ Result<void> ReplayedWorld::take(const wire::RecordedGroom& recorded) {
 Result<void> ReplayedWorld::take(const wire::RecordedLearnt& recorded) {
   const auto found = grooms_.find(recorded.groom);
   if (found == grooms_.end()) return Refusal("learnt hair of a groom that is not in the recording");
+  // The next use of the groom's levels makes a new set with it.
   found->second.learnt = recorded.hair;
   return {};
 }
 
 const Groom* ReplayedWorld::groom(CharacterKey character) const {
   const auto found = grooms_.find(characters_.at(character));
+  // A character may have a groom that the recording does not hold, as long as it is rigid.
   return found == grooms_.end() ? nullptr : &found->second.groom;
 }
 
 const LevelGeometry* ReplayedWorld::lattice_of(CharacterKey character) const {
   const LatticeView view = simulation_->lattice(character);
+  // Learnt hair is a sum of modes on the finest level's lattice.
   if (view.level == LevelIndex::learnt)
     return &(*grooms_.at(characters_.at(character)).levels)[LevelIndex::high].geometry;
   return view.model == nullptr ? nullptr : &view.model->geometry;
@@ -82,6 +90,7 @@ Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::Gro
   const auto found = grooms_.find(hash);
   if (found == grooms_.end()) return Refusal("a groom that is not in the recording");
   RecordedLevels& recorded = found->second;
+  // Building takes seconds, and many grooms of a recording are never simulated.
   if (!recorded.levels) {
     if (recorded.groom.points.empty()) return Refusal("levels of a groom without strand points");
     BuildCallbacks callbacks;
@@ -91,9 +100,11 @@ Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::Gro
     };
     recorded.levels = build_levels(recorded.groom, callbacks);
   }
+  // The set is shared with the World, so it is not changed but replaced.
   if (recorded.levels->learnt != recorded.learnt) {
     auto levels = std::make_shared<LevelSet>(*recorded.levels);
     levels->learnt = recorded.learnt;
+    // Modes are needed for learnt hair alone.
     if (!levels->modes) levels->modes = make_modes(recorded.groom, recorded.levels);
     recorded.levels = std::move(levels);
   }
@@ -103,10 +114,12 @@ Result<std::shared_ptr<const LevelSet>> ReplayedWorld::levels_of(const wire::Gro
 Result<void> ReplayedWorld::give_levels(const wire::GroomHash& groom, LevelIndex level) {
   Result<std::shared_ptr<const LevelSet>> levels = levels_of(groom);
   if (!levels) return Refusal(levels.error());
+  // An empty level is one that was not built.
   const bool lacks = level == LevelIndex::learnt  ? !(*levels)->learnt
                      : level != LevelIndex::rigid ? (**levels)[level].rest.empty()
                                                   : false;
   if (lacks) return Refusal("a level that the groom does not have");
+  // Put before the tick that uses it, as the server does.
   simulation_->put_levels(groom, std::move(*levels));
   return {};
 }
@@ -119,8 +132,10 @@ Result<void> ReplayedWorld::is_known(CharacterKey character, const char* what) c
 Result<void> ReplayedWorld::prepare(const wire::RecordedAdd& added) {
   const std::string name = name_of(added.character);
   if (characters_.contains(added.character)) return Refusal("adds " + name + " twice");
+  // These are asserted by the World, so a damaged file must be refused here.
   if (added.room >= kEnvironmentCountMax) return Refusal("adds " + name + " to a room beyond the bound");
   if (!is_valid(added.pose)) return Refusal("adds " + name + " with an invalid pose");
+  // The server adds hair rigid until its levels are built.
   if (!added.levels_ready && added.level != LevelIndex::rigid)
     return Refusal("adds " + name + " at a level that is not built");
   characters_[added.character] = added.groom;
@@ -133,7 +148,8 @@ Result<void> ReplayedWorld::prepare(const wire::RecordedLevel& level) {
   return give_levels(characters_.at(level.character), level.level);
 }
 
-// Checks the inputs of a tick, and has the levels that they need.
+// Checks the inputs of a tick, and has the levels that they need. The order is that of Simulation::step, so that a
+// character that one list removes is unknown to the next ones. After an error the world is not stepped any more.
 Result<void> ReplayedWorld::prepare(const wire::RecordedTick& tick) {
   for (const CharacterKey character : tick.removed) {
     if (Result<void> known = is_known(character, "removes"); !known) return known;
@@ -170,13 +186,16 @@ Result<void> ReplayedWorld::prepare(const wire::RecordedTick& tick) {
 }
 
 Result<void> ReplayedWorld::take(const wire::RecordedTick& tick) {
+  // The header has the rate, without which there is no world.
   if (!simulation_) return Refusal("a tick before the header");
   const auto at_tick = [&](const std::string& what) {
     return Refusal("tick " + std::to_string(tick.tick) + ": " + what);
   };
   if (const Result<void> prepared = prepare(tick); !prepared) return at_tick(prepared.error());
   simulation_->step(tick);
+  // Simulation::step ignores additions beyond the limit, which must not pass as equal.
   if (simulation_->character_count() != characters_.size()) return at_tick("more characters than a world holds");
+  // This is the test: all live state of all characters, bit by bit.
   if (simulation_->hash() != tick.state_hash)
     return at_tick("the state differs: hash " + hex(simulation_->hash()) + ", recorded " + hex(tick.state_hash));
   return {};

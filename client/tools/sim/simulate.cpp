@@ -23,6 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+// How far nodes are from their design.
 struct Displaced {
   double sum_squares_m2 = 0, max_m = 0;
   std::size_t count = 0;
@@ -39,22 +40,27 @@ struct Displaced {
   }
 };
 
+// What a run measured.
 struct Run {
   Displaced motion, end;
-  std::vector<std::size_t> resets;  // rows whose step was a teleport
+  // Lists the rows whose step was a teleport.
+  std::vector<std::size_t> resets;
+  // Counts lattices that were not finite and returned to rest.
   std::size_t lattices_reset = 0;
-  double step_s = 0;  // wall time of all steps
+  // The wall time of all steps, s.
+  double step_s = 0;
 };
 
-Result<Groom> load_sound_groom(const SimulateOptions& o) {
+Result<Groom> load_valid_groom(const SimulateOptions& o) {
   Result<Groom> groom = load_groom(o.groom, o.hairstyle, o.hair);
+  // The material is set before levels are built: it is a part of them.
   if (groom && o.material) set_material(*o.material, *groom);
   if (!groom) return Refusal(groom.error());
   if (groom->points.empty()) return Refusal(o.groom + ": has no strand points, so there is nothing to simulate");
   return groom;
 }
 
-// Builds only the requested level: the others are left empty.
+// Builds only the requested level: the others are left empty, which saves most of the time.
 std::shared_ptr<const LevelSet> build_one(const SimulateOptions& o, const Groom& groom, ProgressBar& bar) {
   BuildCallbacks callbacks;
   callbacks.progress = [&bar](double fraction, std::string_view stage) {
@@ -71,10 +77,13 @@ Run run_clip(const SimulateOptions& o, const Clip& clip, const StepperDef& def, 
              ProgressBar& bar) {
   Run run;
   const std::unique_ptr<Stepper> stepper = make_stepper(o.solver, def);
+  // The velocity of a row is that of its last substep.
   const double substep_s = def.tick_s / def.substep_count;
+  // Row 0 is the state before the first step.
   files.add_row(clip.poses[0], clip.poses[0], substep_s, stepper->state());
   for (std::size_t row = 1; row <= clip.tick_count(); ++row) {
     const Pose& to = clip.poses[row];
+    // Only steps are timed, not the writing of files.
     const Clock::time_point started = Clock::now();
     const StepReport report = stepper->step(to, clip.teleports[row]);
     run.step_s += std::chrono::duration<double>(Clock::now() - started).count();
@@ -82,9 +91,12 @@ Run run_clip(const SimulateOptions& o, const Clip& clip, const StepperDef& def, 
     const bool has_teleported = report.teleports > 0;
     if (has_teleported) run.resets.push_back(row);
     run.lattices_reset += report.lattices_reset;
+    // The last substep begins at this share of the tick.
     const double last_substep = (def.substep_count - 1.0) / def.substep_count;
+    // After a teleport nothing has moved: both poses are the new one.
     files.add_row(has_teleported ? to : interpolate(clip.poses[row - 1], to, last_substep), to, substep_s,
                   stepper->state());
+    // Settling would hide how far the motion moves the hair.
     if (row <= clip.motion_tick_count) run.motion.add(stepper->state().displacement);
     bar.show(static_cast<double>(row) / static_cast<double>(clip.tick_count()), "stepping");
   }
@@ -118,9 +130,10 @@ Result<void> write_model(const SimulateOptions& o, const Level& level, std::vect
 }  // namespace
 
 Result<void> simulate(const SimulateOptions& o) {
+  // Files that cannot be written are refused before minutes of simulation.
   if (const Result<void> possible = check_can_write({o.out, o.velocities, o.points, o.poses, o.dump_model}); !possible)
     return possible;
-  const Result<Groom> groom = load_sound_groom(o);
+  const Result<Groom> groom = load_valid_groom(o);
   if (!groom) return Refusal(groom.error());
   StepperDef def;
   def.level = o.level;
@@ -130,6 +143,7 @@ Result<void> simulate(const SimulateOptions& o) {
   def.environment.wind = WindField(o.wind);
 
   Run run;
+  // Without a motion the model alone is wanted.
   if (o.motion.empty()) {
     ProgressBar bar("hairnet-sim");
     def.levels = build_one(o, *groom, bar);
@@ -138,6 +152,7 @@ Result<void> simulate(const SimulateOptions& o) {
     if (!motion) return Refusal(o.motion + ": " + motion.error());
     const Clip clip = make_clip(*motion, o.rate_hz, o.settle_s);
     def.start = clip.poses[0];
+    // The bar is cleared before the summary is printed.
     {
       ProgressBar bar("hairnet-sim");
       def.levels = build_one(o, *groom, bar);
@@ -148,6 +163,7 @@ Result<void> simulate(const SimulateOptions& o) {
     }
     print_summary(o, clip, (*def.levels)[o.level], run);
   }
+  // The model comes last, since its resets are known only after the run.
   return write_model(o, (*def.levels)[o.level], run.resets);
 }
 

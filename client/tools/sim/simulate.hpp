@@ -5,7 +5,8 @@
 
 namespace hairnet::sim {
 
-// Loads, builds the requested level, steps the clip, writes the files and prints a summary line.
+// Loads, builds the requested level, steps the clip, writes the files and prints a summary line on stdout. The error is
+// one line with the file; files appear whole or not at all.
 Result<void> simulate(const SimulateOptions& options);
 
 }  // namespace hairnet::sim

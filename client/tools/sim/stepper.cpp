@@ -7,12 +7,13 @@
 namespace hairnet::sim {
 namespace {
 
-// Steps like the server: the world, with one character.
+// Steps like the server: the world, with one character. Its kernels are the server's.
 class WorldStepper : public Stepper {
  public:
   explicit WorldStepper(const StepperDef& def)
       : world_(world_def(def)), id_(world_.add({def.levels, def.level, def.start})) {}
   StepReport step(const Pose& to, bool teleport) override {
+    // The flag of a jump goes along; the world also finds jumps by itself.
     world_.set_pose(id_, to, teleport);
     return world_.step();
   }
@@ -32,7 +33,9 @@ class WorldStepper : public Stepper {
   CharacterId id_;
 };
 
-// The same ticks with every step's linear system solved in double. The lattice stays in double, in world axes.
+// The same ticks with every step's linear system solved in double (reference_step). The lattice stays in double, in
+// world axes: rounding to head space and floats between ticks would hide what it is compared for. It repeats by hand
+// what the World does around a step: substeps, teleports.
 class ConvergedStepper : public Stepper {
  public:
   explicit ConvergedStepper(const StepperDef& def)
@@ -44,11 +47,16 @@ class ConvergedStepper : public Stepper {
   StepReport step(const Pose& to, bool teleport) override {
     StepReport report;
     const Vec3 velocity_before = head_velocity_;
+    // A jump must not become the velocity that the next interval is compared with.
     if (!teleport) head_velocity_ = velocity_to_expect(from_, to, def_.tick_s, velocity_before);
     if (teleport || is_teleport(from_, to, def_.tick_s, velocity_before)) {
+      // Velocities become relative to the head's while it jumps: the old head's velocity means nothing at the new
+      // place.
       add_rigid_velocity(last_from_.head(), from_.head(), -1);
+      // The lattice keeps its shape and turns with the head.
       move_rigidly(to.head() * from_.head().inverse());
       last_from_ = to;
+      // The next step adds the velocity of the new head.
       is_relative_ = true;
       report.teleports = 1;
     } else {
@@ -80,13 +88,16 @@ class ConvergedStepper : public Stepper {
   }
   void step_smoothly(const Pose& to) {
     const double substep_s = def_.tick_s / def_.substep_count;
+    // This is the first substep after a jump, which begins with the head's own velocity.
     if (std::exchange(is_relative_, false)) add_rigid_velocity(from_.head(), after(1, to).head(), 1);
     StepInput input{from_, from_, substep_s, &def_.environment, 0, {}, tick_ * def_.tick_s};
     for (int substep = 1; substep <= def_.substep_count; ++substep) {
+      // Substeps interpolate between the poses of the tick.
       input.from = std::exchange(input.to, after(substep, to));
       input.time_s += substep_s;
       reference_step(level_, input, lattice_);
     }
+    // The pose one substep before the end: a jump next removes the velocity of that substep.
     last_from_ = input.from;
   }
 

@@ -8,21 +8,25 @@
 
 namespace hairnet::sim {
 
+// What a character and its world are made of; the levels must have `level`.
 struct StepperDef {
   std::shared_ptr<const LevelSet> levels;
   LevelIndex level = LevelIndex::high;
   double tick_s = 1.0 / 30;
   int substep_count = 1;
-  int iterations = 0;  // 0: the level's own
+  // Zero: the level's own.
+  int iterations = 0;
   Environment environment;
   Pose start;
 };
 
-// One character, stepped tick by tick, by one of two solvers.
+// One character, stepped tick by tick, by one of two solvers. One thread.
 class Stepper {
  public:
   virtual ~Stepper() = default;
+  // Steps one tick to `to`, the pose at its end. `teleport`: the pose does not continue the one before.
   virtual StepReport step(const Pose& to, bool teleport) = 0;
+  // The state after the last step, or at the start; head space.
   [[nodiscard]] virtual const LatticeState& state() const = 0;
 };
 

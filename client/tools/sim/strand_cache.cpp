@@ -15,7 +15,8 @@ std::span<const Vec3f> WorldPoints::at(const RigidTransform& head, const LevelGe
                                        std::span<const Vec3f> displacement) {
   points_ = groom_.points;
   if (geometry != nullptr) {
-    // A replayed character changes its level, and with it the lattice.
+    // A replayed character changes its level, and with it the lattice. Making a deformer takes long, so it is kept
+    // while the lattice is the same.
     if (!deformer_ || !are_equal(lattice_, geometry->lattice)) {
       lattice_ = geometry->lattice;
       deformer_.emplace(groom_, lattice_, FfdKind::quadratic);
@@ -23,8 +24,10 @@ std::span<const Vec3f> WorldPoints::at(const RigidTransform& head, const LevelGe
     grid_.resize(lattice_.node_count());
     expand_displacements(*geometry, displacement, grid_);
     deformer_->deform(grid_, points_);
+    // As for viewers: no strand is longer than at rest. Without a lattice none is.
     lengths_.limit(points_);
   }
+  // Doubles until the last moment, for heads far from the origin.
   for (Vec3f& x : points_) x = head.point(x.cast<double>()).cast<float>();
   return points_;
 }
@@ -41,6 +44,7 @@ Result<std::unique_ptr<StrandCache>> StrandCache::create(const std::string& path
 }
 
 Result<void> StrandCache::add(std::span<const Vec3f> points) {
+  // An error stays: later frames would leave a gap.
   if (!added_) return added_;
   strands_.take_points(points, points_);
   if (const Result<void> added = writer_->add(points_); !added) added_ = Refusal(path_ + ": " + added.error());

@@ -6,7 +6,8 @@
 
 namespace hairnet::token {
 
-// Parses "90s", "15m", "12h", "30d" to seconds, up to ten years; none for anything else. Plain digits are seconds.
+// Parses "90s", "15m", "12h", "30d" to seconds, up to ten years; none for anything else, also for zero and negative
+// times. Plain digits are seconds.
 std::optional<std::int64_t> parse_duration_s(std::string_view text);
 
 }  // namespace hairnet::token

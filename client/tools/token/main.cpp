@@ -5,8 +5,8 @@
 #include <iostream>
 #include <optional>
 
-#include "client/tools/command_line/end_program.hpp"
 #include "client/tools/command_line/parse.hpp"
+#include "client/tools/command_line/run_program.hpp"
 #include "client/tools/token/commands.hpp"
 #include "client/tools/token/duration.hpp"
 
@@ -43,11 +43,13 @@ void add_make(CLI::App& app, token::MakeOptions& o) {
   CLI::App& make = *app.add_subcommand("make", "a token for one user, on standard output");
   make.add_option("--key-file", o.key_file, "the server's key")->required();
   CLI::Option_group& where = *make.add_option_group("Room", "one of the two");
+  // One of both must be given: a token for every room must be a decision.
   where.add_option_function<std::string>(
       "--room", [&o](const std::string& room) { o.claims.room = room; }, "good in this room; '' is the lobby");
   where.add_flag_callback(
       "--any-room", [&o] { o.claims.room.reset(); }, "good in every room");
   where.require_option(1);
+  // Required, since neither role is a safe default.
   make.add_option_function<std::string>(
           "--role",
           [&o](const std::string& role) {
@@ -101,6 +103,7 @@ int run(int argc, char** argv) {
   const std::int64_t now_s = std::time(nullptr);
   if (key_app.parsed()) return report(token::make_key());
   if (!show_app.parsed()) return report(token::make_token(make, now_s));
+  // A token on the command line is seen by all users of the machine; standard input is not.
   if (show.token.empty()) std::getline(std::cin, show.token);
   return report(token::show_token(show, now_s));
 }
@@ -108,10 +111,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return hairnet::end_program("hairnet-token", run(argc, argv));
-  } catch (const std::exception& e) {
-    std::fprintf(stderr, "hairnet-token: %s\n", e.what());
-    return 1;
-  }
+  return hairnet::run_program("hairnet-token", [&] { return run(argc, argv); });
 }

@@ -28,6 +28,7 @@ Result<void> store_optional(const Result<T>& value, std::optional<T>& target) {
   return {};
 }
 
+// The names are those of core's levels, which all programs share.
 Result<LevelIndex> parse_level(const std::string& text) {
   for (std::size_t i = 0; i < kLevelCount; ++i) {
     if (text == kLevelNames[i]) return static_cast<LevelIndex>(i);
@@ -37,6 +38,7 @@ Result<LevelIndex> parse_level(const std::string& text) {
 
 Result<std::size_t> parse_strand_count(const std::string& text) {
   const Result<double> number = parse_finite_number(text);
+  // This limit is that of a groom file.
   if (!number || *number < 1 || *number > 200'000 || *number != std::floor(*number))
     return Refusal("strands " + in_quotes(text) + " is not a whole number in 1 ... 200000");
   return static_cast<std::size_t>(*number);
@@ -49,6 +51,7 @@ Result<double> parse_unit(const std::string& text) {
 }
 
 Result<std::string> parse_name(const std::string& text) {
+  // Tags on the wire may hold any bytes; a person's name should be readable for all.
   if (std::string fault = wire::validate_tag(text); !fault.empty())
     return Refusal("name is longer than " + std::to_string(wire::kTagBytesMax) + " bytes");
   if (!wire::is_text(text)) return Refusal("name is not UTF-8 text free of control characters");
@@ -56,6 +59,7 @@ Result<std::string> parse_name(const std::string& text) {
 }
 
 Result<void> set(CharacterOptions& o, const std::string& key, const std::string& value) {
+  // An empty value is mostly a slip, so it does not mean the default.
   if (value.empty()) return Refusal(key + " has no value");
   if (key == "groom") return store<std::string>(value, o.groom);
   if (key == "motion") return store<std::string>(value, o.motion);
@@ -78,6 +82,7 @@ Result<void> set(CharacterOptions& o, const std::string& key, const std::string&
 Result<double> parse_finite_number(std::string_view text) {
   double number = 0;
   const char* end = text.data() + text.size();
+  // The whole text must be used: "6s" is no number.
   const auto [parsed, error] = std::from_chars(text.data(), end, number);
   if (error != std::errc() || parsed != end || !std::isfinite(number))
     return Refusal(in_quotes(text) + " is not a number");
@@ -86,6 +91,7 @@ Result<double> parse_finite_number(std::string_view text) {
 
 Result<CharacterOptions> parse_character(const std::string& spec) {
   CharacterOptions options;
+  // The end is included: an empty last part is refused as no key=value.
   for (std::size_t begin = 0; begin <= spec.size();) {
     const std::size_t end = std::min(spec.find(',', begin), spec.size());
     const std::string part = spec.substr(begin, end - begin);

@@ -10,6 +10,7 @@
 namespace hairnet::viewer {
 namespace {
 
+// The standard's two-part curve, so that bytes survive the way there and back.
 float linear_from_srgb(std::uint32_t byte) {
   const float c = static_cast<float>(byte) / 255;
   return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
@@ -38,6 +39,7 @@ Result<Vec3f> parse_hair_colour(const std::string& text) {
   return Refusal("colour '" + text + "' is not one of " + names + "or #rrggbb");
 }
 
+// Skin and roughness are the default's: the command line knows only hair.
 wire::Appearance appearance_of(const Vec3f& hair_colour) {
   wire::Appearance appearance = room::default_appearance(1);
   appearance.hair_root = appearance.hair_tip = {byte_from_linear(hair_colour.x()), byte_from_linear(hair_colour.y()),
@@ -50,6 +52,7 @@ Vec3f linear_of(const wire::Srgb& colour) {
 }
 
 Vec3f default_hair_colour(std::size_t n) {
+  // Numbers of members count from 1. The colours repeat.
   return linear_of(room::default_appearance(static_cast<std::uint32_t>(n % room::kHairColours.size()) + 1).hair_root);
 }
 

@@ -15,9 +15,10 @@ namespace hairnet::viewer {
 
 namespace {
 
+// Grooms by their name and number of strands: a file that several characters have is loaded once.
 using Grooms = std::map<std::pair<std::string, std::size_t>, std::shared_ptr<const Groom>>;
 
-// Loads the character at the origin.
+// Loads the character at the origin. Learnt hair is read beside the groom, since it travels in the groom's file.
 Result<CharacterSetup> load_character(const CharacterOptions& options, const HairImport& import, Grooms& grooms) {
   std::shared_ptr<const Groom>& groom = grooms[{options.groom, options.hairstyle.strand_count}];
   if (!groom) {
@@ -29,6 +30,7 @@ Result<CharacterSetup> load_character(const CharacterOptions& options, const Hai
   if (!learnt) return Refusal(learnt.error());
   Result<Motion> motion = load_motion(options.motion, options.bvh, &groom->body);
   if (!motion) return Refusal(options.motion + ": " + motion.error());
+  // The colour is set when all characters are known.
   return CharacterSetup{groom,        std::move(*motion), options.level, Vec3f::Zero(), options.material,
                         options.name, std::move(*learnt)};
 }
@@ -51,6 +53,7 @@ Result<std::vector<CharacterSetup>> load_characters(const ViewOptions& options) 
   for (std::size_t i = 0; i < characters.size(); ++i) {
     const CharacterOptions* named = i < options.characters.size() ? &options.characters[i] : nullptr;
     characters[i].hair_colour = named && named->colour ? *named->colour : default_hair_colour(i);
+    // The place becomes a part of the motion: sources need not know of places.
     move_to(named && named->place ? *named->place : side_by_side(i, characters.size()), characters[i].motion);
   }
   return characters;

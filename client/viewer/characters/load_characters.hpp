@@ -12,19 +12,22 @@
 
 namespace hairnet::viewer {
 
-// One loaded character. Characters with the same groom share it.
+// One loaded character. Characters with the same groom share it, on the GPU and in the upload, too.
 struct CharacterSetup {
   std::shared_ptr<const Groom> groom;
-  Motion motion;  // at the character's place
+  // World space, at the character's place.
+  Motion motion;
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();  // linear RGB
+  // Replaces the groom's base material while it runs; none: as built.
   std::optional<Material> material;
-  std::string name = {};                               // empty: none
-  std::shared_ptr<const LearntHair> learnt = nullptr;  // in the groom's file; null: none
+  std::string name = {};  // empty: none
+  // Learnt hair from the groom's file; null: none.
+  std::shared_ptr<const LearntHair> learnt = nullptr;
 };
 
 // Returns the characters that `options` names, then those of its files. Characters without a given place stand side by
-// side.
+// side. The error is one line with the file's name; then nothing is returned.
 Result<std::vector<CharacterSetup>> load_characters(const ViewOptions& options);
 
 }  // namespace hairnet::viewer

@@ -47,11 +47,13 @@ Examples:
 
 constexpr std::array<const char*, 4> kViewNames{"front", "side", "back", "three_quarter"};
 constexpr std::array<const char*, 4> kTouchNames{"stroke", "hold", "pin", "prop"};
-// Who is shown without a window when nobody is named.
+// The character that is shown without a window when nobody is named.
 constexpr const char* kDefaultCharacter = "groom=made:long_curly,motion=made:walk,colour=auburn";
+// A day: a longer one is mostly a slip, and 'forever' exists.
 constexpr double kDuration_s_max = 24 * 3600;
 
-// Values as typed that need parsing before they go into the options.
+// Values as typed that need parsing before they go into the options. They are parsed together after CLI11 has read all
+// flags, since many defaults depend on other flags.
 struct Texts {
   std::string connect = "127.0.0.1:7420", transport = "auto", observe, times, views = "three_quarter", size, duration,
               reconnect, touch;
@@ -59,7 +61,8 @@ struct Texts {
   bool no_draw = false, local = false;
   Wind wind;
   CLI::App* wind_flags = nullptr;
-  std::vector<const CLI::Option*> of_server;  // flags that only apply to a server
+  // These flags only apply to a server, and are refused without one.
+  std::vector<const CLI::Option*> of_server;
 };
 
 std::vector<std::string> split(const std::string& text, char separator) {
@@ -72,8 +75,9 @@ std::vector<std::string> split(const std::string& text, char separator) {
   return parts;
 }
 
-[[noreturn]] void refuse(const std::string& flag, const std::string& why) {
-  throw CLI::ValidationError(flag, why);
+// CLI11 prints the flag's name before the line, and exits with 2.
+[[noreturn]] void refuse(const std::string& flag, const std::string& error) {
+  throw CLI::ValidationError(flag, error);
 }
 
 double whole_number(const std::string& flag, const std::string& text, double least, double most) {
@@ -114,6 +118,7 @@ void take_observe(ViewOptions& o, std::string text) {
   } else {
     refuse("--observe", "'" + text + "' is not all, nobody, nearest:N or radius:METRES");
   }
+  // The limits are the protocol's, so a server does not refuse what passes here.
   if (const std::string fault = wire::validate(observe); !fault.empty()) refuse("--observe", fault);
   o.observe = observe;
 }
@@ -123,7 +128,7 @@ void take_room(const ViewOptions& o) {
   if (o.token.size() > wire::kTokenBytesMax) refuse("--token", "it is too long");
 }
 
-// Parses seconds, from `least_s` to a day, or the word 'forever' as infinity.
+// Parses seconds, from `least_s` to a day, or the word 'forever' as infinity. NaN fails the negated comparison.
 double seconds(const std::string& flag, const std::string& text, double least_s) {
   if (text == "forever") return std::numeric_limits<double>::infinity();
   const Result<double> number = parse_finite_number(text);
@@ -132,12 +137,14 @@ double seconds(const std::string& flag, const std::string& text, double least_s)
   return *number;
 }
 
+// A picture under another ending would be a PNG that no program takes for one. Devices may have any name.
 void check_picture_name(const std::string& flag, const std::string& path, bool is_right) {
   if (is_right || path.empty() || extension_of(path) == ".png" || path.starts_with("/dev/")) return;
   refuse(flag, "'" + path + "' has another ending than .png" +
                    (flag == "--out" ? ", or .mp4, .gif or .webm for a video" : "") + ": give it one of these");
 }
 
+// The output decides other defaults, so it comes first.
 void take_output(ViewOptions& o, const Texts& texts) {
   const bool pictures = !o.out.empty() || !o.sheet.empty();
   o.source = texts.local || !o.files.empty() ? Source::local : Source::server;
@@ -150,6 +157,7 @@ void take_output(ViewOptions& o, const Texts& texts) {
       refuse("--trace", "is written without a video when it is simulated here: give them one after the other");
     o.output = Output::video;
   } else {
+    // A trace alone opens no window.
     o.output = pictures ? Output::pictures : texts.no_draw || !o.trace.empty() ? Output::none : Output::window;
   }
   if (o.source == Source::server) return;
@@ -187,6 +195,7 @@ void take_times(ViewOptions& o, const std::string& text) {
     if (*time < 0 || *time > o.duration_s + o.settle_s) refuse("--times", part + " is not within the duration");
     o.times_s.push_back(*time);
   }
+  // The stream reaches the times in their order, whichever was typed first.
   std::sort(o.times_s.begin(), o.times_s.end());
 }
 
@@ -220,13 +229,14 @@ void take_characters(ViewOptions& o, const Texts& texts) {
     if (o.output != Output::window) o.characters.push_back(*parse_character(kDefaultCharacter));
     return;
   }
-  // Without a character, a room or a server there is nothing to show.
+  // Without a character, a room or a server there is nothing to show: a mere default server is not what was meant.
   const bool asks_for_room = std::any_of(texts.of_server.begin(), texts.of_server.end(),
                                          [](const CLI::Option* flag) { return flag->count() > 0; });
   if (!o.observe || !asks_for_room)
     refuse("--character", "at least one is required, or --observe, --connect, --local or a file");
 }
 
+// The order matters: output and durations decide defaults and limits of what follows.
 void take_texts(ViewOptions& o, const Texts& texts) {
   take_output(o, texts);
   take_durations(o, texts);
@@ -239,10 +249,12 @@ void take_texts(ViewOptions& o, const Texts& texts) {
   take_views(o, texts.views);
   take_touch(o, texts.touch);
   take_characters(o, texts);
+  // No flag of the wind means that the room keeps its own wind, which still air does not.
   if (texts.wind_flags->count_all() > 0) {
     if (const std::string fault = validate(texts.wind); !fault.empty()) refuse("--wind", fault);
     o.wind = texts.wind;
   }
+  // This check needs the output, the sheet and the times.
   if (!o.sheet.empty() && o.times_s.empty()) refuse("--sheet", "needs --times");
 }
 
@@ -275,6 +287,7 @@ void add_flags(CLI::App& app, ViewOptions& o, Texts& texts) {
                      "), .bvh of motion");
   app.add_flag("--local", texts.local, "simulate here, without a server");
   app.add_option("--tick-rate", o.tick_rate_hz, "ticks a second of that (30)")->check(in_range(10.0, 240.0));
+  // One at a time: a list after one flag would swallow FILES.
   app.add_option("--character", texts.characters, "a character (below); once for each")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

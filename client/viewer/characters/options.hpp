@@ -19,21 +19,26 @@
 
 namespace hairnet::viewer {
 
+// One character as the command line describes it; nothing is loaded yet.
 struct CharacterOptions {
-  std::string groom;  // see load_groom.hpp
+  // A spec of load_groom.hpp.
+  std::string groom;
   std::string motion = kDefaultMotion;
-  std::optional<Place> place;  // none: side by side with the others
+  // None: side by side with the others.
+  std::optional<Place> place;
   LevelIndex level = LevelIndex::high;
-  std::string name;                  // for everyone in the room; empty: none
-  std::optional<Vec3f> colour;       // linear RGB
-  std::optional<Material> material;  // at run time; the groom's own is the built one
+  // Goes to everyone in the room; empty: none.
+  std::string name;
+  std::optional<Vec3f> colour;  // linear RGB
+  // Replaces the base material at run time; the groom's own is the built one.
+  std::optional<Material> material;
   HairstyleOptions hairstyle;
   BvhImport bvh;
 };
 
 enum class View : std::uint8_t { front, side, back, three_quarter };
 
-// Where hair is simulated: by a server, or by the core's World in this process.
+// Where hair is simulated: by a server, or by the core's World in this process. FILES imply the latter.
 enum class Source : std::uint8_t { server, local };
 // What the program makes. It draws nothing for `none`.
 enum class Output : std::uint8_t { window, pictures, video, none };
@@ -41,6 +46,7 @@ enum class Output : std::uint8_t { window, pictures, video, none };
 // What touches the hair in a picture or a video, see scripted_touch.hpp.
 enum class TouchScript : std::uint8_t { stroke, hold, pin, prop };
 
+// All that a run depends on: the same options give the same local pictures. Values are within their ranges.
 struct ViewOptions {
   Source source = Source::server;
   Output output = Output::window;
@@ -54,10 +60,10 @@ struct ViewOptions {
   std::string room, token;
   // Says which other characters of the room to show; none: no others.
   std::optional<wire::Observe> observe;
-  // Says how long to try to reconnect; zero means not at all, infinity forever.
+  // Says how long to try to reconnect, s; zero means not at all, infinity forever.
   double reconnect_s = 0;
   std::vector<CharacterOptions> characters;
-  // Ends the motions, which begin at time 0 when every lattice has arrived; infinity means forever.
+  // Ends the motions, which begin at time 0 when every lattice has arrived, s; infinity means forever.
   double duration_s = 6;
   // Follows the motions: heads ease upright within 1 s, then are still.
   double settle_s = 0;
@@ -68,10 +74,11 @@ struct ViewOptions {
   double frame_rate_hz = 30;
   // Each pose is taken up to this much earlier or later.
   double jitter_ms = 0;
-  // Blows in the whole room.
+  // Blows in the whole room, for everyone; none: the room keeps its own.
   std::optional<Wind> wind;
   // Touches the first character; none: nothing does.
   std::optional<TouchScript> touch;
+  // Files and folders to write; empty: not written.
   std::string out, sheet, trace;
   // Holds the times of the sheet's columns.
   std::vector<double> times_s;

@@ -6,21 +6,24 @@
 #include <numbers>
 #include <string>
 
-#include "client/assets/import/text.hpp"
+#include "client/assets/import/parse_text.hpp"
 #include "core/shown_text.hpp"
 
 namespace hairnet::viewer {
 namespace {
 
+// Wider than shoulders, so that bodies do not meet.
 constexpr double kApart_m = 0.7, kRowsApart_m = 0.9;
 constexpr std::size_t kRowMax = 8;
-constexpr double kFar_m = 1000;  // well within the protocol's limit for a pose
+// This is well within the protocol's limit for a pose.
+constexpr double kFar_m = 1000;
 
 }  // namespace
 
 Result<Place> parse_place(std::string_view text) {
   std::array<double, 3> numbers{};
   std::size_t count = 0;
+  // A fourth number is refused like a wrong one: count ends at 0.
   for (std::size_t begin = 0; begin <= text.size() && count <= 3; ++count) {
     const std::size_t end = std::min(text.find(':', begin), text.size());
     const auto number = parse_number<double>(text.substr(begin, end - begin));
@@ -40,6 +43,7 @@ Place side_by_side(std::size_t n, std::size_t count) {
   const std::size_t row = n / kRowMax, first = row * kRowMax;
   const std::size_t in_row = std::min(kRowMax, count - first);
   return {kApart_m * (static_cast<double>(n - first) - (static_cast<double>(in_row) - 1) / 2),
+          // Rows go away from the default camera, which looks along -Z.
           -kRowsApart_m * static_cast<double>(row), 0};
 }
 
@@ -52,6 +56,7 @@ Pose placed(const Place& place, const Pose& pose) {
 }
 
 void move_to(const Place& place, Motion& motion) {
+  // No place changes nothing, to the bit.
   if (place == Place{}) return;
   for (Pose& pose : motion.poses) pose = placed(place, pose);
 }

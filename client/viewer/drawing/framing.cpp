@@ -9,11 +9,12 @@
 namespace hairnet::viewer {
 namespace {
 
-// Head and shoulders extend this far about the head joint.
+// Head and shoulders extend this far about the head joint, also of short hair.
 constexpr double kUpwards_m = 0.22, kAround_m = 0.24;
 
 // How far hair hangs below the head joint at rest.
 double hang_m(const Groom& groom) {
+  // The loop begins at the neck, which is shown in any case.
   float low = -0.2f;
   for (const Vec3f& p : groom.points) low = std::min(low, p.y());
   return -static_cast<double>(low);
@@ -22,6 +23,7 @@ double hang_m(const Groom& groom) {
 }  // namespace
 
 Vec3 head_middle(const Pose& pose) {
+  // The middle of a face lies above its joint, and a little in front.
   return pose.head().point(Vec3(0, 0.08, 0.01));
 }
 
@@ -49,6 +51,7 @@ std::optional<Vec3> middle_of(std::span<const ViewedCharacter> viewed) {
 void frame_all(std::span<const ViewedCharacter> viewed, View view, int width, int height, OrbitCamera& camera) {
   if (viewed.empty()) return;
   Vec3 facing = Vec3::Zero();
+  // Characters with one groom mostly follow each other, so this saves most of the searches.
   const Groom* groom = nullptr;
   double hang = 0;
   for (const ViewedCharacter& character : viewed) {
@@ -56,11 +59,12 @@ void frame_all(std::span<const ViewedCharacter> viewed, View view, int width, in
     if (std::exchange(groom, character.groom.get()) != character.groom.get())
       hang = std::max(hang, hang_m(*character.groom));
   }
+  // Faces in opposite directions have no mean direction: then the world's front is shown.
   const double heading = facing.norm() > 1e-3 ? std::atan2(facing.x(), facing.z()) : 0;
   const Quat turn(Eigen::AngleAxisd(heading, Vec3::UnitY()));
   camera.look_from((turn * direction_of(view)).normalized());
   // The smallest upright rectangle across the view that contains everything, then the extra depth of the nearest parts
-  // towards the eye.
+  // towards the eye, which perspective enlarges.
   Eigen::AlignedBox3d box;
   const Vec3 backward = (camera.camera().eye - camera.camera().target).normalized();
   for (const ViewedCharacter& character : viewed) {
@@ -75,6 +79,7 @@ void frame_all(std::span<const ViewedCharacter> viewed, View view, int width, in
   }
   const double aspect = static_cast<double>(width) / std::max(1, height);
   const Vec3 half = 0.5 * box.diagonal(), centre = box.center();
+  // The width counts by the picture's shape: a wide picture shows more at its sides.
   const double radius = std::max(half.y(), half.x() / aspect) + half.z() * std::tan(0.5 * OrbitCamera::kFov_deg / 57.3);
   camera.frame(centre.x() * camera.right() + centre.y() * camera.up() + centre.z() * backward, radius);
 }

@@ -20,7 +20,8 @@ struct PickedHair {
 };
 
 // Finds the hair that is nearest to the ray's origin, and close to the ray: within 8 mm, or `reach_per_m` times its
-// distance if that is more. None where a body hides the hair. Only hair on a lattice can be touched, and found.
+// distance if that is more. None where a body hides the hair. Only hair on a lattice can be touched, and found; of a
+// large groom only an even part of the points is searched.
 std::optional<PickedHair> pick_hair(const Ray& ray, double reach_per_m, std::span<const ViewedCharacter> viewed);
 
 // The mouse as a hand in a local world. A left press on hair takes hold of it, or with ctrl makes the mouse a ball that
@@ -31,14 +32,15 @@ class MouseHand {
  public:
   enum class Action : std::uint8_t { none, hold, stroke };
   static constexpr double kBallRadius_m = 0.04;
-  // Takes several contact points of hair at most levels.
+  // Takes several contact points of hair at most levels: with a smaller radius a hold would often be empty.
   static constexpr double kHoldRadius_m = 0.04;
-  // The hand follows a faster mouse at this speed of the world: hair that is held is not torn away.
+  // The hand follows a faster mouse at this speed of the world, m/s: hair that is held is not torn away.
   static constexpr double kSpeedMax_m_per_s = 3;
 
   // Returns whether the hand has the mouse: nothing else may act on the input then.
   bool apply(const MouseInput& mouse, LocalWorld& world, const OrbitCamera& camera, int width_px, int height_px);
-  // Moves the hand for a tick of that length, and takes hold of hair; for LocalWorld::touch_by.
+  // Moves the hand for a tick of that length, s, and takes hold of hair; for LocalWorld::touch_by. Returns the hand's
+  // shape, or nothing without a drag.
   std::vector<TouchBody> tick(double elapsed_s, LocalWorld& world);
 
   [[nodiscard]] Action action() const { return action_; }
@@ -46,7 +48,7 @@ class MouseHand {
   [[nodiscard]] bool has_hold() const { return has_hold_; }
   // Returns where it was after the last tick of the drag, world, m.
   [[nodiscard]] const Vec3& place() const { return place_; }
-  // Some hair was pressed already.
+  // Some hair was pressed already: the window then needs no hint any more.
   [[nodiscard]] bool has_touched() const { return has_touched_; }
 
  private:
@@ -61,12 +63,12 @@ class MouseHand {
   bool has_hold_ = false, has_touched_ = false;
   // Names the pressed character.
   std::uint64_t id_ = 0;
-  // Is how far the plane is from the eye, along the view.
+  // Is how far the plane is from the eye, along the view, m.
   double depth_m_ = 1;
   Vec3 place_ = Vec3::Zero(), target_ = Vec3::Zero();  // world
 };
 
-// Lets all hair go that the mouse has pinned.
+// Lets all hair go that the mouse has pinned, of all characters.
 void unpin_hair(LocalWorld& world);
 
 }  // namespace hairnet::viewer

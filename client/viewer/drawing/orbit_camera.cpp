@@ -7,10 +7,15 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr double kPitchMax = 1.54;  // rad; at the poles up and forward would be parallel
+// Radians; at the poles up and forward would be parallel.
+constexpr double kPitchMax = 1.54;
+// Nearer than this the eye is in the hair; further away a head is less than a pixel.
 constexpr double kDistanceMin_m = 0.12, kDistanceMax_m = 500;
+// A step of the wheel changes the distance by this factor, so zooming feels alike at all distances.
 constexpr double kZoomStep = 0.88;
+// The followed motion is smoothed over about this time.
 constexpr double kFollow_s = 0.2;
+// Framed things get this much room around them.
 constexpr double kFrameMargin = 1.12;
 const double kHalfAngle = OrbitCamera::kFov_deg / 2 * std::numbers::pi / 180;
 
@@ -20,14 +25,17 @@ std::optional<double> hit_sphere(const Ray& ray, const Vec3& centre, double radi
   const Vec3 to = centre - ray.origin;
   const double along = to.dot(ray.direction);
   const double half_chord_squared = radius_m * radius_m - (to.squaredNorm() - along * along);
+  // The negated form also misses for what is no number.
   if (!(half_chord_squared >= 0)) return {};
   const double half_chord = std::sqrt(half_chord_squared);
   if (along + half_chord < 0) return {};
+  // An origin inside the sphere hits it at once.
   return std::max(0.0, along - half_chord);
 }
 
 void OrbitCamera::orbit(double right_px, double down_px, int height_px) {
   const double per_px = std::numbers::pi / std::max(1, height_px);
+  // remainder() keeps the angle small, however often the camera goes round.
   yaw_ = std::remainder(yaw_ - right_px * per_px, 2 * std::numbers::pi);
   pitch_ = std::clamp(pitch_ + down_px * per_px, -kPitchMax, kPitchMax);
 }
@@ -43,6 +51,7 @@ void OrbitCamera::zoom(double steps) {
 void OrbitCamera::frame(const Vec3& centre, double radius_m) {
   target_ = centre;
   followed_.reset();
+  // A sphere touches the edge of the view at the sine of the half angle, not at its tangent.
   distance_m_ = std::clamp(kFrameMargin * radius_m / std::sin(kHalfAngle), kDistanceMin_m, kDistanceMax_m);
 }
 
@@ -52,10 +61,12 @@ void OrbitCamera::look_from(const Vec3& direction) {
 }
 
 void OrbitCamera::follow(const std::optional<Vec3>& point, double elapsed_s) {
+  // The first point, also after none, is only noted: moving to it would be a jump.
   if (!point || !followed_) {
     followed_ = point;
     return;
   }
+  // Exponential, so that pictures of any length give the same path.
   const Vec3 step = (1 - std::exp(-std::max(0.0, elapsed_s) / kFollow_s)) * (*point - *followed_);
   *followed_ += step;
   target_ += step;
@@ -100,7 +111,7 @@ bool OrbitCamera::in_view(const Vec3& centre, double radius_m, double aspect) co
   const Vec3 from_eye = centre - (target_ + distance_m_ * backward());
   const double depth = -from_eye.dot(backward());
   if (depth < -radius_m) return false;
-  // The distance outside the planes of the view's sides.
+  // The distance outside the planes of the view's sides. A sphere is in view when it reaches within them.
   const auto inside = [&](double across, double tangent) {
     return (std::abs(across) - depth * tangent) / std::sqrt(1 + tangent * tangent) <= radius_m;
   };

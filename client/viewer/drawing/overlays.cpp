@@ -14,7 +14,9 @@ namespace {
 using render::Drawing;
 using render::Rgba;
 
+// A node this far from its design is red.
 constexpr float kFarFromDesign_m = 0.10f;
+// A spring stretched or compressed by this share has the full colour.
 constexpr float kStrainShown = 0.15f;
 
 std::uint8_t byte(float x) {
@@ -33,7 +35,7 @@ Rgba strain_colour(float strain) {
                : Rgba{byte(0.7f + 0.3f * s), byte(0.7f - 0.6f * s), byte(0.7f - 0.6f * s), 200};
 }
 
-// A character's lattice in the world.
+// Draws a character's lattice in the world. It computes the nodes once for all overlays of a picture.
 class LatticeDrawing {
  public:
   LatticeDrawing(const ViewedCharacter& character, Drawing& drawing) : viewed_(character), drawing_(drawing) {
@@ -48,6 +50,7 @@ class LatticeDrawing {
 
   void draw_lattice() {
     const LevelGeometry& geometry = *viewed_.geometry;
+    // Lattice nodes that are not simulated are not drawn: they only follow others.
     std::vector<int> active(geometry.lattice.node_count(), -1);
     for (std::size_t i = 0; i < geometry.active_nodes.size(); ++i)
       active[geometry.active_nodes[i]] = static_cast<int>(i);
@@ -57,17 +60,20 @@ class LatticeDrawing {
       const auto at = geometry.lattice.coordinates(geometry.active_nodes[i]);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         auto next = at;
+        // Each edge is drawn from its lower end, so none twice.
         if (++next[axis] >= geometry.lattice.dims[axis]) continue;
         const int other = active[geometry.lattice.index(next[0], next[1], next[2])];
         if (other < 0) continue;
         Rgba from = colour(static_cast<int>(i)), to = colour(other);
+        // Edges are fainter than nodes, or a lattice would hide the hair.
         from[3] = to[3] = 90;
         drawing_.line(world(node_[i]), world(node_[static_cast<std::size_t>(other)]), from, to);
       }
     }
   }
 
-  // A spring's weights sum to 0: draws it from the mean of its nodes with positive weights to that of the others.
+  // A spring's weights sum to 0 (eq. 3): draws it from the mean of its nodes with negative weights to that of the
+  // others. Its strain is that of the weighted sum, whose length is what the spring resists.
   void draw_springs(const Stiffeners& springs) {
     for (std::size_t s = 0; s < springs.count(); ++s) {
       Vec3f from = Vec3f::Zero(), to = Vec3f::Zero(), vector = Vec3f::Zero();
@@ -80,11 +86,13 @@ class LatticeDrawing {
         (weight > 0 ? to_sum : from_sum) += std::abs(weight);
       }
       const float rest_m = springs.rest[s].norm();
+      // A spring without a rest length has no strain.
       if (!(from_sum > 0 && to_sum > 0 && rest_m > 0)) continue;
       drawing_.line(world(from / from_sum), world(to / to_sum), strain_colour(vector.norm() / rest_m - 1));
     }
   }
 
+  // An attachment's weights sum to 1 (eq. 4): it draws a line from where the point rests to where it is.
   void draw_attachments(const Stiffeners& attachments) {
     for (std::size_t s = 0; s < attachments.count(); ++s) {
       Vec3f at = Vec3f::Zero();
@@ -100,6 +108,7 @@ class LatticeDrawing {
     const ContactPoints& contacts = model.contacts;
     const Pose& pose = viewed_.pose;
     for (std::size_t p = 0; p < contacts.count(); ++p) {
+      // The weights sum to at most 1, because near the root a part of the point stays with the skull.
       Vec3f at = contacts.rest[p];
       for (std::uint32_t e = contacts.begin[p]; e < contacts.begin[p + 1]; ++e) {
         const std::size_t i = contacts.nodes[e];
@@ -110,6 +119,7 @@ class LatticeDrawing {
       for (std::size_t f = 0; f < model.skin->size(); ++f) {
         const SkinDistanceField& field = (*model.skin)[f];
         const Vec3 to_bone = pose[field.bone].inverse().point(place);
+        // The same test as in the solver, against each bone's skin.
         touches |= skin_distance(field, to_bone) < static_cast<double>(contacts.limit[f * contacts.count() + p]);
       }
       drawing_.point(place.cast<float>(), touches ? Rgba{255, 80, 60, 255} : Rgba{120, 230, 255, 170});
@@ -117,6 +127,7 @@ class LatticeDrawing {
   }
 
   void draw_drag(const Level& model) {
+    // The trace of the tensor (eq. 6) orders nodes by their drag.
     float most = 0;
     for (const auto& q : model.drag) most = std::max(most, q[0] + q[3] + q[5]);
     if (!(most > 0)) return;
@@ -126,6 +137,7 @@ class LatticeDrawing {
       Mat3 tensor;
       tensor << q[0], q[1], q[2], q[1], q[3], q[4], q[2], q[4], q[5];
       const SymmetricEigen<3> axes = symmetric_eigen(tensor);
+      // The last eigenvector is the direction of the strongest drag. The root makes weak drag visible beside strong.
       const Vec3f along = (axes.vectors.col(2) * (reach_m * std::sqrt(axes.values[2] / most))).cast<float>();
       drawing_.line(world(node_[i] - along), world(node_[i] + along), {190, 120, 255, 220});
     }
@@ -180,6 +192,7 @@ void draw_overlays(const Overlays& overlays, std::span<const ViewedCharacter> vi
 }
 
 void draw_ball(const Vec3& centre, double radius_m, const OrbitCamera& camera, Drawing& drawing) {
+  // A circle in the plane of the view is the outline of a ball that is not near the eye.
   constexpr int kSides = 32;
   const auto corner = [&](int side) {
     const double angle = 2 * std::numbers::pi * side / kSides;

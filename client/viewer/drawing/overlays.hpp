@@ -12,17 +12,18 @@
 
 namespace hairnet::viewer {
 
-// The parts of the mechanics to draw over the hair.
+// The parts of the mechanics to draw over the hair. All but the lattice, levels and timing need the mechanical model,
+// which a server does not send.
 struct Overlays {
   // Shows active nodes, coloured by their distance from their design, and the edges between them.
   bool lattice = false;
   // Colours springs by strain.
   bool springs = false;
-  // Connects the points on the skull with their current places.
+  // Connects the points on the skull with their current places (paper eq. 4).
   bool attachments = false;
   // Shows the points of hair that meet skin.
   bool contacts = false;
-  // Shows each node's strongest drag, and its direction.
+  // Shows each node's strongest drag, and its direction (paper eq. 6).
   bool drag = false;
   // Shows hair in its level's colour.
   bool levels = false;
@@ -35,11 +36,12 @@ struct Overlays {
 // The colour of each level, for hair (linear RGB).
 Vec3f level_colour(LevelIndex level);
 
-// Draws the overlays of one character, or of all when `chosen` is none. Leaves out overlays that need an unknown model.
+// Draws the overlays of one character, or of all when `chosen` is none. Leaves out overlays that need an unknown model,
+// and characters whose hair is at rest. Adds to what `drawing` has.
 void draw_overlays(const Overlays& overlays, std::span<const ViewedCharacter> viewed,
                    std::optional<std::uint64_t> chosen, render::Drawing& drawing);
 
-// Draws the outline of a ball, world, m.
+// Draws the outline of a ball as the camera sees it, world, m.
 void draw_ball(const Vec3& centre, double radius_m, const OrbitCamera& camera, render::Drawing& drawing);
 
 // One line that names the characters whose model is wanted but not known; empty when all is drawn.

@@ -11,18 +11,18 @@
 
 namespace hairnet::viewer {
 
-// Draws the character in these colours.
+// Draws the character in these colours: sRGB bytes, which become linear.
 void wear(const wire::Appearance& appearance, draw::ShownCharacter& shown);
 
-// Turns the characters of a source into what the renderer draws. Uploads each groom to the GPU once, and frees it when
-// no character uses it. One thread: that of the OpenGL context.
+// Turns the characters of a source into what the renderer draws. Uploads each groom to the GPU once, which takes a
+// moment, and frees it when no character uses it. One thread: that of the OpenGL context.
 class RenderList {
  public:
   explicit RenderList(render::Stage& stage) : stage_(stage) {}
 
   // The characters for Stage::draw; valid until the next call, and while `viewed` is valid.
   std::span<const draw::ShownCharacter> show(std::span<const ViewedCharacter> viewed);
-  // Replaces each character's own hair colour from now on, linear RGB; none: the own colour.
+  // Replaces each character's own hair colour from now on, linear RGB; null: the own colour.
   using Colour = Vec3f (*)(const ViewedCharacter& character);
   void set_colour(Colour colour) { colour_ = colour; }
 
@@ -31,7 +31,7 @@ class RenderList {
     std::shared_ptr<const Groom> groom;
     std::size_t number = 0;
     bool worn = false;
-    // Is the skin that the stage has.
+    // Is the skin that the stage has; null: none yet.
     std::shared_ptr<const Skin> skin;
   };
   std::size_t number_of(const ViewedCharacter& character);

@@ -8,8 +8,8 @@
 #include "client/files/frame_trace.hpp"
 #include "client/tools/command_line/progress_bar.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
-#include "client/viewer/offline/recorder.hpp"
 #include "client/viewer/offline/scripted_touch.hpp"
+#include "client/viewer/offline/window_recorder.hpp"
 #include "client/viewer/sources/scene_list.hpp"
 #include "core/levels/build.hpp"
 #include "schema/channel/monotonic_clock.hpp"
@@ -17,7 +17,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// The time and memory of a run, in one line.
+// The time that a run takes, in one line.
 class Cost {
  public:
   void take(std::span<const LocalTick> ticks) {
@@ -48,6 +48,7 @@ std::vector<Moment> moments_of(const LocalWorld& world) {
 
 }  // namespace
 
+// Builds the levels before the first tick, so that a run does not depend on how fast they are built.
 LocalWorld local_world_of(const ViewOptions& options, const std::vector<CharacterSetup>& characters) {
   LocalWorld world(
       {options.tick_rate_hz, options.duration_s, Loop::plain, options.wind.value_or(Wind{}), channel::monotonic_ns});
@@ -56,16 +57,20 @@ LocalWorld local_world_of(const ViewOptions& options, const std::vector<Characte
   ProgressBar bar("hairnet-view");
   std::map<std::shared_ptr<const Groom>, std::shared_ptr<LevelSet>> sets;
   for (const CharacterSetup& setup : characters) {
+    // Rigid hair and heads without hair need no level.
     if (setup.level == LevelIndex::rigid || setup.groom->points.empty()) continue;
+    // Two characters with one groom may want different levels: both are in one set.
     std::shared_ptr<LevelSet>& set = sets[setup.groom];
     if (!set) set = std::make_shared<LevelSet>();
     const LevelIndex level =
         setup.level == LevelIndex::learnt ? LevelIndex::low : setup.level;  // nothing is learnt here
     const auto index = static_cast<std::size_t>(level);
+    // The level is built already for another character.
     if (!set->levels[index].rest.empty()) continue;
     BuildCallbacks callbacks;
     callbacks.progress = [&bar](double fraction, std::string_view stage) {
       bar.show(fraction, stage);
+      // A stop signal during a build is noticed after it: builds take seconds.
       return true;
     };
     set->levels[index] = *build_level(*setup.groom, kLevelSpecs[index], callbacks);
@@ -87,25 +92,29 @@ StreamResult run_locally(const ViewOptions& options, const std::vector<Character
     trace.emplace(std::move(*made));
   }
   LocalWorld world = local_world_of(options, characters);
+  // Bodies of a script are set before the first tick, which they must see.
   if (options.touch) touch_by_script(*options.touch, characters.front(), options.duration_s, world);
   if (trace) world.on_tick([&] { add_to_trace(world, *trace); });
   ProgressBar bar("hairnet-view");
   Cost cost;
   const double end_s = options.duration_s + options.settle_s;
-  // Tick by tick, so that a signal is noticed; and to the wanted moments between ticks.
+  // Goes tick by tick, so that a signal is noticed; and to the wanted moments between ticks.
   while (result.moments.size() < moment_times_s.size() || world.time_s() < end_s) {
     if (stop_requested()) {
       result.stopped = true;
       break;
     }
+    // Moments ascend, so only the next one can be due.
     const bool wants_moment = result.moments.size() < moment_times_s.size();
     const double tick_end_s = world.tick_end_s();
     const bool at_moment = wants_moment && moment_times_s[result.moments.size()] <= tick_end_s;
     world.advance_to(at_moment ? moment_times_s[result.moments.size()] : tick_end_s);
     cost.take(world.ticks());
     if (at_moment) result.moments.push_back(moments_of(world));
+    // The lead-in counts, too: the bar begins with it.
     bar.show((world.time_s() + MotionTimeline::kLeadIn_s) / (end_s + MotionTimeline::kLeadIn_s), "simulating");
   }
+  // A run that a signal stops still has a whole trace until then.
   if (trace) result.ended = trace->finish();
   cost.print();
   return result;

@@ -19,10 +19,11 @@
 namespace hairnet::viewer {
 namespace {
 
+// The same as the window's, so that both show hair alike.
 constexpr float kFieldOfView_deg = 26;
 // Scales the framed sphere.
 constexpr double kMargin = 1.12;
-// The least part to frame: head and neck, head space.
+// The smallest part to frame, also of short hair: head and neck, head space, m.
 constexpr std::array<float, 2> kHeadSpan_y{-0.20f, 0.22f};
 
 // Centre and radius, head space, of the visible part of a groom at rest: the head, and strands as far as they hang.
@@ -41,7 +42,7 @@ struct Framing {
 };
 
 // The camera is fixed to the world, at the heading with which the clip begins, and follows the head's place. So the
-// head's turns and the hair's swing are visible.
+// head's turns and the hair's swing are visible, which a camera that turned with the head would hide.
 draw::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose& pose, View view) {
   const Quat heading = upright(beginning).head().rotation;
   const Vec3 direction = (heading * direction_of(view)).normalized();
@@ -49,23 +50,28 @@ draw::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose
   camera.fov_deg = kFieldOfView_deg;
   camera.target = pose.head().position + Vec3(0, framing.centre_y, 0);
   const double half_angle = kFieldOfView_deg / 2 * std::numbers::pi / 180;
+  // The sphere touches the view's edge at the sine of the half angle.
   camera.eye = camera.target + direction * (kMargin * framing.radius / std::sin(half_angle));
   return camera;
 }
 
-// The subject of a picture: an own character, or another one of the room.
+// The subject of a picture: an own character, or another one of the room. Each gets pictures of its own.
 struct Sitter {
   const Groom* groom = nullptr;
   Vec3f hair_colour = Vec3f::Zero();
-  std::optional<wire::Appearance> appearance;  // replaces hair_colour
-  Pose beginning;                              // pose at which the clip begins, or when it was first seen
-  std::vector<const Moment*> moments;          // [time]; null: not seen
+  // It replaces hair_colour.
+  std::optional<wire::Appearance> appearance;
+  // The pose at which the clip begins, or, for others, when they were first seen.
+  Pose beginning;
+  // Indexed [time]; null: not seen then.
+  std::vector<const Moment*> moments;
 };
 
 std::vector<Sitter> sitters_of(const std::vector<CharacterSetup>& characters, const StreamResult& streamed) {
   std::vector<Sitter> sitters;
   for (std::size_t c = 0; c < characters.size(); ++c) {
     Sitter& one = sitters.emplace_back(
+        // Own characters have a moment at each time: a stream that ended early makes no pictures.
         Sitter{characters[c].groom.get(), characters[c].hair_colour, {}, characters[c].motion.poses.front(), {}});
     for (const std::vector<Moment>& moment : streamed.moments) one.moments.push_back(&moment[c]);
   }
@@ -73,6 +79,7 @@ std::vector<Sitter> sitters_of(const std::vector<CharacterSetup>& characters, co
     Sitter& one = sitters.emplace_back(
         Sitter{other.groom.get(), default_hair_colour(other.member->number - 1), other.member->appearance, {}, {}});
     for (const std::optional<Moment>& moment : other.moments) one.moments.push_back(moment ? &*moment : nullptr);
+    // Only characters with at least one moment are in the stream's result.
     const auto first = std::find_if(one.moments.begin(), one.moments.end(), [](const Moment* m) { return m; });
     one.beginning = (*first)->pose;
   }
@@ -96,6 +103,7 @@ class RenderedPictures : public Pictures {
     ProgressBar bar("hairnet-view");
     const std::vector<Sitter> sitters = sitters_of(characters, streamed);
     if (sitters.empty()) return Refusal("no character was seen");
+    // Rows are characters and views, columns are times: so a row shows one subject over time.
     if (!options.sheet.empty()) {
       if (const Result<void> done = write_sheet(options, sitters, bar); !done) return done;
     }
@@ -124,6 +132,7 @@ class RenderedPictures : public Pictures {
 
   Result<void> write_last(const ViewOptions& options, const std::vector<Sitter>& sitters, ProgressBar& bar) {
     std::vector<render::Image> tiles;
+    // Here columns are characters, so that people stand side by side.
     for (const View view : options.views) {
       for (const Sitter& sitter : sitters) {
         const std::size_t count = options.views.size() * sitters.size();
@@ -136,13 +145,14 @@ class RenderedPictures : public Pictures {
     return write_png(options.out, render::contact_sheet(tiles, static_cast<int>(sitters.size())));
   }
 
-  // Draws the empty studio if there is no moment.
+  // Draws one subject at one moment, and the empty studio if there is none: the sheet keeps its columns.
   Result<render::Image> draw(const ViewOptions& options, const Sitter& sitter, const Moment* moment, View view) {
     const Groom& groom = *sitter.groom;
     if (!moment) {
       return renderer_->draw({}, camera_of(sitter.beginning, Framing(groom), sitter.beginning, view), {}, options.width,
                              options.height);
     }
+    // Grooms stay uploaded, since most subjects have several tiles.
     const auto [place, is_new] = grooms_.try_emplace(&groom);
     OnStage& on_stage = place->second;
     if (is_new) on_stage.number = renderer_->stage().add_groom(groom);

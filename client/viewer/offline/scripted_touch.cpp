@@ -21,12 +21,14 @@
 namespace hairnet::viewer {
 namespace {
 
+// Any toucher but the room is a hand, and only one script runs.
 constexpr ToucherId kScript = 1;
 constexpr TouchKey kHoldingHand{.toucher = kScript, .number = 0};
-// The heads are upright and the hair is at rest until then, so a lock is where it is in the groom.
+// The hand takes hold at this time. The heads are upright and the hair is at rest until then, so a lock is where it is
+// in the groom.
 constexpr double kTakes_s = 0;
 
-// When a hand that takes hold of hair lets it go, and how.
+// When a hand that takes hold of hair lets it go, and how. Motions of the default length have an end after that.
 struct Holding {
   double until_s;
   Release release;
@@ -43,9 +45,10 @@ struct PathPoint {
   Vec3 place;
 };
 
-// Eases from each point to the next.
+// Eases from each point to the next, so that the hand's speed has no jumps, which would show in the hair.
 Vec3 along(std::span<const PathPoint> path, double time_s) {
   const auto next = std::ranges::upper_bound(path, time_s, {}, &PathPoint::time_s);
+  // Before the first and after the last point the hand waits there.
   if (next == path.begin()) return path.front().place;
   if (next == path.end()) return path.back().place;
   const PathPoint& last = *std::prev(next);
@@ -53,18 +56,19 @@ Vec3 along(std::span<const PathPoint> path, double time_s) {
   return last.place + s * s * (3 - 2 * s) * (next->place - last.place);
 }
 
-// It takes the lock, and pulls it aside until it lets go.
+// The hand's way: it takes the lock, and pulls it aside until it lets go.
 std::vector<PathPoint> hold_path(const Vec3& lock) {
   const Vec3 aside = lock + Vec3(0.12, 0.03, 0.06);
   return {{-MotionTimeline::kLeadIn_s, lock + Vec3(0.25, 0.05, 0.1)},
           {kTakes_s, lock},
+          // A moment of rest: the hold begins with a tick.
           {0.3, lock},
           {1.3, aside},
           {holding_of(TouchScript::hold)->until_s, aside},
           {5.3, aside + Vec3(0.25, 0.1, 0.1)}};
 }
 
-// It takes the lock, lays it behind the shoulder, and goes away.
+// The hand's way: it takes the lock, lays it behind the shoulder, and goes away.
 std::vector<PathPoint> pin_path(const Vec3& lock) {
   const Vec3 behind_shoulder(0.12, -0.16, -0.14);
   return {{-MotionTimeline::kLeadIn_s, lock + Vec3(0.25, 0.05, 0.1)},
@@ -85,6 +89,7 @@ std::vector<TouchBody> stroking_hand(const HairToTouch& hair, double time_s) {
   constexpr double kRound_s = 3, kHigh_m = 0.12, kLowest_m = -0.35;
   constexpr double kFinger_m = 0.035, kFingersApart_m = 0.022;
   const double angle = 2 * std::numbers::pi * time_s / kRound_s;
+  // Long hair is stroked down to the chest, short hair to its ends.
   const double low_m = std::clamp(hair.low_m, kLowest_m, kHigh_m);
   const Vec3 palm(0.27 - 0.1 * std::sin(angle), (kHigh_m + low_m + (kHigh_m - low_m) * std::cos(angle)) / 2, 0);
   const auto towards = [](const Vec3& axis) { return rotation_between<double>(Vec3::UnitY(), axis); };
@@ -98,7 +103,7 @@ std::vector<TouchBody> stroking_hand(const HairToTouch& hair, double time_s) {
   return hand;
 }
 
-// A chair's back that comes to the hair behind the head, and stays.
+// A chair's back that comes to the hair behind the head, and stays. It is a prop of the room, not anyone's hand.
 TouchBody chair_back(double time_s) {
   const std::array<PathPoint, 2> path{{{0, {0, -0.22, -0.5}}, {1.5, {0, -0.22, -0.15}}}};
   return {{kRoomToucher, 0}, box({0.22, 0.2, 0.015}), {Quat::Identity(), along(path, time_s)}};
@@ -112,14 +117,18 @@ class ScriptedTouch {
         timeline_(touched.motion, duration_s),
         heading_(upright(touched.motion.poses.front()).head().rotation),
         world_(world),
+        // The world must have the touched character, as its first one.
         id_(world.viewed_characters().front().id) {}
 
   std::vector<TouchBody> tick(double from_s, double to_s) {
     hold(from_s);
+    // The bodies move with the head's place at its heading at the beginning, but do not turn with the head: a person
+    // who turns would sweep the hand through the air.
     const RigidTransform frame{heading_, timeline_.at(to_s).head().position};
     std::vector<TouchBody> bodies = scripted_bodies(script_, hair_, to_s);
     for (TouchBody& body : bodies) {
       body.place = frame * body.place;
+      // A head that jumps takes the hand along; the hand must not sweep through the hair.
       body.has_jumped = timeline_.teleports(from_s, to_s);
     }
     return bodies;
@@ -129,6 +138,7 @@ class ScriptedTouch {
   void hold(double time_s) {
     const std::optional<Holding> holding = holding_of(script_);
     if (!holding) return;
+    // Once only, also where it finds nothing: a second hand would come too late for the script.
     if (time_s >= kTakes_s && !std::exchange(has_tried_, true) &&
         world_.take_hair(id_, {kHoldingHand, Vec3::Zero(), MouseHand::kHoldRadius_m}) == 0)
       std::fputs("hairnet-view: the hand of --touch finds no hair that moves to hold\n", stderr);
@@ -148,12 +158,14 @@ class ScriptedTouch {
 }  // namespace
 
 HairToTouch::HairToTouch(const Groom& groom) {
+  // At the height of the shoulder, or just above the ends of shorter hair, in a band of this half height.
   constexpr double kShoulder_m = -0.25, kAboveEnds_m = 0.05, kHalfBand_m = 0.05;
   for (const Vec3f& p : groom.points) low_m = std::min(low_m, static_cast<double>(p.y()));
   const double height_m = std::max(low_m, kShoulder_m) + kAboveEnds_m;
   double farthest_m = -std::numeric_limits<double>::infinity();
   for (const Vec3f& point : groom.points) {
     const Vec3 p = point.cast<double>();
+    // The farthest hair to the left, and half as much to the front: a lock at the face's side.
     const double out_m = p.x() + 0.5 * p.z();
     if (std::abs(p.y() - height_m) > kHalfBand_m || out_m <= farthest_m) continue;
     farthest_m = out_m;
@@ -177,6 +189,7 @@ std::vector<TouchBody> scripted_bodies(TouchScript script, const HairToTouch& ha
 
 void touch_by_script(TouchScript script, const CharacterSetup& touched, double duration_s, LocalWorld& world) {
   const auto touch = std::make_shared<ScriptedTouch>(script, touched, duration_s, world);
+  // The callback owns the script, which then lives as long as the world needs it.
   world.touch_by([touch](double from_s, double to_s) { return touch->tick(from_s, to_s); });
 }
 

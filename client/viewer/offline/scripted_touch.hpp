@@ -9,17 +9,19 @@
 
 namespace hairnet::viewer {
 
-// Where scripts meet the hair of a groom at rest, head space, m.
+// Where scripts meet the hair of a groom at rest, head space, m. It looks at points alone, so it takes a pass over the
+// groom.
 struct HairToTouch {
   explicit HairToTouch(const Groom& groom);
   // Is hair on the left side of the head, towards the face, near the ends or the shoulder.
   Vec3 lock{0.1, 0, 0.05};
-  // Is the height of the lowest hair.
+  // Is the height of the lowest hair; 0 where nothing hangs below the head joint.
   double low_m = 0;
 };
 
-// Returns the bodies of a script at a time, ascending by key. They move continuously, at most at 3 m/s. Their axes
-// are the upright head's at its joint: +Y up, +Z where the face looks at the motion's beginning; m.
+// Returns the bodies of a script at a time, s, ascending by key. They move continuously, at most at 3 m/s, below the
+// speed at which a body counts as one that has jumped. Their axes are the upright head's at its joint: +Y up, +Z where
+// the face looks at the motion's beginning; m.
 std::vector<TouchBody> scripted_bodies(TouchScript script, const HairToTouch& hair, double time_s);
 
 // Lets a script touch the hair of the world's first character from now on; the bodies move with the head's place, but

@@ -13,12 +13,16 @@
 namespace hairnet::viewer {
 namespace {
 
+// The loop's pause: poses are late by at most about this much.
 constexpr std::int64_t kLoop_ns = 1'000'000;
-constexpr std::int64_t kPlayInterval_ns = 8'000'000;  // the longest interval between two pictures of a display
+// The longest interval between two pictures of a display. Play-out keeps its time by the calls, so they must come as
+// from a display.
+constexpr std::int64_t kPlayInterval_ns = 8'000'000;
 
 // A room that is streamed to without a window.
 class Streamer {
  public:
+  // A refusal ends this stream: a measurement without its characters would mislead.
   Streamer(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
            const std::vector<double>& moment_times_s)
       : options_(options), moment_times_s_(moment_times_s), room_(options, characters, false) {
@@ -28,6 +32,7 @@ class Streamer {
   }
 
   StreamResult run() {
+    // Statistics and counters are taken also after a failure: they say how far it came.
     result_.ended = open();
     result_.connected = result_.ended.has_value();
     if (result_.ended) result_.ended = perform();
@@ -35,6 +40,7 @@ class Streamer {
     result_.statistics = room_.statistics();
     result_.members = room_.members_summary();
     result_.others = room_.others(result_.moments.size());
+    // A stream that failed still has a whole trace until then; its own error counts first.
     if (trace_) {
       const Result<void> finished = trace_->finish();
       if (result_.ended) result_.ended = finished;
@@ -56,13 +62,15 @@ class Streamer {
 
   void add_to_trace(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
                     const room::Member& member) {
+    // A member's number changes when it joins again; session and its owner's number name a character for all clients.
     const std::uint64_t name = member.session << 32 | member.owners_character;
-    const bool rigid = frame.last_known || displacement.empty();  // as the server sent it
+    // The trace has what the server sent: the last known hair from before a reconnect is no frame.
+    const bool rigid = frame.last_known || displacement.empty();
     trace_->add({tick, name, frame.last_known ? LevelIndex::rigid : frame.level, frame.discontinuous, frame.asleep,
                  frame.pose, rigid ? std::span<const Vec3f>() : displacement, frame.step_stride});
   }
 
-  // Runs everything that happens in real time.
+  // Runs everything that happens in real time. Poses come first: they must keep their rate while frames are played out.
   Result<void> perform() {
     ProgressBar bar("hairnet-view");
     const double length_s = options_.duration_s + options_.settle_s;
@@ -73,6 +81,7 @@ class Streamer {
         if (Result<void> played = play(now); !played) return played;
       }
       const std::optional<double> time_s = room_.clip_time_s(now);
+      // The last moment may come after the end: play-out samples at intervals.
       if (time_s && *time_s >= length_s && result_.moments.size() == moment_times_s_.size()) return {};
       if (stop_requested()) {
         result_.stopped = true;
@@ -86,14 +95,15 @@ class Streamer {
     }
   }
 
-  // Samples like a display, so that play-out keeps time, and copies out the wanted moments.
+  // Samples like a display, so that play-out keeps time, and copies out the wanted moments. Nothing is drawn meanwhile.
   Result<void> play(std::int64_t now) {
     next_play_ns_ = now + play_interval_ns_;
     if (Result<void> played = room_.play(); !played) return played;
     const std::optional<double> time_s = room_.clip_time_s(now);
-    // More than one after a stall: a late picture is shown late, at normal speed.
+    // More than one moment is due after a stall: these have the same late state, and a video keeps its speed.
     for (std::size_t next = result_.moments.size();
          time_s && next < moment_times_s_.size() && *time_s >= moment_times_s_[next]; ++next) {
+      // Own and other characters have the same moment.
       room_.keep(next);
       result_.moments.push_back(room_.moments());
     }

@@ -12,8 +12,9 @@
 
 namespace hairnet::viewer {
 
+// The result of a stream, or of a local run in its place.
 struct StreamResult {
-  // Is indexed [time][character].
+  // Is indexed [time][character]; ends early when the stream does.
   std::vector<std::vector<Moment>> moments;
   std::vector<SeenCharacter> others;
   StreamStatistics statistics;
@@ -28,8 +29,8 @@ struct StreamResult {
 };
 
 // Streams the characters in real time until the end that `options` sets or until a stop signal. Writes the trace, and
-// copies the shown state at each of `moment_times_s` (ascending). After a failure it still returns what was received
-// before.
+// copies the shown state at each of `moment_times_s` (ascending), at or shortly after its time. After a failure it
+// still returns what was received before. It blocks for that long.
 StreamResult stream(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
                     const std::vector<double>& moment_times_s);
 

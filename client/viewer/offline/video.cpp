@@ -19,14 +19,15 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::size_t kKeptMax = 60'000;  // lattices of a stream that are stored for a video: at most a gigabyte
+// Lattices of a stream that are stored for a video: at most a gigabyte.
+constexpr std::size_t kKeptMax = 60'000;
 
 Result<std::unique_ptr<render::Renderer>> make_renderer() {
   return render::Renderer::create();
 }
 
-// Draws one picture after the other into a video. The camera frames all characters of the first picture, and then moves
-// with their mean place.
+// Draws one picture after the other into a video. The camera frames all characters of the first picture that has any,
+// and then moves with their mean place: it does not turn, and does not zoom.
 class VideoRecording {
  public:
   VideoRecording(const ViewOptions& options, render::Renderer& renderer, VideoWriter& video)
@@ -37,6 +38,7 @@ class VideoRecording {
       frame_all(viewed, options_.views.front(), options_.width, options_.height, camera_);
       framed_ = true;
     }
+    // The time of a picture, not of a clock: so the same options give the same camera.
     camera_.follow(middle_of(viewed), 1 / options_.frame_rate_hz);
     const Result<render::Image> image =
         renderer_.draw(characters_.show(viewed), camera_.camera(), render::Look{}, options_.width, options_.height);
@@ -53,7 +55,8 @@ class VideoRecording {
   bool framed_ = false;
 };
 
-// Makes `count` pictures; `picture` returns the characters of the n-th one. Ends early when `ended` returns true.
+// Makes `count` pictures; `picture` returns the characters of the n-th one. Ends early when `ended` returns true, with
+// a whole file of the pictures until then.
 Result<void> draw_video(const ViewOptions& options, std::size_t count,
                         const std::function<std::span<const ViewedCharacter>(std::size_t)>& picture,
                         const std::function<bool()>& ended) {
@@ -70,7 +73,7 @@ Result<void> draw_video(const ViewOptions& options, std::size_t count,
   return video->finish();
 }
 
-// One character as a window would show it.
+// One character as a window would show it. It has its own copy of the moment, whose spans the lattice refers to.
 class Shown {
  public:
   Shown(std::uint64_t id, std::shared_ptr<const Groom> groom, const Vec3f& hair_colour,
@@ -82,6 +85,7 @@ class Shown {
     viewed_.appearance = appearance;
     viewed_.pose = moment.pose;
   }
+  // The lattice is made here, not in the constructor: its spans would refer to the place before a move.
   [[nodiscard]] ViewedCharacter viewed_character() const {
     ViewedCharacter character = viewed_;
     character.lattice = moment_.lattice();
@@ -97,6 +101,7 @@ class Shown {
 
 std::vector<double> video_times_s(const ViewOptions& options) {
   const double end_s = options.duration_s + options.settle_s;
+  // Rounding must not lose the last picture of a whole number of them.
   const auto count = static_cast<std::size_t>(std::floor(end_s * options.frame_rate_hz + 1e-6));
   std::vector<double> times_s;
   for (std::size_t i = 0; i < std::max<std::size_t>(1, count); ++i)
@@ -105,9 +110,11 @@ std::vector<double> video_times_s(const ViewOptions& options) {
 }
 
 Result<void> check_video(const ViewOptions& options) {
+  // Others are not counted: nobody knows yet how many there will be.
   const std::size_t count = video_times_s(options).size() * std::max<std::size_t>(1, options.characters.size());
   if (options.source == Source::server && count > kKeptMax)
     return Refusal("a video of a server's room is kept in memory until it is drawn, and this one is too long");
+  // A renderer and a writer are made and thrown away: only that shows whether they can be made.
   const Result<std::unique_ptr<render::Renderer>> renderer = make_renderer();
   if (!renderer) return Refusal(renderer.error());
   const Result<VideoWriter> video =
@@ -116,6 +123,7 @@ Result<void> check_video(const ViewOptions& options) {
 }
 
 Result<void> record_local_video(const ViewOptions& options, const std::vector<CharacterSetup>& characters) {
+  // Simulates between pictures: one world, no stored moments.
   LocalWorld world = local_world_of(options, characters);
   if (options.touch) touch_by_script(*options.touch, characters.front(), options.duration_s, world);
   const std::vector<double> times_s = video_times_s(options);
@@ -141,10 +149,11 @@ Result<void> record_stream_video(const ViewOptions& options, const std::vector<C
         shown.emplace_back(characters.size() + o, other.groom, default_hair_colour(other.member->number - 1),
                            other.member->appearance, *other.moments[i]);
     }
+    // Pointers into `shown` are taken once it has all characters.
     for (const Shown& one : shown) viewed.push_back(one.viewed_character());
     return viewed;
   };
-  // The signal that ended the stream does not end the video.
+  // The signal that ended the stream does not end the video of what was received: the next one ends the program.
   return draw_video(options, streamed.moments.size(), picture, [&] { return !streamed.stopped && stop_requested(); });
 }
 

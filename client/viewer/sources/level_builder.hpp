@@ -15,15 +15,16 @@
 
 namespace hairnet::viewer {
 
-// Builds levels of grooms on a thread of its own, one groom after the other. Keeps them while another owner has the
-// groom. Call it from one thread.
+// Builds levels of grooms on a thread of its own, one groom after the other, so that a window goes on drawing. Keeps
+// them while another owner has the groom. Call it from one thread; it locks for moments only.
 class LevelBuilder {
  public:
   LevelBuilder();
-  ~LevelBuilder();  // cancels the current build
+  // Cancels the current build and waits for its end.
+  ~LevelBuilder();
 
   // Returns null and begins to build on the first call, and null until the levels are built; then always the same
-  // levels.
+  // levels. Call it again for each picture: there is no notice.
   std::shared_ptr<const LevelSet> levels_of(const std::shared_ptr<const Groom>& groom);
   // The current build and its progress in one line; empty without a build.
   [[nodiscard]] std::string status() const;
@@ -31,7 +32,8 @@ class LevelBuilder {
  private:
   struct Built {
     std::shared_ptr<const Groom> groom;
-    std::shared_ptr<const LevelSet> levels;  // null: not yet
+    // Null: not built yet.
+    std::shared_ptr<const LevelSet> levels;
   };
   void work();
 
@@ -41,7 +43,8 @@ class LevelBuilder {
   std::deque<std::shared_ptr<const Groom>> queue_;
   std::string status_;
   std::atomic<bool> stopping_{false};
-  std::thread thread_;  // last: it uses all of the above
+  // It is last, because it uses all members above: they exist when it starts, and it is joined before they go.
+  std::thread thread_;
 };
 
 }  // namespace hairnet::viewer

@@ -15,24 +15,30 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr const char* kWaiting = "waiting for the lattices";
+// Heads are upright for at least this long, so that hair has settled before motions begin.
 constexpr std::int64_t kUprightMin_ns = 1'000'000'000;
+// A server may have to build the levels of many new grooms first.
 constexpr std::int64_t kGroomsReady_ns_max = 600'000'000'000;
-constexpr std::int64_t kCoarser_ns = 3'000'000'000;  // at a coarser level for this time: the server gives no finer one
-// an error within this time has the reason why a groom was refused
+// A character at a coarser level for this time stays at it: the server gives no finer one now.
+constexpr std::int64_t kCoarser_ns = 3'000'000'000;
+// An error within this time has the reason why a groom was refused; waiting for it makes a better message.
 constexpr std::int64_t kRefusalDetail_ns = 500'000'000;
-constexpr double kLateMax = 4;                            // periods; poses later than that are skipped
-constexpr std::uint64_t kOther = std::uint64_t{1} << 32;  // ids from here on belong to others
+// In periods of poses: poses later than that are skipped. After a stall the newest pose counts; sending all missed ones
+// would be a burst of old poses.
+constexpr double kLateMax = 4;
+// Ids from here on belong to others; own ones are small, and members' numbers have 32 bits.
+constexpr std::uint64_t kOther = std::uint64_t{1} << 32;
 
 std::int64_t to_ns(double seconds) {
   return static_cast<std::int64_t>(std::llround(seconds * 1e9));
 }
 
-// A member's tag; empty if that is no text.
+// A member's tag as a name; empty if that is no text: a tag holds any bytes, and another client chose them.
 std::string name_of(const room::Member& member) {
   return wire::is_text(member.tag) ? member.tag : std::string();
 }
 
-// Observes only this client's own characters.
+// Observes only this client's own characters: a list that names no others.
 wire::Observe nobody() {
   wire::Observe observe;
   observe.mode = wire::ObserveMode::list;
@@ -49,9 +55,10 @@ link::LinkOptions LiveRoom::link_options(const ViewOptions& options) {
   link.core.client_name = "hairnet-view";
   link.core.room = options.room;
   link.core.token = options.token;
-  // An observer may not set the wind.
+  // An observer may not set the wind, so a client that wants to is a participant without characters.
   if (options.characters.empty() && !options.wind) link.core.role = wire::Role::observer;
   link.core.reconnect = options.reconnect_s > 0;
+  // Zero means forever here, and no reconnecting at all in the options.
   link.core.give_up_after_s = std::isfinite(options.reconnect_s) ? options.reconnect_s : 0;
   return link;
 }
@@ -61,7 +68,10 @@ LiveRoom::LiveRoom(const ViewOptions& options, const std::vector<CharacterSetup>
   auto link = std::make_unique<link::Link>(link_options(options));
   link_ = link.get();
   room_ = std::make_unique<room::Room>(std::move(link), options.observe.value_or(nobody()));
+  // The room calls back for each frame while it advances; the trace and statistics need frames before play-out mixes
+  // them.
   room_->set_frame_observer(this);
+  // A stream without an end must not jump at each round of its clip.
   const Loop loop = std::isfinite(options.duration_s) ? Loop::plain : Loop::smooth;
   for (const CharacterSetup& setup : characters) {
     OwnCharacter& own = own_characters_.emplace_back(setup.motion, options.duration_s, loop);
@@ -72,6 +82,7 @@ LiveRoom::LiveRoom(const ViewOptions& options, const std::vector<CharacterSetup>
 
 Result<void> LiveRoom::open() {
   if (const Result<wire::Welcome> welcome = link_->connect(); !welcome) return Refusal(welcome.error());
+  // Characters with one groom share one file: it is encoded and uploaded once.
   std::map<const Groom*, link::RequestedState::Bytes> files;
   for (std::size_t i = 0; i < characters_.size(); ++i) {
     const CharacterSetup& setup = characters_[i];
@@ -100,6 +111,7 @@ Result<void> LiveRoom::play() {
   const std::int64_t now = now_ns();
   if (!zero_ns_) begin_when_ready(now);
   if (refused_ns_ && now - *refused_ns_ > kRefusalDetail_ns) return Refusal("the server refused a groom");
+  // A window waits without end, and shows why; a program without one must end.
   if (!tolerant_ && !zero_ns_ && now - opened_ns_ > kGroomsReady_ns_max) return Refusal("the lattices never arrived");
   return {};
 }
@@ -116,18 +128,20 @@ Result<void> LiveRoom::take(const room::StateChanged& changed) {
   if (changed.state == room::State::closed) return Refusal(changed.detail);
   if (changed.state == room::State::reconnecting) {
     const std::string line = changed.detail + "; reconnecting";
-    if (line != status_) std::fprintf(stderr, "hairnet-view: %s\n", line.c_str());  // print the same line once only
+    // Print the same line once only: each attempt to reconnect reports again.
+    if (line != status_) std::fprintf(stderr, "hairnet-view: %s\n", line.c_str());
     status_ = line;
     return {};
   }
   std::string transport = link_->transport();
-  if (const std::string why = link_->fallback_reason(); !why.empty()) transport += " (" + why + ")";
+  if (const std::string error = link_->fallback_reason(); !error.empty()) transport += " (" + error + ")";
   if (!transport.empty() && transport != std::exchange(transport_, transport))
     std::fprintf(stderr, "hairnet-view: connected over %s\n", transport_.c_str());
   status_ = zero_ns_ || characters_.empty() ? "" : kWaiting;
   return {};
 }
 
+// A window keeps going after a refusal, and shows it; without one the program ends with the line.
 Result<void> LiveRoom::refuse_or_note(const std::string& line) {
   if (!tolerant_) return Refusal(line);
   status_ = line;
@@ -135,15 +149,18 @@ Result<void> LiveRoom::refuse_or_note(const std::string& line) {
 }
 
 Result<void> LiveRoom::take(const room::Fault& fault) {
+  // A later wait for lattices must not count characters that never get one.
   note_refused(fault);
   if (fault.reason != wire::ErrorReason::none) return refuse_or_note(fault.detail);
-  if (!tolerant_) refused_ns_ = now_ns();  // the reason follows
+  // The reason follows in another error, which ends the stream with a better line.
+  if (!tolerant_) refused_ns_ = now_ns();
   return {};
 }
 
 // Notes the refusal for the character that it names, or for all characters with the groom that it names.
 void LiveRoom::note_refused(const room::Fault& fault) {
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
+    // A refused groom names its hash alone; other refusals name a character.
     OwnCharacter& own = own_characters_[i];
     const bool by_groom = fault.groom != wire::GroomHash{} && room_->groom_of(own.number) == fault.groom;
     own.refused = own.refused || by_groom || fault.character == own.number;
@@ -151,6 +168,7 @@ void LiveRoom::note_refused(const room::Fault& fault) {
 }
 
 Result<void> LiveRoom::take(const room::Joined& joined) {
+  // An own character joins again with another number after a move to another server; its hair stays shown until then.
   const auto own = std::ranges::find(own_characters_, joined.member->own, &OwnCharacter::number);
   if (joined.member->own != 0 && own != own_characters_.end()) own->member = joined.member;
   return {};
@@ -167,22 +185,26 @@ Result<void> LiveRoom::take(const room::WindChanged& changed) {
 }
 
 void LiveRoom::on_batch(const link::FrameBatch& batch, std::int64_t sampled_ns, std::int64_t now_ns) {
+  // A repeated frame came already, before its basis, and has been measured then.
   if (batch.frames.empty() || batch.frames[0].repeated) return;
   latency_ms_ = 1e-6 * static_cast<double>(now_ns - sampled_ns);
   statistics_.count_frames(batch, now_ns - sampled_ns);
 }
 
 void LiveRoom::on_frame(const link::FrameBatch& batch, const link::Frame& frame, const room::Member& member) {
+  // Only own characters have statistics of displacement, so others' lattices are not computed without a trace.
   if (member.own != 0 || on_frame_) link::displacements_of(frame, displacement_);
   if (on_frame_ && !frame.repeated) on_frame_(frame, batch.tick, displacement_, member);
   const auto own = std::ranges::find(own_characters_, member.own, &OwnCharacter::number);
   if (own == own_characters_.end()) return;
   own->at_level = own->at_level || frame.level == own->level_wanted;
+  // A frame without a basis brings no lattice: its hair rests, or the basis has not arrived.
   if (!own->first_lattice_ns && frame.basis) own->first_lattice_ns = now_ns();
   statistics_.count_displacement(member.own, displacement_);
 }
 
-// All clips begin together, once every character that is not refused is simulated at its level.
+// All clips begin together, once every character that is not refused is simulated at its level, or has been at a
+// coarser one for a while.
 void LiveRoom::begin_when_ready(std::int64_t now_ns) {
   const bool ready = std::all_of(own_characters_.begin(), own_characters_.end(), [&](const OwnCharacter& own) {
     return own.refused || own.at_level || (own.first_lattice_ns && now_ns - *own.first_lattice_ns > kCoarser_ns);
@@ -193,11 +215,13 @@ void LiveRoom::begin_when_ready(std::int64_t now_ns) {
   if (status_ == kWaiting) status_.clear();
 }
 
+// None before the begin is known; then negative during the lead-in.
 std::optional<double> LiveRoom::clip_time_s(std::int64_t now_ns) const {
   if (!zero_ns_) return {};
   return 1e-9 * static_cast<double>(now_ns - *zero_ns_) - paused_s_;
 }
 
+// Before the clips begin, heads rest at the start of the lead-in.
 double LiveRoom::motion_time_s(std::int64_t now_ns) const {
   return clip_time_s(now_ns).value_or(-MotionTimeline::kLeadIn_s);
 }
@@ -211,11 +235,13 @@ Pose LiveRoom::pose_of(std::size_t own, double time_s) const {
 }
 
 void LiveRoom::send_poses(std::int64_t now_ns) {
+  // The caller's loop is faster than the rate of poses.
   if (now_ns < next_pose_ns_) return;
   const double to_s = motion_time_s(now_ns);
   std::vector<room::OwnPose> poses;
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
     OwnCharacter& own = own_characters_[i];
+    // A jump must be told: the hair would swing after a head that is suddenly elsewhere.
     const bool is_jump = own.timeline.teleports(last_pose_s_, to_s) || std::exchange(own.teleport_pending, false);
     poses.push_back({own.number, pose_of(i, to_s), is_jump});
   }
@@ -223,6 +249,8 @@ void LiveRoom::send_poses(std::int64_t now_ns) {
   statistics_.count_poses(poses.size());
   if (const Result<void> pushed = room_->push(poses); !pushed) status_ = pushed.error();
 
+  // The times are those of the rate from the first pose on, not the last pose's plus a period: so they do not drift
+  // with the loop's delays.
   ++pose_count_;
   const double jitter_s = 1e-3 * options_.jitter_ms * std::uniform_real_distribution<>(-1, 1)(random_);
   const auto after_s = [&] { return static_cast<double>(pose_count_) / options_.pose_rate_hz; };
@@ -236,6 +264,7 @@ void LiveRoom::send_poses(std::int64_t now_ns) {
 
 void LiveRoom::keep(std::size_t moment) {
   for (const auto& [number, member] : room_->members()) {
+    // Own characters are stored by moments(); others without hair or pose cannot be drawn.
     if (member->own != 0 || !member->groom || !member->sample.valid) continue;
     Moment shown(member->sample);
     shown.skin = member->skin;
@@ -248,6 +277,7 @@ std::vector<Moment> LiveRoom::moments() const {
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
     const std::shared_ptr<const room::Member> member = member_of(i);
     if (!member || !member->sample.valid) continue;
+    // Nothing is shown of a character before its first pose has come back.
     moments.emplace_back(member->sample);
     moments.back().skin = member->skin;
   }
@@ -259,8 +289,10 @@ std::vector<SeenCharacter> LiveRoom::others(std::size_t moment_count) const {
   for (const auto& [member, moments] : kept_) {
     SeenCharacter& one = seen.emplace_back(SeenCharacter{member, member->groom, {}});
     one.moments.resize(moment_count);
+    // Moments at which this character was not there stay empty.
     for (const auto& [moment, shown] : moments) one.moments[moment] = shown;
   }
+  // The map is sorted by address, which differs between runs.
   std::ranges::stable_sort(seen, {}, [](const SeenCharacter& each) { return each.member->number; });
   return seen;
 }
@@ -288,21 +320,25 @@ std::string LiveRoom::members_summary() const {
 Result<void> LiveRoom::advance(std::int64_t now_ns) {
   const double elapsed_s = 1e-9 * static_cast<double>(now_ns - advanced_ns_.value_or(now_ns));
   advanced_ns_ = now_ns;
+  // Time stands still only once the clips run: before, poses must go on for hair to settle.
   if (paused_ && clip_time_s(now_ns).value_or(-1) > 0) paused_s_ += elapsed_s;
   for (OwnCharacter& own : own_characters_) own.grab.advance(elapsed_s);
+  // Poses first: what they cause arrives a little later anyway, and the heads to draw are the newest.
   send_poses(now_ns);
   if (Result<void> played = play(); !played) return played;
   show(now_ns);
   return {};
 }
 
-// Frames have the nodes of the finest level.
+// Servers send neither springs nor attachments, contact points or drag, so the model is built here when an overlay
+// first asks for it. Frames have the nodes of the finest level.
 std::shared_ptr<const Level> LiveRoom::model_of(const std::shared_ptr<const Groom>& groom,
                                                 const LevelGeometry* geometry) const {
   if (builder_ == nullptr || geometry == nullptr) return nullptr;
   const std::shared_ptr<const LevelSet> levels = builder_->levels_of(groom);
   if (!levels) return nullptr;
   const std::shared_ptr<const Level> model(levels, &(*levels)[LevelIndex::high]);
+  // A server of another version could have other nodes; the model would then not fit.
   return model->geometry.active_nodes == geometry->active_nodes ? model : nullptr;
 }
 
@@ -326,23 +362,27 @@ void LiveRoom::show(std::int64_t now_ns) {
     character.name =
         characters_[i].name.empty() ? characters_[i].groom->name + " " + std::to_string(i + 1) : characters_[i].name;
     character.hair_colour = characters_[i].hair_colour;
+    // The pose of now, not that of the lattice's time: an own head must follow the mouse at once (late latching).
     character.pose = pose_of(i, motion_time_s(now_ns));
     character.material = own.material;
     character.level_wanted = own.level_wanted;
     character.own = true;
   }
   for (const auto& [number, member] : room_->members()) {
+    // A member without a groom is still on its way.
     if (member->own != 0 || !member->groom || !member->sample.valid) continue;
     ViewedCharacter& character = add(member->groom, member.get());
     character.pose = member->sample.pose;
     character.id = kOther + number;
     const std::string person = name_of(*member);
     character.name = (person.empty() ? member->groom->name : person) + ", member " + std::to_string(number);
+    // Both sides derive the default colour from the member's number.
     character.hair_colour = default_hair_colour(number - 1);
     character.appearance = member->appearance;
   }
 }
 
+// Members behind the camera count, too: their size is 0, so the server lowers their detail.
 void LiveRoom::report_importance(const Seen& seen) {
   std::vector<wire::MemberImportance> members;
   const auto add = [&](std::uint32_t member, const Pose& pose) {
@@ -368,6 +408,7 @@ HeadGrab* LiveRoom::grab(std::uint64_t id) {
 void LiveRoom::set_material(std::uint64_t id, const MaterialScale& scale) {
   OwnCharacter* own = own_character(id);
   if (own == nullptr) return;
+  // The server's answer may be a refusal, for example of a scale out of range: then the sliders stay where they are.
   if (room_->set_material(own->number, scale)) own->material = scale;
 }
 
@@ -382,6 +423,7 @@ void LiveRoom::teleport(std::uint64_t id) {
   OwnCharacter* own = own_character(id);
   if (own == nullptr) return;
   own->aside = !own->aside;
+  // The next pose carries the jump.
   own->teleport_pending = true;
 }
 

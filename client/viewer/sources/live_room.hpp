@@ -21,41 +21,46 @@
 namespace hairnet::viewer {
 
 // Another client's character in the moments of a stream; none at moments when it was absent or its hair was unknown.
+// Pictures of it are drawn after the stream has ended.
 struct SeenCharacter {
-  // Is as it was last.
+  // Is as it was last: its name and colours may have changed in between.
   std::shared_ptr<const room::Member> member;
   std::shared_ptr<const Groom> groom;
-  // Is indexed [time].
+  // Is indexed [time]; has an entry for each moment of the stream.
   std::vector<std::optional<Moment>> moments;
 };
 
-// The room of a server as the viewer shows it: moves this client's own characters by their clips, and keeps the
-// moments that pictures need. Own heads are shown where they are now (late latched), with the newest lattice that is
-// played out; poses and lattices of others belong to one time. One thread beside the link's.
+// The room of a server as the viewer shows it: moves this client's own characters by their clips, and keeps the moments
+// that pictures need. Own heads are shown where they are now (late latched), with the newest lattice that is played
+// out; poses and lattices of others belong to one time. The Room below it reconnects, uploads and plays out; this class
+// only decides what own heads do. One thread beside the link's.
 //
 // All clips begin together at time 0: heads rest upright until every lattice has arrived.
 class LiveRoom : public HairSource, private room::FrameObserver {
  public:
-  // All arguments must outlive this. `tolerant`: a refusal by the server is noted and does not end the room.
+  // All arguments must outlive this. `tolerant`: a refusal by the server is noted in status() and does not end the
+  // room, as a window wants it.
   LiveRoom(const ViewOptions& options, const std::vector<CharacterSetup>& characters, bool tolerant);
 
-  // Called for one frame of one character; `frame` has the client's own number, or 0 for other characters.
+  // Called for one frame of one character. `member.own` is the client's own number, or 0 for other characters;
+  // `displacement` is in active order, head space, m, and valid during the call.
   using OnFrame = std::function<void(const link::Frame& frame, std::uint64_t tick, std::span<const Vec3f> displacement,
                                      const room::Member& member)>;
   void on_frame(OnFrame call) { on_frame_ = std::move(call); }
 
+  // Connects, which blocks, then adds the characters. Call it once, before all else.
   Result<void> open();
-  // Sends the poses that are due.
+  // Sends the poses that are due, at the rate of the options. Call it more often than that.
   void send_poses(std::int64_t now_ns);
-  // Takes what has arrived, and moves everyone to this moment.
+  // Takes what has arrived, and moves everyone to this moment. The error is one line why the room has ended.
   Result<void> play();
-  // Stores the moment that is shown, of the characters of others.
+  // Stores the moment that is shown, of the characters of others. `moment` counts from 0.
   void keep(std::size_t moment);
 
   [[nodiscard]] std::int64_t now_ns() const { return link_->now_ns(); }
   // Negative before the clips begin; none while their begin is not known.
   [[nodiscard]] std::optional<double> clip_time_s(std::int64_t now_ns) const;
-  // Returns the moments of the own characters, as last shown.
+  // Returns the moments of the own characters, as last shown. An entry is missing for one that was never shown.
   [[nodiscard]] std::vector<Moment> moments() const;
   // The characters of others whose hair was seen in at least one moment. `moment_count`: of all moments.
   [[nodiscard]] std::vector<SeenCharacter> others(std::size_t moment_count) const;
@@ -63,14 +68,14 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   [[nodiscard]] std::string members_summary() const;
   StreamStatistics& statistics() { return statistics_; }
   [[nodiscard]] link::LinkCounters counters() const { return link_->counters(); }
-  // Returns the last batch's latency, from pose to frame.
+  // Returns the last batch's latency, from pose to frame, ms.
   [[nodiscard]] double latency_ms() const { return latency_ms_; }
-  // Is one line; empty without a problem.
+  // Is one line for people; empty without a problem.
   [[nodiscard]] const std::string& status() const { return status_; }
-  // Returns how large own and other characters appear, for the server's choice of detail.
+  // Returns how large a character appears on the screen, for the server's choice of detail.
   using Seen = std::function<wire::MemberImportance(const Pose& pose)>;
   void report_importance(const Seen& seen);
-  // Null: no models of levels are needed.
+  // Null: no models of levels are needed, and none are built.
   void set_level_builder(LevelBuilder* builder) { builder_ = builder; }
 
   Result<void> advance(std::int64_t now_ns) override;
@@ -85,20 +90,24 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   void set_paused(bool paused) override { paused_ = paused; }
 
  private:
-  // One of the own characters. Numbered from 1, in order.
+  // One of the own characters. They are in the order of the options; the room numbers them from 1.
   struct OwnCharacter {
     OwnCharacter(const Motion& motion, double duration_s, Loop loop) : timeline(motion, duration_s, loop) {}
     MotionTimeline timeline;
     std::uint32_t number = 0;  // in the room
-    // As it was last in the room: between two servers its hair stays as it was.
+    // As it was last in the room: between two servers its hair stays as it was, and the head goes on.
     std::shared_ptr<const room::Member> member;
     MaterialScale material;
     LevelIndex level_wanted = LevelIndex::high;
     HeadGrab grab;
-    bool aside = false, teleport_pending = false;  // by teleport()
-    bool at_level = false;                         // a frame at the requested level has arrived
-    bool refused = false;                          // noted as refused: its lattice may never arrive
-    std::optional<std::int64_t> first_lattice_ns;  // when its first lattice arrived
+    // These are set by teleport(): where the character stands, and that the next pose jumps.
+    bool aside = false, teleport_pending = false;
+    // A frame at the requested level has arrived.
+    bool at_level = false;
+    // Noted as refused: its lattice may never arrive, so others do not wait for it.
+    bool refused = false;
+    // The time at which its first lattice arrived.
+    std::optional<std::int64_t> first_lattice_ns;
   };
   static link::LinkOptions link_options(const ViewOptions& options);
   Result<void> take_events();
@@ -138,19 +147,20 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   std::vector<ViewedCharacter> viewed_;
   Wind wind_;
   bool paused_ = false;
-  // Is the total so far.
+  // Is the total so far, taken off the time of the clips.
   double paused_s_ = 0;
   std::optional<std::int64_t> advanced_ns_;
   std::string status_ = "connecting";
-  // Names the transport of the last connection.
+  // Names the transport of the last connection, so that a change is printed once.
   std::string transport_;
   double latency_ms_ = 0;
   std::uint64_t pose_count_ = 0;
   std::int64_t opened_ns_ = 0;
-  // pose_count_ poses have been sent since poses_begun_ns_.
+  // pose_count_ poses have been sent since poses_begun_ns_, which a stall sets again.
   std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;
-  // Is the time at which the clips begin.
+  // Is the time at which the clips begin; none while lattices are awaited.
   std::optional<std::int64_t> zero_ns_;
+  // Is the time of a refusal whose reason should still come.
   std::optional<std::int64_t> refused_ns_;
   double last_pose_s_ = -MotionTimeline::kLeadIn_s;
   std::vector<Vec3f> displacement_;

@@ -7,25 +7,29 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr double kCatchUpMax_s = 0.1;  // a machine that is too slow shows slow motion
+// A machine that is too slow shows slow motion: catching up would take even longer for the next picture, and never end.
+constexpr double kCatchUpMax_s = 0.1;
 }  // namespace
 
 LocalWorld::LocalWorld(const Def& def) : def_(def) {
   begin();
 }
 
+// A new world for each start: ticks count from 1, and the lead-in lets hair settle.
 void LocalWorld::begin() {
   local::PlayedWorld::Def def;
   def.tick_rate_hz = def_.tick_rate_hz;
   def.start_s = -MotionTimeline::kLeadIn_s;
   def.wind = def_.wind;
   def.clock_ns = def_.clock_ns;
+  // Only what does not move may be captured: this object is returned by value from local_world_of.
   played_ = std::make_unique<local::PlayedWorld>(def);
   ticks_->number = 0;
   played_->on_tick([ticks = ticks_.get()](double end_s, const StepReport& report, double step_ms) {
     ticks->last.push_back({++ticks->number, end_s, report, step_ms});
     if (ticks->call) ticks->call();
   });
+  // Touch outlives remove_all(), so it is set again.
   played_->touch_by(bodies_);
 }
 
@@ -33,7 +37,10 @@ std::uint64_t LocalWorld::add(LocalCharacter character) {
   simulated_.push_back(std::make_unique<SimulatedCharacter>(std::move(character), def_.duration_s, def_.loop));
   SimulatedCharacter& simulated = *simulated_.back();
   simulated.id = next_id_++;
+  // The character is owned by a pointer, so the reference stays good in the callback.
   simulated.played = played_->add([&simulated](double from_s, double to_s) {
+    // The played world also asks for the pose to show, with two equal times. A pending jump is for the next tick, and
+    // must not be used up by that.
     const bool is_tick = to_s > from_s;
     const bool jumps =
         is_tick && (std::exchange(simulated.teleport_pending, false) || simulated.timeline.teleports(from_s, to_s));
@@ -49,6 +56,7 @@ std::uint64_t LocalWorld::add(LocalCharacter character) {
 
 void LocalWorld::remove_all() {
   simulated_.clear();
+  // Rate and wind are the user's choice, and outlive the characters.
   def_.tick_rate_hz = played_->tick_rate_hz();
   def_.wind = played_->wind();
   begin();
@@ -74,6 +82,7 @@ std::vector<std::shared_ptr<const Groom>> LocalWorld::grooms_without_levels() co
 
 Pose LocalWorld::pose_of(const SimulatedCharacter& simulated, double time_s) {
   Place place = simulated.def.place;
+  // The grab comes last: it offsets the motion at the place where the character stands.
   if (simulated.aside) place.x_m += kAside_m;
   return simulated.grab.apply(placed(place, simulated.timeline.at(time_s)), simulated.def.groom->body);
 }
@@ -94,6 +103,7 @@ void LocalWorld::let_go_of_hair(std::uint64_t id, const TouchKey& hand, Release 
 }
 
 void LocalWorld::advance_to(double time_s) {
+  // A call may make several ticks, or none between two ticks.
   ticks_->last.clear();
   played_->advance_to(time_s);
   show();
@@ -105,9 +115,11 @@ void LocalWorld::step_once() {
 
 Result<void> LocalWorld::advance(std::int64_t now_ns) {
   const double elapsed_s =
+      // The first call and a clock that goes back advance nothing.
       std::clamp(1e-9 * static_cast<double>(now_ns - last_ns_.value_or(now_ns)), 0.0, kCatchUpMax_s);
   last_ns_ = now_ns;
   for (const auto& simulated : simulated_) simulated->grab.advance(elapsed_s);
+  // Also when paused the world is asked for this moment: a grabbed head still moves, and its hair waits.
   advance_to(paused_ ? time_s() : time_s() + speed_ * elapsed_s);
   return {};
 }
@@ -132,6 +144,7 @@ HeadGrab* LocalWorld::grab(std::uint64_t id) {
 
 void LocalWorld::set_material(std::uint64_t id, const MaterialScale& scale) {
   SimulatedCharacter* simulated = find(id);
+  // A slider may be in the middle of an edit: an invalid scale changes nothing.
   if (simulated == nullptr || !validate(scale).empty()) return;
   simulated->material = scale;
   played_->set_material(simulated->played, scale);
@@ -157,6 +170,7 @@ void LocalWorld::set_wind(const Wind& wind) {
 }
 
 void LocalWorld::show() {
+  // The list is rebuilt for each picture, since spans of the last one are no longer valid.
   viewed_.clear();
   for (const auto& simulated : simulated_) {
     const local::PlayedWorld::Shown shown = played_->shown(simulated->played);
@@ -171,6 +185,7 @@ void LocalWorld::show() {
     character.geometry = shown.geometry;
     character.displacement = shown.displacement;
     character.model = shown.model;
+    // The skin is that of the level: without a level hair rests, and needs none.
     if (character.model) character.skin = character.model->skin;
     character.material = simulated->material;
     character.level_wanted = simulated->level_wanted;

@@ -17,6 +17,7 @@
 
 namespace hairnet::viewer {
 
+// A character to add: what it looks like and how it moves. Several may share a groom and a motion.
 struct LocalCharacter {
   std::string name;
   std::shared_ptr<const Groom> groom;
@@ -24,7 +25,7 @@ struct LocalCharacter {
   Place place;
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();
-  // Replaces the material at run time.
+  // Replaces the groom's material at run time.
   std::optional<Material> material;
 };
 
@@ -33,19 +34,21 @@ struct LocalTick {
   // Is the time at the tick's end.
   double time_s = 0;
   StepReport report;
-  // World::step took so long; zero without a clock.
+  // World::step took so long, ms, for all characters together; zero without a clock.
   double step_ms = 0;
 };
 
 // A world in this process, whose characters move by clips. They begin at time 0; the world starts
-// MotionTimeline::kLeadIn_s earlier. One thread.
+// MotionTimeline::kLeadIn_s earlier, so that hair falls from its design into motion smoothly. All characters are the
+// user's own. It has no clock: the same calls give the same bits. One thread; builds no levels (LevelBuilder, or the
+// caller).
 class LocalWorld : public HairSource {
  public:
   static constexpr double kTickRateMin_hz = local::PlayedWorld::kTickRateMin_hz,
                           kTickRateMax_hz = local::PlayedWorld::kTickRateMax_hz;
   struct Def {
     double tick_rate_hz = 30;
-    // Is the duration of the clips, see MotionTimeline.
+    // Is the duration of the clips, s, see MotionTimeline.
     double duration_s = 0;
     Loop loop = Loop::plain;
     Wind wind;
@@ -54,15 +57,18 @@ class LocalWorld : public HairSource {
   };
   explicit LocalWorld(const Def& def);
 
-  std::uint64_t add(LocalCharacter character);  // rigid until it has levels
-  void remove_all();                            // and restarts time
-  // Gives levels to all characters with that groom. A set may lack levels that were not requested (Level::rest is
-  // empty).
+  // The character is rigid until it has levels. Returns its id.
+  std::uint64_t add(LocalCharacter character);
+  // Also restarts time; hands and props stay.
+  void remove_all();
+  // Gives levels to all characters with that groom, once. A set may lack levels that were not requested (Level::rest is
+  // empty): hair stays as it is when such a one is asked for.
   void give_levels(const Groom& groom, const std::shared_ptr<const LevelSet>& levels);
   // The grooms of characters that have no levels yet.
   [[nodiscard]] std::vector<std::shared_ptr<const Groom>> grooms_without_levels() const;
 
-  // Called after every tick: ticks().back() and lattice() belong to it. It must not change the world.
+  // Called after every tick: ticks().back() and lattice() belong to it. It must not change the world. A picture may be
+  // made of several ticks, or of none.
   using OnTick = std::function<void()>;
   void on_tick(OnTick call) { ticks_->call = std::move(call); }
 
@@ -71,25 +77,28 @@ class LocalWorld : public HairSource {
   using BodiesAt = local::PlayedWorld::BodiesAt;
   void touch_by(BodiesAt bodies);
   // As World::grab() and World::let_go(). An unknown character has no hair to hold.
+  // It returns how many points of the hair the hand holds now.
   std::uint32_t take_hair(std::uint64_t id, const Grab& grab);
   void let_go_of_hair(std::uint64_t id, const TouchKey& hand, Release release);
 
-  // `time_s` is shown time, which is simulated time. It never decreases.
+  // Moves all to `time_s`, the time that is shown, which is simulated time. It never decreases. As many ticks are made
+  // as that takes: the caller limits the step.
   void advance_to(double time_s);
   [[nodiscard]] double time_s() const { return played_->time_s(); }
-  // Advances to the end of the shown tick, or of the next one.
+  // Advances to the end of the shown tick, or of the next one when it is there already.
   void step_once();
   // Returns the time to which step_once() advances.
   [[nodiscard]] double tick_end_s() const { return played_->tick_end_s(); }
-  // Keeps the state of the hair.
+  // Keeps the state of the hair; hands let go of it.
   void set_tick_rate(double hz) { played_->set_tick_rate(hz); }
   [[nodiscard]] double tick_rate_hz() const { return played_->tick_rate_hz(); }
-  void set_speed(double speed) { speed_ = speed; }  // simulated seconds a second
+  // Simulated seconds in a second of advance()'s clock.
+  void set_speed(double speed) { speed_ = speed; }
   [[nodiscard]] double speed() const { return speed_; }
   // The ticks of the last advance.
   [[nodiscard]] std::span<const LocalTick> ticks() const { return ticks_->last; }
   [[nodiscard]] const World& world() const { return played_->world(); }
-  // The lattice after the last tick; none when rigid or without such a character.
+  // The lattice after the last tick, with an empty displacement when rigid; none without such a character.
   [[nodiscard]] std::optional<LatticeView> lattice(std::uint64_t id) const;
 
   Result<void> advance(std::int64_t now_ns) override;
@@ -105,6 +114,7 @@ class LocalWorld : public HairSource {
 
  private:
   struct SimulatedCharacter {
+    // The timeline refers to the motion that `def` keeps, so it must be declared after it.
     SimulatedCharacter(LocalCharacter of, double duration_s, Loop loop)
         : def(std::move(of)), timeline(*def.motion, duration_s, loop), level_wanted(def.level) {}
     LocalCharacter def;
@@ -125,9 +135,10 @@ class LocalWorld : public HairSource {
   Def def_;
   BodiesAt bodies_;
   std::unique_ptr<local::PlayedWorld> played_;
+  // Pointers, since callbacks of the played world refer to each.
   std::vector<std::unique_ptr<SimulatedCharacter>> simulated_;
   std::vector<ViewedCharacter> viewed_;
-  // What ticks write to, wherever this object is moved.
+  // Ticks write to it: it stays where it is when this object is moved.
   struct Ticks {
     // Belong to the last advance.
     std::vector<LocalTick> last;

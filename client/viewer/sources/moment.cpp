@@ -4,6 +4,7 @@
 
 namespace hairnet::viewer {
 
+// The shown spans are copied, since they belong to the source until its next step.
 Moment::Moment(const Pose& shown, const MovedLattice& lattice, std::shared_ptr<const LevelGeometry> geometry)
     : pose(shown),
       geometry_(std::move(geometry)),

@@ -10,10 +10,11 @@
 
 namespace hairnet::viewer {
 
-// The state of one character at one moment, copied so that drawing can wait until the stream has ended.
+// The state of one character at one moment, copied so that drawing can wait until the stream has ended: in real time,
+// drawing would delay the poses.
 class Moment {
  public:
-  // `geometry`: that of the lattice.
+  // `geometry` is that of the lattice. It is shared, so that it stays while it is needed.
   Moment(const Pose& shown, const MovedLattice& lattice, std::shared_ptr<const LevelGeometry> geometry);
   explicit Moment(const link::Playout::Sample& sample);
 
@@ -21,7 +22,7 @@ class Moment {
   // The hair is kept out of it; null means not known.
   std::shared_ptr<const Skin> skin;
 
-  // Valid while this object stays where it is.
+  // Valid while this object stays where it is: the spans point into it.
   [[nodiscard]] MovedLattice lattice() const { return {geometry_.get(), grid_, basis_, coefficients_}; }
 
  private:

@@ -11,7 +11,8 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::uint32_t kSeeds = 8;  // different random variants of a motion; limits memory
+// Different random variants of a motion. Each is stored, so their number limits memory.
+constexpr std::uint32_t kSeeds = 8;
 constexpr const char* kInTurn = "one after the other";
 
 }  // namespace
@@ -36,6 +37,7 @@ Result<std::shared_ptr<const Groom>> SceneList::groom_of(std::size_t hair) {
   if (hair >= made_hair_) return given_[hair - made_hair_].groom;
   std::shared_ptr<const Groom>& groom = grooms_[hair];
   if (groom) return groom;
+  // Made hair is loaded as the command line would load it, so both are alike.
   Result<Groom> made = load_groom(std::string(kMadePrefix) + hair_[hair]);
   if (!made) return Refusal(made.error());
   groom = std::make_shared<const Groom>(std::move(*made));
@@ -44,6 +46,7 @@ Result<std::shared_ptr<const Groom>> SceneList::groom_of(std::size_t hair) {
 
 Result<std::shared_ptr<const Motion>> SceneList::motion_of(std::size_t motion, std::uint32_t seed) {
   if (motion >= made_motions_) return given_[motion - made_motions_].motion;
+  // A pair of motion and seed names a variant.
   std::shared_ptr<const Motion>& moved = moved_[{motion, seed}];
   if (moved) return moved;
   MotionOptions options;
@@ -56,7 +59,7 @@ Result<std::shared_ptr<const Motion>> SceneList::motion_of(std::size_t motion, s
 
 Result<std::vector<LocalCharacter>> SceneList::make(const Choice& choice) {
   const bool every_level = choice.level == kEveryLevel;
-  // The learnt level needs a server.
+  // The learnt level needs a server, which learns it: a local world has none to show.
   constexpr std::array kLevelsHere{LevelIndex::high, LevelIndex::medium, LevelIndex::low, LevelIndex::ether,
                                    LevelIndex::rigid};
   const auto count =
@@ -66,7 +69,7 @@ Result<std::vector<LocalCharacter>> SceneList::make(const Choice& choice) {
   if (hair > hair_count || motion > motion_count) return Refusal("no such scene");
   std::vector<LocalCharacter> characters;
   for (std::size_t n = 0; n < count; ++n) {
-    // For a comparison of levels, the characters differ only in their level.
+    // For a comparison of levels, the characters differ only in their level: the same seed moves all alike.
     const std::uint32_t seed = every_level ? 1 : 1 + static_cast<std::uint32_t>(n) % kSeeds;
     const auto groom = groom_of(hair < hair_count ? hair : n % hair_count);
     if (!groom) return Refusal(groom.error());
@@ -75,7 +78,8 @@ Result<std::vector<LocalCharacter>> SceneList::make(const Choice& choice) {
     LocalCharacter character;
     character.groom = *groom;
     character.motion = *moved;
-    if (count > 1) character.place = side_by_side(n, count);  // a given motion may already include a place
+    // A given motion may already include a place, so a single character is not moved.
+    if (count > 1) character.place = side_by_side(n, count);
     character.level = every_level ? kLevelsHere[n] : static_cast<LevelIndex>(choice.level);
     character.name = every_level ? std::string(kLevelNames[static_cast<std::size_t>(character.level)])
                                  : (*groom)->name + " " + std::to_string(n + 1);

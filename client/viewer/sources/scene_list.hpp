@@ -14,11 +14,12 @@
 namespace hairnet::viewer {
 
 // The hair and motions that a local world can use: every made hairstyle and motion, and those of the loaded characters,
-// in any number. Makes each on its first use, and stores it. One thread.
+// in any number. Makes each on its first use, which takes a moment, and stores it. One thread.
 class SceneList {
  public:
+  // A limit of the slider: one core steps about 200 heads at the finest level.
   static constexpr int kCountMax = 256;
-  // Choice::level asks with it for one of each level, side by side.
+  // Choice::level has this value to ask for one character of each level, side by side.
   static constexpr int kEveryLevel = static_cast<int>(kLevelCount);
   struct Choice {
     // Are indices into hair() and motions().
@@ -30,11 +31,11 @@ class SceneList {
 
   explicit SceneList(const std::vector<CharacterSetup>& characters);
 
-  // Names of the choices; the last one is "one after the other".
+  // Names of the choices, for a person; the last one is "one after the other", which gives character n the n-th.
   [[nodiscard]] const std::vector<std::string>& hair() const { return hair_; }
   [[nodiscard]] const std::vector<std::string>& motions() const { return motions_; }
 
-  // The error is one line.
+  // The error is one line, for a choice that does not exist or a hairstyle that cannot be made.
   Result<std::vector<LocalCharacter>> make(const Choice& choice);
   // The characters of the command line.
   [[nodiscard]] const std::vector<LocalCharacter>& given() const { return given_; }

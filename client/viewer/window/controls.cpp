@@ -11,6 +11,7 @@
 namespace hairnet::viewer {
 namespace {
 
+// The same list is what H shows; take_keys() must agree with it.
 constexpr const char* kKeys =
     "left drag on hair     hold it; let go with shift: pin it\n"
     "ctrl, drag on hair    stroke it with a ball\n"
@@ -27,7 +28,7 @@ constexpr const char* kKeys =
     "D drag     V level colours          G  timing\n"
     "R      record video   U  controls           H  this";
 
-// The ids of the chosen own characters, copied: changing one may change the result of viewed_characters().
+// The ids of the chosen own characters, copied, since changing one may change the result of viewed_characters().
 std::vector<std::uint64_t> own_chosen(const ViewState& state, const HairSource& source) {
   std::vector<std::uint64_t> ids;
   for (const ViewedCharacter& character : source.viewed_characters()) {
@@ -44,6 +45,7 @@ void teleport(const ViewState& state, HairSource& source) {
   for (const std::uint64_t id : own_chosen(state, source)) source.teleport(id);
 }
 
+// ImGui's own combo wants an array of C strings.
 bool combo(const char* label, const std::vector<std::string>& names, int& index) {
   bool changed = false;
   if (!ImGui::BeginCombo(label, names[static_cast<std::size_t>(index)].c_str())) return false;
@@ -62,10 +64,12 @@ void scene_controls(ViewState& state, Controls& controls) {
   bool changed = combo("hair", controls.scenes->hair(), state.scene.hair);
   changed |= combo("motion", controls.scenes->motions(), state.scene.motion);
   ImGui::SliderInt("how many", &state.scene.count, 1, SceneList::kCountMax, "%d", ImGuiSliderFlags_Logarithmic);
+  // A count is taken when the slider is let go: a scene of each number in between would take long.
   changed |= ImGui::IsItemDeactivatedAfterEdit();
   std::vector<std::string> levels(kLevelNames.begin(), kLevelNames.end());
   levels.emplace_back("each, side by side");
   changed |= combo("level##scene", levels, state.scene.level);
+  // The window makes the scene before the next picture, not in the middle of this one.
   state.scene_wanted = state.scene_wanted || changed;
   if (!controls.scenes->given().empty() && ImGui::Button("as the command line says")) state.given_wanted = true;
 }
@@ -78,6 +82,7 @@ void time_controls(Controls& controls) {
   if (world == nullptr) return;
   ImGui::SameLine();
   if (ImGui::Button("one tick")) {
+    // A single tick means that the world is paused.
     world->set_paused(true);
     world->step_once();
   }
@@ -120,6 +125,7 @@ void character_controls(ViewState& state, Controls& controls) {
   if (ImGui::BeginCombo("who", chosen == viewed.end() ? "all" : chosen->name.c_str())) {
     if (ImGui::Selectable("all", !state.chosen)) state.chosen.reset();
     for (const ViewedCharacter& character : viewed) {
+      // Names may be equal, and ImGui tells entries apart by names; its ids are ints.
       ImGui::PushID(static_cast<int>(character.id & 0x7fffffff));
       if (ImGui::Selectable(character.name.c_str(), state.chosen == character.id)) state.chosen = character.id;
       ImGui::PopID();
@@ -129,6 +135,7 @@ void character_controls(ViewState& state, Controls& controls) {
   ImGui::Checkbox("follow", &state.follows);
   ImGui::SameLine();
   if (ImGui::Button("look at all")) state.frame_wanted = true;
+  // Without a choice the panel shows the first own character, and changes all of them.
   const auto own = chosen != viewed.end()
                        ? chosen
                        : std::find_if(viewed.begin(), viewed.end(), [](const ViewedCharacter& s) { return s.own; });
@@ -155,6 +162,7 @@ void wind_controls(ViewState& state, Controls& controls) {
   auto towards_deg = speed > 0 ? static_cast<float>(std::atan2(mean.x(), mean.z()) * 57.29577951) : 0.0f;
   auto gust = static_cast<float>(wind.gust_ratio), rough = static_cast<float>(wind.turbulence_rms_m_per_s);
   bool changed = ImGui::SliderFloat("m/s", &speed, 0, 20, "%.1f");
+  // A wind of no speed has no direction: the slider's value is remembered in the state.
   if (wind.mean_m_per_s.isZero()) towards_deg = state.still_wind_deg;
   changed |= ImGui::SliderFloat("towards", &towards_deg, -180, 180, "%.0f deg");
   state.still_wind_deg = towards_deg;
@@ -196,6 +204,7 @@ void overlay_controls(ViewState& state, const Controls& controls) {
   ImGui::Columns(1);
   if (o.levels) {
     for (std::size_t i = 0; i < kLevelCount; ++i) {
+      // The square root is close to sRGB's curve, for colours of a panel.
       const Vec3f c = level_colour(static_cast<LevelIndex>(i)).cwiseSqrt();
       if (i > 0) ImGui::SameLine();
       ImGui::TextColored(ImVec4(c.x(), c.y(), c.z(), 1), "%s", kLevelNames[i].data());
@@ -244,11 +253,13 @@ void timing_window(const ViewState& state, const Controls& controls) {
 std::optional<std::uint64_t> cycled(std::span<const ViewedCharacter> viewed, std::optional<std::uint64_t> chosen,
                                     int by) {
   const auto count = static_cast<int>(viewed.size());
+  // Before the first, or after the last, stands the entry for all.
   int at = by > 0 ? -1 : count;  // all
   for (int i = 0; i < count; ++i) {
     if (chosen == viewed[static_cast<std::size_t>(i)].id) at = i;
   }
   at += by;
+  // Beyond either end is that entry again.
   if (at < 0 || at >= count) return {};
   return viewed[static_cast<std::size_t>(at)].id;
 }
@@ -279,12 +290,14 @@ void take_keys(std::span<const int> keys, ViewState& state, Controls& controls) 
     if (pressed(key)) *flag = !*flag;
   }
   LocalWorld* world = controls.world;
+  // The keys below are of a local world.
   if (world == nullptr) return;
   if (pressed(GLFW_KEY_P)) unpin_hair(*world);
   if (pressed(GLFW_KEY_PERIOD)) {
     world->set_paused(true);
     world->step_once();
   }
+  // The speeds are those of the slider.
   if (pressed(GLFW_KEY_EQUAL) || pressed(GLFW_KEY_KP_ADD)) world->set_speed(std::min(2.0, 1.25 * world->speed()));
   if (pressed(GLFW_KEY_MINUS) || pressed(GLFW_KEY_KP_SUBTRACT)) world->set_speed(std::max(0.05, 0.8 * world->speed()));
 }
@@ -302,6 +315,7 @@ void draw_controls(ViewState& state, Controls& controls) {
   if (!state.controls_shown) return;
   ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_FirstUseEver);
   ImGui::SetNextWindowSize(ImVec2(kPanelWidth, std::min(720.0f, io.DisplaySize.y - 16)), ImGuiCond_FirstUseEver);
+  // ImGui asks for End() whatever Begin() returns.
   if (ImGui::Begin(controls.room != nullptr ? "hairnet: a server's room" : "hairnet: local")) {
     ImGui::PushItemWidth(0.55f * ImGui::GetWindowWidth());
     ImGui::Text("%zu characters, %.1f pictures/s", controls.source.viewed_characters().size(),
@@ -312,6 +326,7 @@ void draw_controls(ViewState& state, Controls& controls) {
         controls.room != nullptr && controls.busy.empty() ? controls.room->status() : controls.busy;
     if (!status.empty()) ImGui::TextWrapped("%s", status.c_str());
     if (!state.fault.empty()) ImGui::TextWrapped("%s", state.fault.c_str());
+    // The hint goes once some hair has been touched.
     if (controls.world != nullptr && !state.hand.has_touched())
       ImGui::TextUnformatted("Take hold of the hair with the mouse.");
     scene_controls(state, controls);

@@ -5,7 +5,7 @@
 
 namespace hairnet::viewer {
 
-// The last values of a measurement, for a graph. One thread.
+// The last kCount values of a measurement, for a graph: a ring, which ImGui can draw from any place. One thread.
 class TimeGraph {
  public:
   static constexpr std::size_t kCount = 240;
@@ -28,9 +28,9 @@ class TimeGraph {
 };
 
 struct Timings {
-  // These time a picture, drawing it, a tick, and one character's step.
+  // These time a picture, drawing it, a tick (ms), and one character's step (microseconds).
   TimeGraph frame_ms, draw_ms, tick_ms, step_us;
-  // Only a server gives these.
+  // Only a server gives these: from pose to frame, ms, and all bytes of the connection.
   TimeGraph latency_ms, received_kb_per_s;
 };
 

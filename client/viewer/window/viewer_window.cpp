@@ -21,10 +21,12 @@
 namespace hairnet::viewer {
 namespace {
 
+// What a newcomer sees first: hair that shows its motion.
 constexpr const char* kFirstHair = "long_curly";
 constexpr const char* kFirstMotion = "dance";
 constexpr double kHead_m = 0.24;
-constexpr double kComingIntoView_m = 2;  // margin around the view: servers do not simulate unseen hair
+// The margin around the view: servers do not simulate unseen hair, and hair that comes into view should move already.
+constexpr double kComingIntoView_m = 2;
 
 double ms_since(std::int64_t began_ns) {
   return 1e-6 * static_cast<double>(channel::monotonic_ns() - began_ns);
@@ -34,10 +36,12 @@ Vec3f colour_of_level(const ViewedCharacter& character) {
   return level_colour(character.level);
 }
 
+// An unknown name is past the end; the caller's names exist.
 int index_of(const std::vector<std::string>& names, const char* name) {
   return static_cast<int>(std::max<std::ptrdiff_t>(0, std::find(names.begin(), names.end(), name) - names.begin()));
 }
 
+// ImGui counts points; drawing and picking count the framebuffer's pixels.
 MouseInput mouse_now(double pixels_per_point) {
   const ImGuiIO& io = ImGui::GetIO();
   MouseInput mouse;
@@ -51,11 +55,13 @@ MouseInput mouse_now(double pixels_per_point) {
   mouse.middle = io.MouseDown[2];
   mouse.shift = io.KeyShift;
   mouse.ctrl = io.KeyCtrl;
+  // ImGui wants the mouse when it is over a panel.
   mouse.elsewhere = io.WantCaptureMouse;
   return mouse;
 }
 
-// The GPU data; must be destroyed before the window, which owns the context.
+// The GPU data; must be destroyed before the window, which owns the context. The stage comes first, since the list
+// refers to it.
 struct Drawer {
   Drawer(std::unique_ptr<render::Stage> s, render::Picture p, std::unique_ptr<render::Overlay> o)
       : stage(std::move(s)), picture(std::move(p)), overlay(std::move(o)), render_list(*stage) {}
@@ -84,10 +90,12 @@ class ViewerWindow {
       : options_(options), window_(window), drawer_(drawer) {}
 
   Result<void> run_local(const std::vector<CharacterSetup>& characters) {
+    // A clip that loops without an end must not jump at each round.
     LocalWorld world({options_.tick_rate_hz, options_.duration_s,
                       std::isfinite(options_.duration_s) ? Loop::plain : Loop::smooth, options_.wind.value_or(Wind{}),
                       channel::monotonic_ns});
     world.on_tick([&] { recorder_.add_tick(world); });
+    // The hand moves in the world's ticks, not in pictures, so that the mechanics sees an even motion.
     world.touch_by([&](double from_s, double to_s) { return state_.hand.tick(to_s - from_s, world); });
     SceneList scenes(characters);
     state_.scene.hair = index_of(scenes.hair(), kFirstHair);
@@ -98,6 +106,7 @@ class ViewerWindow {
     while (goes_on() && world.time_s() < options_.duration_s + options_.settle_s) {
       if (std::exchange(state_.given_wanted, false)) fill(scenes.given(), world);
       if (std::exchange(state_.scene_wanted, false)) fill(scenes.make(state_.scene), world);
+      // Levels come from the builder's thread when they are built; hair is rigid until then.
       for (const auto& groom : world.grooms_without_levels()) {
         if (const auto levels = builder_.levels_of(groom)) world.give_levels(*groom, levels);
       }
@@ -109,10 +118,12 @@ class ViewerWindow {
   }
 
   Result<void> run_room(const std::vector<CharacterSetup>& characters) {
+    // A refusal is shown in the panel; the window stays open.
     LiveRoom room(options_, characters, true);
     if (Result<void> opened = room.open(); !opened) return opened;
     Controls controls{room, nullptr, &room, nullptr, recorder_, drawer_.stage->statistics(), {}};
     while (goes_on() && room.clip_time_s(room.now_ns()).value_or(-1) < options_.duration_s + options_.settle_s) {
+      // The builder is busy only when an overlay needs the mechanics.
       room.set_level_builder(state_.overlays.need_model() ? &builder_ : nullptr);
       controls.busy = state_.overlays.need_model() ? builder_.status() : std::string();
       if (Result<void> drawn = draw_picture(controls); !drawn) return drawn;
@@ -130,22 +141,26 @@ class ViewerWindow {
     return video ? trace : video;
   }
 
+  // A scene that cannot be made leaves the old one.
   void fill(Result<std::vector<LocalCharacter>> characters, LocalWorld& world) {
     state_.fault = characters ? "" : characters.error();
     if (!characters) return;
-    // Ticks and characters are numbered from the beginning again.
+    // Ticks and characters are numbered from the beginning again, and a trace must count from one.
     if (const Result<void> traced = recorder_.stop_trace(); !traced) state_.fault = traced.error();
     world.remove_all();
+    // The average of pictures would follow heads that are gone.
     drawer_.picture.cut();
     for (LocalCharacter& character : *characters) world.add(std::move(character));
     state_.chosen.reset();
     state_.frame_wanted = true;
   }
 
-  // Handles mouse and keys, advances all characters to this moment, then draws the picture.
+  // Handles mouse and keys, advances all characters to this moment, then draws the picture. Input comes first, so that
+  // the picture shows what it does.
   Result<void> draw_picture(Controls& controls) {
     window_.begin_picture();
     const std::int64_t now_ns = channel::monotonic_ns();
+    // A first picture, or one after a long stop, counts as a second at most.
     const double elapsed_s = std::clamp(1e-9 * static_cast<double>(now_ns - last_ns_), 0.0, 1.0);
     if (last_ns_ != 0) state_.timings.frame_ms.add(static_cast<float>(1e3 * elapsed_s));
     last_ns_ = now_ns;
@@ -153,10 +168,11 @@ class ViewerWindow {
     const int width = window_.width_px(), height = window_.height_px();
     const Vec3 eye = state_.camera.camera().eye;
     MouseInput mouse = mouse_now(window_.pixels_per_point());
-    // What the hand takes is not for heads and camera.
+    // What the hand takes is not for heads and camera: one press has one effect.
     if (controls.world != nullptr && state_.hand.apply(mouse, *controls.world, state_.camera, width, height))
       mouse.elsewhere = true;
     state_.mouse.apply(mouse, controls.source, state_.camera, width, height);
+    // Only the user moves the camera before this line, so a new place is the user's choice.
     state_.camera_chosen = state_.camera_chosen || eye != state_.camera.camera().eye;
     if (const auto chosen = state_.mouse.take_chosen()) state_.chosen = chosen;
     if (Result<void> advanced = controls.source.advance(now_ns); !advanced) return advanced;
@@ -172,9 +188,12 @@ class ViewerWindow {
     draw_overlays(state_.overlays, viewed, state_.chosen, drawer_.drawing);
     if (state_.hand.action() == MouseHand::Action::stroke)
       draw_ball(state_.hand.place(), MouseHand::kBallRadius_m, state_.camera, drawer_.drawing);
+    // The average has no depths in the window's own buffer; overlays need them.
     if (!drawer_.drawing.empty()) drawer_.picture.copy_depths();
     drawer_.overlay->draw(drawer_.drawing, camera, drawer_.stage->depth_range(), width, height);
+    // This is the processor's time: the GPU may still be drawing.
     state_.timings.draw_ms.add(static_cast<float>(ms_since(began_ns)));
+    // Read the pixels before the panels are drawn over them.
     keep_picture(now_ns, width, height);
     draw_controls(state_, controls);
     obey_recording(width, height);
@@ -184,6 +203,7 @@ class ViewerWindow {
 
   render::Look adaptive_look(double elapsed_s) {
     render::Look look = state_.look;
+    // It learns from each picture, also when it is not applied.
     const double share = state_.adaptive_quality.take(1e3 * elapsed_s);
     if (state_.adapts_quality) look.quality *= static_cast<float>(share);
     return look;
@@ -194,11 +214,12 @@ class ViewerWindow {
     if (std::exchange(framed_count_, viewed.size()) != viewed.size() && !state_.camera_chosen)
       state_.frame_wanted = true;
     if (state_.frame_wanted && !viewed.empty()) {
-      // In the part beside the panel.
+      // Frames them in the part beside the panel.
       const double panel_px =
           state_.controls_shown ? window_.pixels_per_point() * static_cast<double>(kPanelWidth) : 0.0;
       const int left_px = std::max(window_.width_px() / 3, window_.width_px() - static_cast<int>(panel_px));
       frame_all(viewed, options_.views.front(), left_px, window_.height_px(), state_.camera);
+      // The target moves half of the panel's width, so that the heads stand in the middle of the free part.
       state_.camera.pan(0.5 * (window_.width_px() - left_px), 0, window_.height_px());
       state_.frame_wanted = state_.camera_chosen = false;
     }
@@ -206,16 +227,19 @@ class ViewerWindow {
     for (const ViewedCharacter& character : viewed) {
       if (state_.follows && state_.chosen == character.id) followed = head_middle(character.pose);
     }
-    // Do not follow a grabbed head: the camera would move with it, and the mouse ray with the camera.
+    // Do not follow a grabbed head: the camera would move with it, and the mouse ray with the camera. The head would
+    // then run away from the mouse.
     if (state_.mouse.grabbed()) followed.reset();
+    // Another character is followed without a jump: its first place is only noted.
     if (followed_last_ != state_.chosen) state_.camera.follow({}, 0);
     followed_last_ = state_.chosen;
     state_.camera.follow(followed, elapsed_s);
   }
 
-  // Records the scene without its controls.
+  // Records the scene without its controls, when the video wants a picture.
   void keep_picture(std::int64_t now_ns, int width, int height) {
     if (!recorder_.wants_picture(now_ns)) return;
+    // A video has one size.
     if (width != recorder_.width() || height != recorder_.height()) {
       note(recorder_.stop_video(), "the window has changed its size, and the video is ended");
       return;
@@ -226,6 +250,7 @@ class ViewerWindow {
     if (const Result<void> added = recorder_.add_picture(drawer_.pixels, now_ns); !added) state_.fault = added.error();
   }
 
+  // Panels and keys only ask; here the files are begun and ended.
   void obey_recording(int width, int height) {
     if (std::exchange(state_.video_wanted, false))
       note(recorder_.has_video() ? recorder_.stop_video() : recorder_.start_video(width, height), "");
@@ -246,6 +271,7 @@ class ViewerWindow {
   void take_timings(const LiveRoom& room) {
     state_.timings.latency_ms.add(static_cast<float>(room.latency_ms()));
     const std::int64_t now_ns = channel::monotonic_ns();
+    // Rates over less than a quarter of a second would jump between nothing and much.
     if (now_ns - counted_ns_ < 250'000'000) return;
     const std::uint64_t bytes = room.counters().bytes_received;
     const double elapsed_s = 1e-9 * static_cast<double>(now_ns - counted_ns_);
@@ -262,6 +288,7 @@ class ViewerWindow {
       wire::MemberImportance importance;
       const Vec3 middle = head_middle(pose);
       importance.screen_height = static_cast<float>(
+          // The protocol refuses larger heights.
           std::min(static_cast<double>(wire::kScreenHeightMax), state_.camera.height_share(middle, kHead_m)));
       importance.in_view = state_.camera.in_view(middle, kComingIntoView_m, aspect);
       return importance;
@@ -283,6 +310,8 @@ class ViewerWindow {
 }  // namespace
 
 Result<void> run_window(const ViewOptions& options) {
+  // The window first: where none can be opened, loading characters would be in vain. Locals are destroyed in reverse,
+  // so the window goes last.
   Result<std::unique_ptr<Window>> window = Window::open("hairnet", options.width, options.height);
   if (!window) return Refusal(window.error());
   Result<std::unique_ptr<Drawer>> drawer = Drawer::create();

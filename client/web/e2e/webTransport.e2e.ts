@@ -107,8 +107,8 @@ test("falls back to a WebSocket where UDP is dropped, and goes up by itself once
   await server.start();
   const actor = await Actor.join(server.address, "wt", groom);
   try {
-    const told = await (await fetch(`${server.address}/wt.json`)).json();
-    await browser.answer("**/wt.json", { ...told, port: silent.address().port });
+    const announced = await (await fetch(`${server.address}/wt.json`)).json();
+    await browser.answer("**/wt.json", { ...announced, port: silent.address().port });
     const { page, before, after } = await watch(server, actor, kAgainSoon);
     expect(after.transport).toBe("websocket");
     expect(after.framesReceived).toBeGreaterThan(before.framesReceived);

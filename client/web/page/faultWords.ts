@@ -14,26 +14,26 @@ export function closedWords(server: string, detail: string, waitS: number): stri
 
 /** A request that the server refuses now and would refuse again. */
 export function refusedWords(detail: string, hasToken: boolean): string {
-  const why = detail.replace(kGoodbye, "");
-  if (/taken over|another connection/i.test(why)) return `${sentence(why)} Reload this page to come back.`;
-  if (/removed|banned/i.test(why)) return sentence(why);
-  if (!/token|malformed|expired|signature|wrong_room/i.test(why)) return sentence(why);
+  const error = detail.replace(kGoodbye, "");
+  if (/taken over|another connection/i.test(error)) return `${sentence(error)} Reload this page to come back.`;
+  if (/removed|banned/i.test(error)) return sentence(error);
+  if (!/token|malformed|expired|signature|wrong_room/i.test(error)) return sentence(error);
   if (!hasToken) return "This room needs a token. Ask the person who invited you for an address with ?token=…";
   const kNew = "Ask the person who invited you for a new address.";
-  if (/expired/i.test(why))
-    return `${/\d/.test(why) ? sentence(why) : "The token in this address has expired."} ${kNew}`;
-  if (/room/i.test(why))
-    return `${/ /.test(why) ? sentence(why) : "The token in this address is for another room."} ${kNew}`;
-  return `The token in this address is not valid${/ /.test(why) ? `: ${why}` : ""}. ${kNew}`;
+  if (/expired/i.test(error))
+    return `${/\d/.test(error) ? sentence(error) : "The token in this address has expired."} ${kNew}`;
+  if (/room/i.test(error))
+    return `${/ /.test(error) ? sentence(error) : "The token in this address is for another room."} ${kNew}`;
+  return `The token in this address is not valid${/ /.test(error) ? `: ${error}` : ""}. ${kNew}`;
 }
 
-/** Files of other programs of which no hairstyle could be made; `why` is the importer's line. */
-export function foreignFileWords(fileNames: readonly string[], why: string): string {
+/** Files of other programs of which no hairstyle could be made; `error` is the importer's line. */
+export function foreignFileWords(fileNames: readonly string[], error: string): string {
   const scene = fileNames.find((name) => /\.(ass|fbx|blend|ma|mb|max|c4d|hip)$/i.test(name));
   if (scene) return `The page does not read ${isolated(scene)}: export its hair as .abc or .usd, and give that.`;
   // The page guesses how hair lies; who knows better says so to the program.
-  const cure = /--\w/.test(why) ? ` (flags of hairnet-groom import, which makes a .groom file of it)` : "";
-  return `${isolated(why)}${cure}`;
+  const cure = /--\w/.test(error) ? ` (flags of hairnet-groom import, which makes a .groom file of it)` : "";
+  return `${isolated(error)}${cure}`;
 }
 
 /** The server's address as people type it: without the scheme and path. */

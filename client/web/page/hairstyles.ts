@@ -87,8 +87,8 @@ async function wholeHairstyle(file: HairFile): Promise<Hairstyle> {
   try {
     return await styleOf(bytes, file.name);
   } catch (fault) {
-    const why = fault instanceof Error ? fault.message : String(fault);
-    throw new HairnetError("malformed", `${isolated(file.name)} is no whole hairstyle file: ${why}`);
+    const error = fault instanceof Error ? fault.message : String(fault);
+    throw new HairnetError("malformed", `${isolated(file.name)} is no whole hairstyle file: ${error}`);
   }
 }
 

@@ -69,8 +69,8 @@ export class PersistentRoom {
     this.onState("connected", "", 0);
   }
 
-  #again(why: string): void {
-    this.onState("closed", why, this.#waitS);
+  #again(error: string): void {
+    this.onState("closed", error, this.#waitS);
     this.#timer = setTimeout(() => void this.start(), 1000 * this.#waitS);
     this.#waitS = Math.min(1.6 * this.#waitS, kWaitMaxS);
   }

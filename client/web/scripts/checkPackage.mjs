@@ -27,7 +27,7 @@ const folder = mkdtempSync(join(tmpdir(), "hairnet-package-"));
 try {
   const isPacked = succeeds("npm", "pack", "--loglevel=error", "--pack-destination", folder);
   const archive = isPacked && join(folder, readdirSync(folder)[0]);
-  const isSound = isPacked && succeeds("npx", "publint", "--strict", archive);
+  const isValid = isPacked && succeeds("npx", "publint", "--strict", archive);
   // The package has ES modules only: `require` and resolution older than `exports` are no problems.
   const isTyped = isPacked && succeeds("npx", "--yes", "--loglevel=error", kAttw, archive, "--profile", "esm-only");
   const isUnpacked = isPacked && succeeds("tar", "-xzf", archive, "-C", folder);
@@ -39,7 +39,7 @@ try {
   };
   const isStarted =
     isUnpacked && Object.entries(starting).every(([name, call]) => starts(join(folder, "package/dist", name), call));
-  if (!isSound || !isTyped || !isStarted) process.exitCode = 1;
+  if (!isValid || !isTyped || !isStarted) process.exitCode = 1;
 } finally {
   rmSync(folder, { recursive: true });
 }

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "client/files/write_file.hpp"
-#include "client/tools/command_line/end_program.hpp"
+#include "client/tools/command_line/run_program.hpp"
 #include "tests/load/fleet_plan/options.hpp"
 #include "tests/load/fleet_plan/report.hpp"
 #include "tests/load/fleet_plan/simulation.hpp"
@@ -12,8 +12,8 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-int fail(const std::string& why) {
-  std::fputs(fmt::format("hairnet-fleet-plan: {}\n", why).c_str(), stderr);
+int fail(const std::string& error) {
+  std::fputs(fmt::format("hairnet-fleet-plan: {}\n", error).c_str(), stderr);
   return 1;
 }
 
@@ -35,9 +35,9 @@ int perform(const Options& options) {
 }  // namespace hairnet::fleet_plan
 
 int main(int argc, char** argv) {
-  const auto parsed = hairnet::fleet_plan::parse_options(argc, argv);
-  if (const int* exit_status = std::get_if<int>(&parsed))
-    return hairnet::end_program("hairnet-fleet-plan", *exit_status);
-  return hairnet::end_program("hairnet-fleet-plan",
-                              hairnet::fleet_plan::perform(std::get<hairnet::fleet_plan::Options>(parsed)));
+  return hairnet::run_program("hairnet-fleet-plan", [&] {
+    const auto parsed = hairnet::fleet_plan::parse_options(argc, argv);
+    if (const int* exit_status = std::get_if<int>(&parsed)) return *exit_status;
+    return hairnet::fleet_plan::perform(std::get<hairnet::fleet_plan::Options>(parsed));
+  });
 }

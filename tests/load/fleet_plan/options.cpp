@@ -14,7 +14,7 @@ constexpr const char* kFooter = R"(Costs are measured ones of two cores of an AM
 Examples:
   hairnet-fleet-plan --page plan.html                     100 000 people at the peak, two days
   hairnet-fleet-plan --peak 5000 --rooms 800 --cores 8    a smaller fleet of larger servers
-  hairnet-fleet-plan --room-cap 0 --zipf 1.1              which rooms outgrow a server?
+  hairnet-fleet-plan --room-cap 0 --zipf 1.1              which rooms overload a server?
   hairnet-fleet-plan --lease-s 5 --mtbf-h 24              what a shorter lease is worth when servers die every day
   hairnet-fleet-plan --servers 40 --deploy-h 6            a fixed fleet that is updated four times a day
 

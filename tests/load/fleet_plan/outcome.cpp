@@ -68,8 +68,8 @@ std::vector<FigureGroup> figures(const Outcome& o) {
                     {{"room_people_max", "people of the largest", "", o.room_people_max},
                      {"room_cores_max", "cores that it takes", "", o.room_cpu_s_max},
                      {"room_gbit_per_s_max", "bits that it sends", "Gbit/s", o.room_bytes_per_s_max * 8 / 1e9},
-                     {"rooms_outgrown", "rooms that outgrew a server's budget", "", number(o.rooms_outgrown)},
-                     {"rooms_outgrown_max", "the same, at once", "", o.rooms_outgrown_max}}});
+                     {"rooms_overloaded", "rooms that overloaded a server", "", number(o.rooms_overloaded)},
+                     {"rooms_overloaded_max", "the same, at once", "", o.rooms_overloaded_max}}});
   FigureGroup etcd{"etcd, a second", {}};
   for (std::size_t i = 0; i < kEtcdWriteCount; ++i) {
     std::string name(kEtcdWriteNames[i]), key = name;

@@ -64,9 +64,9 @@ struct Outcome {
   // Lasts likewise for a person, until its levels are loaded there.
   std::array<load::LatencyHistogram, kMoveCauseCount> hair_away;
   // Counts rooms that ever were more than one server's budget.
-  std::uint64_t rooms_outgrown = 0;
+  std::uint64_t rooms_overloaded = 0;
   // Counts the most of them at a time.
-  double rooms_outgrown_max = 0;
+  double rooms_overloaded_max = 0;
   double room_people_max = 0, room_cpu_s_max = 0, room_bytes_per_s_max = 0;
   // Servers.
   double server_seconds = 0, servers_max = 0, servers_needed_max = 0, servers_needed_sum_s = 0;

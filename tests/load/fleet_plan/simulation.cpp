@@ -240,7 +240,7 @@ void Simulation::account() {
   o.servers_needed_max = std::max(o.servers_needed_max, needed);
   o.egress_bytes += bytes_per_s_;
   o.egress_bytes_per_s_max = std::max(o.egress_bytes_per_s_max, bytes_per_s_);
-  o.rooms_outgrown_max = std::max(o.rooms_outgrown_max, static_cast<double>(outgrown_now_));
+  o.rooms_overloaded_max = std::max(o.rooms_overloaded_max, static_cast<double>(overloaded_now_));
   o.etcd.add(second_);
   for (std::size_t i = 0; i < kEtcdWriteCount; ++i)
     o.etcd_max.writes[i] = std::max(o.etcd_max.writes[i], second_.writes[i]);

@@ -63,7 +63,7 @@ struct Room {
   MoveCause cause = MoveCause::deploy;
   std::int64_t empty_since_s = -1;
   // Is true when it was ever more than one server's budget.
-  bool has_outgrown = false;
+  bool has_been_overloaded = false;
   // Is true while it is listed as away, or with people who wait.
   bool is_pending = false;
 };
@@ -174,7 +174,7 @@ class Simulation {
   std::vector<RoomId> pending_;
   // Holds when rooms became empty, in order.
   std::deque<std::pair<std::int64_t, RoomId>> empty_;
-  std::size_t outgrown_now_ = 0;
+  std::size_t overloaded_now_ = 0;
 
   std::vector<Server> servers_;
   // Holds all but those that have ended.

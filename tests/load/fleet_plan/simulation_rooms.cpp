@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
-#include "server/fleet/placement.hpp"
+#include "server/fleet/choose_server.hpp"
 #include "tests/load/fleet_plan/simulation.hpp"
 
 namespace hairnet::fleet_plan {
@@ -106,10 +106,10 @@ void Simulation::update_load(RoomId room_id) {
     cpu_s_ += cpu_s - room.cpu_s;
     bytes_per_s_ += bytes_per_s - room.bytes_per_s;
   }
-  const bool was_outgrown = room.cpu_s > settings_.capacity(), is_outgrown = cpu_s > settings_.capacity();
-  if (is_outgrown && !was_outgrown) ++outgrown_now_;
-  if (!is_outgrown && was_outgrown) --outgrown_now_;
-  if (is_outgrown && !std::exchange(room.has_outgrown, true)) ++outcome_.rooms_outgrown;
+  const bool was_overloaded = room.cpu_s > settings_.capacity(), is_overloaded = cpu_s > settings_.capacity();
+  if (is_overloaded && !was_overloaded) ++overloaded_now_;
+  if (!is_overloaded && was_overloaded) --overloaded_now_;
+  if (is_overloaded && !std::exchange(room.has_been_overloaded, true)) ++outcome_.rooms_overloaded;
   room.cpu_s = cpu_s;
   room.bytes_per_s = bytes_per_s;
   outcome_.room_people_max = std::max(outcome_.room_people_max, members);

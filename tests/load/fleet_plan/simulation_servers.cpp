@@ -10,7 +10,7 @@ namespace hairnet::fleet_plan {
 namespace {
 
 // Free shares are told in so many steps, as in server/fleet/etcd_entry.
-constexpr double kToldShareSteps = 32;
+constexpr double kAnnouncedShareSteps = 32;
 // Is fleet.own_server_share.
 constexpr double kOwnServerShare = 0.5;
 // Limits the share of servers that are stopped at a time.
@@ -162,8 +162,8 @@ void Simulation::deploy() {
 server::ServerLoad Simulation::load_of(const Server& server) const {
   server::ServerLoad load;
   const double used_share = server.cpu_s / settings_.capacity();
-  load.free_share =
-      std::round(std::clamp(1 - used_share, server::kFreeShareLeast, 1.0) * kToldShareSteps) / kToldShareSteps;
+  load.free_share = std::round(std::clamp(1 - used_share, server::kFreeShareLeast, 1.0) * kAnnouncedShareSteps) /
+                    kAnnouncedShareSteps;
   if (used_share >= settings_.overload_max) load.free_share = 0;
   load.characters = server.people;
   load.free_characters = settings_.characters_max - std::min(server.people, settings_.characters_max);

@@ -166,16 +166,16 @@ TEST(FleetPlan, a_capped_room_refuses_what_is_above_its_cap) {
   EXPECT_GT(o.room_people_max, 900);
 }
 
-TEST(FleetPlan, a_room_above_a_servers_budget_has_outgrown_it) {
+TEST(FleetPlan, a_room_above_a_servers_budget_overloads_it) {
   Settings s = calm(1000, 10);
   s.rooms = 1;
   s.room_cap = 0;
   s.cores = 1;
   const Outcome o = simulate(s);
-  EXPECT_EQ(o.rooms_outgrown, 1u);
+  EXPECT_EQ(o.rooms_overloaded, 1u);
   EXPECT_GT(o.room_cpu_s_max, s.capacity());
   s.cores = 8;
-  EXPECT_EQ(simulate(s).rooms_outgrown, 0u);
+  EXPECT_EQ(simulate(s).rooms_overloaded, 0u);
 }
 
 TEST(FleetPlan, people_beyond_the_last_server_wait_and_lose_patience) {

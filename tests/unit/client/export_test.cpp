@@ -190,6 +190,15 @@ ImportedStrands read_back(const std::string& path) {
   return strands ? std::move(*strands) : ImportedStrands();
 }
 
+TEST(ExportedStrands, have_groups_of_different_names) {
+  ExportedStrands strands;
+  for (const char* name : {"a_b_2", "a b", "a.b", "a/b", "1"}) {
+    strands.groups.emplace_back().name = name;
+    strands.groups.back().id = static_cast<std::uint32_t>(strands.groups.size()) - 1;
+  }
+  EXPECT_THAT(object_names(strands), ElementsAre("a_b_2", "a_b", "a_b_2_2", "a_b_3", "_1"));
+}
+
 TEST_F(Export, strands_of_different_length_come_back_from_each_format) {
   const Groom groom = small_groom();
   const ExportedStrands strands = exported_strands(groom);

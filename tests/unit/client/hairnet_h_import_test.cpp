@@ -25,8 +25,8 @@ struct NamedText {
 
 // What an import gives: a groom, or an error and its line.
 struct Imported {
-  hairnet_error error = HAIRNET_OK;
-  std::string why, name, remarks;
+  hairnet_error code = HAIRNET_OK;
+  std::string error, name, remarks;
   std::size_t strand_count = 0;
   std::vector<float> points;
 };
@@ -34,12 +34,12 @@ struct Imported {
 Imported imported(const std::vector<NamedText>& texts, const hairnet_import_options* options = nullptr) {
   std::vector<hairnet_file> files;
   for (const NamedText& each : texts) files.push_back({each.name.c_str(), each.text.data(), each.text.size()});
-  std::array<char, 512> why{};
+  std::array<char, 512> error{};
   hairnet_groom* groom = nullptr;
   Imported out;
-  out.error = hairnet_groom_import(files.data(), files.size(), options, &groom, why.data(), why.size());
-  out.why = why.data();
-  EXPECT_EQ(groom != nullptr, out.error == HAIRNET_OK);
+  out.code = hairnet_groom_import(files.data(), files.size(), options, &groom, error.data(), error.size());
+  out.error = error.data();
+  EXPECT_EQ(groom != nullptr, out.code == HAIRNET_OK);
   if (groom == nullptr) return out;
   out.name = hairnet_groom_name(groom);
   out.remarks = hairnet_groom_remarks(groom);
@@ -117,7 +117,7 @@ double largest_difference(const std::vector<float>& a, const std::vector<float>&
 TEST(HairnetHImport, strands_of_another_program_become_a_groom_and_lines_say_what_was_guessed) {
   const MadeHair hair = make_bob();
   const Imported groom = imported({{"bob.obj", obj_of(hair)}});
-  ASSERT_EQ(groom.error, HAIRNET_OK) << groom.why;
+  ASSERT_EQ(groom.code, HAIRNET_OK) << groom.error;
   EXPECT_EQ(groom.name, "bob");
   EXPECT_EQ(groom.strand_count, 300u);
   ASSERT_EQ(groom.points.size(), hair.points.size());
@@ -136,7 +136,7 @@ TEST(HairnetHImport, what_is_known_is_not_guessed) {
   options.roots = "first";
   options.unit_m = 0.02;
   const Imported groom = imported({{"bob.OBJ", obj_of(hair)}}, &options);
-  ASSERT_EQ(groom.error, HAIRNET_OK) << groom.why;
+  ASSERT_EQ(groom.code, HAIRNET_OK) << groom.error;
   EXPECT_EQ(groom.name, "curls");
   EXPECT_THAT(groom.remarks, StartsWith("bob.OBJ: taken as up +z, face +x, 0.02 m a unit, roots first\n"));
 
@@ -144,8 +144,8 @@ TEST(HairnetHImport, what_is_known_is_not_guessed) {
     hairnet_import_options wrong = HAIRNET_IMPORT_OPTIONS;
     set(wrong);
     const Imported refused = imported({{"bob.obj", obj_of(hair)}}, &wrong);
-    EXPECT_EQ(refused.error, HAIRNET_INVALID);
-    return refused.why;
+    EXPECT_EQ(refused.code, HAIRNET_INVALID);
+    return refused.error;
   };
   EXPECT_THAT(refusal([](auto& wrong) { wrong.up = "north"; }), HasSubstr("up: an axis is one of"));
   EXPECT_THAT(refusal([](auto& wrong) { wrong.face = ""; }), HasSubstr("face: an axis is one of"));
@@ -168,7 +168,7 @@ TEST(HairnetHImport, files_of_one_head_are_one_groom) {
   const std::uint32_t first = right.strand_begin.front();
   for (std::uint32_t& begin : right.strand_begin) begin -= first;
   const Imported groom = imported({{"left.ply", ply_of(left)}, {"right.ply", ply_of(right)}});
-  ASSERT_EQ(groom.error, HAIRNET_OK) << groom.why;
+  ASSERT_EQ(groom.code, HAIRNET_OK) << groom.error;
   EXPECT_EQ(groom.name, "left");
   EXPECT_EQ(groom.strand_count, 300u);
   EXPECT_LT(largest_difference(groom.points, hair.points), 1e-4);
@@ -176,10 +176,10 @@ TEST(HairnetHImport, files_of_one_head_are_one_groom) {
 
 TEST(HairnetHImport, bad_files_are_refused_by_their_names) {
   const std::string good = obj_of(make_bob());
-  const auto refusal = [](const std::vector<NamedText>& files, hairnet_error error) {
+  const auto refusal = [](const std::vector<NamedText>& files, hairnet_error code) {
     const Imported refused = imported(files);
-    EXPECT_EQ(refused.error, error) << refused.why;
-    return refused.why;
+    EXPECT_EQ(refused.code, code) << refused.error;
+    return refused.error;
   };
   EXPECT_THAT(refusal({}, HAIRNET_INVALID), StartsWith("0 files"));
   EXPECT_THAT(refusal(std::vector<NamedText>(65, {"bob.obj", good}), HAIRNET_INVALID), StartsWith("65 files"));
@@ -201,12 +201,12 @@ TEST(HairnetHImport, bad_files_are_refused_by_their_names) {
 TEST(HairnetHImport, a_name_that_would_break_a_line_is_shown_with_escapes) {
   const std::string good = obj_of(make_bob());
   const Imported groom = imported({{"b\nob\xff \xe2\x80\xae.obj", good}});
-  ASSERT_EQ(groom.error, HAIRNET_OK) << groom.why;
+  ASSERT_EQ(groom.code, HAIRNET_OK) << groom.error;
   EXPECT_THAT(groom.remarks, StartsWith("b\\u000aob\\xff \\u202e.obj: taken as "));
   const Imported refused = imported({{"b\nob.abc", "no archive"}});
-  EXPECT_THAT(refused.why, StartsWith("b\\u000aob.abc: "));
+  EXPECT_THAT(refused.error, StartsWith("b\\u000aob.abc: "));
   const Imported named = imported({{"Zoë’s 髪 (1).v2.obj", good}});
-  EXPECT_EQ(named.name, "Zoë’s 髪 (1).v2") << named.why;
+  EXPECT_EQ(named.name, "Zoë’s 髪 (1).v2") << named.error;
 }
 
 TEST(HairnetHImport, strands_without_length_are_dropped_and_counted) {
@@ -218,7 +218,7 @@ TEST(HairnetHImport, strands_without_length_are_dropped_and_counted) {
     }
   }
   const Imported groom = imported({{"bob.ply", ply_of(hair)}});
-  ASSERT_EQ(groom.error, HAIRNET_OK) << groom.why;
+  ASSERT_EQ(groom.code, HAIRNET_OK) << groom.error;
   EXPECT_EQ(groom.strand_count, 297u);
   EXPECT_THAT(groom.remarks, HasSubstr("bob.ply: 3 of 300 strands have no length, and are dropped\n"));
 }

@@ -260,13 +260,13 @@ TEST_F(HairnetHPicture, sixteen_characters_have_light_of_their_own) {
 }
 
 TEST_F(HairnetHPicture, wrong_arguments_are_refused) {
-  const std::vector<hairnet_drawn> sound{at_rest(0), at_rest(1)};
-  const auto refused = [&](const auto& spoil) {
-    std::vector<hairnet_drawn> drawn = sound;
-    spoil(drawn[1]);
+  const std::vector<hairnet_drawn> valid{at_rest(0), at_rest(1)};
+  const auto refused = [&](const auto& corrupt) {
+    std::vector<hairnet_drawn> drawn = valid;
+    corrupt(drawn[1]);
     return write(drawn);
   };
-  EXPECT_EQ(write(sound), HAIRNET_OK);
+  EXPECT_EQ(write(valid), HAIRNET_OK);
   EXPECT_EQ(refused([](hairnet_drawn& one) { one.record = 0; }), HAIRNET_INVALID);
   EXPECT_EQ(refused([](hairnet_drawn& one) { one.record = 2; }), HAIRNET_INVALID);
   EXPECT_EQ(refused([](hairnet_drawn& one) { one.pose[34] = std::nan(""); }), HAIRNET_INVALID);
@@ -276,7 +276,7 @@ TEST_F(HairnetHPicture, wrong_arguments_are_refused) {
   EXPECT_EQ(refused([](hairnet_drawn& one) { one.has_light = 1, one.box[4] = kNaN; }), HAIRNET_INVALID);
   EXPECT_EQ(refused([&](hairnet_drawn& one) { one.scene = &scene_; }), HAIRNET_NOT_THERE);
   EXPECT_EQ(refused([](hairnet_drawn& one) { one.record = HAIRNET_NOT_DRAWN, one.scale = kNaN; }), HAIRNET_OK);
-  EXPECT_EQ(write(sound, HAIRNET_SUM_BY_GPU, 1), HAIRNET_INVALID);
+  EXPECT_EQ(write(valid, HAIRNET_SUM_BY_GPU, 1), HAIRNET_INVALID);
   EXPECT_EQ(write({}), HAIRNET_OK);
   EXPECT_EQ(data_.record_count, 0u);
 }
@@ -311,15 +311,15 @@ TEST_F(HairnetHPicture, motions_are_those_of_characters_with_an_id_since_the_las
   drawn[2].id = std::uint64_t{1} << 40;
   drawn[2].head_px = 100;
   drawn[2].scale = 2;
-  hairnet_motions told{};
-  ASSERT_EQ(hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &told), HAIRNET_OK);
-  EXPECT_EQ(told.count, 0u);
+  hairnet_motions announced{};
+  ASSERT_EQ(hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &announced), HAIRNET_OK);
+  EXPECT_EQ(announced.count, 0u);
   drawn[2].pose[4] += 0.25;
   drawn[2].scale = -2;
   drawn[2].nodes = nullptr;
-  ASSERT_EQ(hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &told), HAIRNET_OK);
-  ASSERT_EQ(told.count, 2u);
-  const hairnet_motion& largest = told.motions[0];
+  ASSERT_EQ(hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &announced), HAIRNET_OK);
+  ASSERT_EQ(announced.count, 2u);
+  const hairnet_motion& largest = announced.motions[0];
   EXPECT_EQ(largest.ball_radius_m, 0.45f);
   EXPECT_DOUBLE_EQ(largest.now[12] - largest.before[12], 0.25);
   EXPECT_DOUBLE_EQ(largest.before[13], 1.6);
@@ -331,16 +331,16 @@ TEST_F(HairnetHPicture, motions_are_those_of_characters_with_an_id_since_the_las
   const auto swing = [&](std::size_t slice) {
     float most = 0;
     for (std::size_t i = 4 * 512 * slice; i < 4 * 512 * (slice + 1); ++i)
-      most = std::max(most, std::abs(float{Eigen::half(Eigen::half_impl::raw_uint16_to_half(told.swing[i]))}));
+      most = std::max(most, std::abs(float{Eigen::half(Eigen::half_impl::raw_uint16_to_half(announced.swing[i]))}));
     return most;
   };
   EXPECT_GT(swing(0), 0.01f);
   EXPECT_LT(swing(0), 0.11f);
   EXPECT_EQ(swing(1), 0);
   drawn[0].index = 7;
-  EXPECT_EQ(hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &told), HAIRNET_NOT_THERE);
+  EXPECT_EQ(hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &announced), HAIRNET_NOT_THERE);
   drawn[0].pose[0] = std::nan("");
-  EXPECT_EQ(hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &told), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &announced), HAIRNET_INVALID);
 }
 
 TEST(HairnetHLights, are_those_of_the_studio) {

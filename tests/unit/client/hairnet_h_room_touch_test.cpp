@@ -75,7 +75,7 @@ class HairnetHRoomTouch : public ::testing::Test {
 
   std::int64_t now_ns = 1'000'000'000;
   hairnet_room* room = nullptr;
-  std::array<char, 200> why{};
+  std::array<char, 200> error{};
 };
 
 TEST_F(HairnetHRoomTouch, hands_go_out_and_those_of_others_come_in_the_same_form) {
@@ -90,7 +90,8 @@ TEST_F(HairnetHRoomTouch, hands_go_out_and_those_of_others_come_in_the_same_form
   hands[1].has_jumped = 1;
   for (hairnet_hand& hand : hands) hand.rotation[3] = 1;
   hands[1].position[2] = -3;
-  ASSERT_EQ(hairnet_push_hands(room, hands.data(), hands.size(), why.data(), why.size()), HAIRNET_OK) << why.data();
+  ASSERT_EQ(hairnet_push_hands(room, hands.data(), hands.size(), error.data(), error.size()), HAIRNET_OK)
+      << error.data();
   const auto batches = sent<wire::PoseBatch>();
   ASSERT_THAT(batches, SizeIs(1));
   ASSERT_TRUE(batches[0].hands);
@@ -112,30 +113,30 @@ TEST_F(HairnetHRoomTouch, hands_go_out_and_those_of_others_come_in_the_same_form
   EXPECT_EQ(theirs[1].shapes[0].is_inside_out, 1u);
 
   hands[0].first_number = 300;
-  EXPECT_EQ(hairnet_push_hands(room, hands.data(), 1, why.data(), why.size()), HAIRNET_INVALID);
-  EXPECT_THAT(why.data(), HasSubstr("32"));
+  EXPECT_EQ(hairnet_push_hands(room, hands.data(), 1, error.data(), error.size()), HAIRNET_INVALID);
+  EXPECT_THAT(error.data(), HasSubstr("32"));
   EXPECT_EQ(inputs_dropped(), 1u);
   EXPECT_EQ(hairnet_push_hands(room, nullptr, 0, nullptr, 0), HAIRNET_OK) << "they are gone";
 }
 
 TEST_F(HairnetHRoomTouch, a_hold_is_asked_for_and_answered) {
   const std::array<double, 3> place{0, 0.01, 0};
-  ASSERT_EQ(hairnet_take_hold(room, kOther, 2, place.data(), 0.05, why.data(), why.size()), HAIRNET_OK);
+  ASSERT_EQ(hairnet_take_hold(room, kOther, 2, place.data(), 0.05, error.data(), error.size()), HAIRNET_OK);
   EXPECT_EQ(hairnet_let_go(room, kOther, 2, HAIRNET_PIN), HAIRNET_OK);
   EXPECT_THAT(sent<wire::TakeHold>(), SizeIs(1));
   send(wire::Held{kOther, 2, 70'000});
   hairnet_advance(room);
-  const std::vector<hairnet_event> told = events();
-  ASSERT_THAT(told, SizeIs(1));
-  EXPECT_EQ(told[0].kind, HAIRNET_EVENT_HELD);
-  EXPECT_EQ(told[0].member, kOther);
-  EXPECT_EQ(told[0].hand, 2);
-  EXPECT_EQ(told[0].held, 65'535);
+  const std::vector<hairnet_event> announced = events();
+  ASSERT_THAT(announced, SizeIs(1));
+  EXPECT_EQ(announced[0].kind, HAIRNET_EVENT_HELD);
+  EXPECT_EQ(announced[0].member, kOther);
+  EXPECT_EQ(announced[0].hand, 2);
+  EXPECT_EQ(announced[0].held, 65'535);
 
-  EXPECT_EQ(hairnet_take_hold(room, 3, 2, place.data(), 0.05, why.data(), why.size()), HAIRNET_NOT_THERE);
-  EXPECT_EQ(hairnet_take_hold(room, kOther, 300, place.data(), 0.05, why.data(), why.size()), HAIRNET_INVALID);
-  EXPECT_EQ(hairnet_take_hold(room, kOther, 2, place.data(), 0.5, why.data(), why.size()), HAIRNET_INVALID);
-  EXPECT_THAT(why.data(), HasSubstr("radius"));
+  EXPECT_EQ(hairnet_take_hold(room, 3, 2, place.data(), 0.05, error.data(), error.size()), HAIRNET_NOT_THERE);
+  EXPECT_EQ(hairnet_take_hold(room, kOther, 300, place.data(), 0.05, error.data(), error.size()), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_take_hold(room, kOther, 2, place.data(), 0.5, error.data(), error.size()), HAIRNET_INVALID);
+  EXPECT_THAT(error.data(), HasSubstr("radius"));
   EXPECT_EQ(hairnet_let_go(room, 3, 2, HAIRNET_DROP), HAIRNET_NOT_THERE);
   EXPECT_EQ(hairnet_let_go(room, kOther, 32, HAIRNET_DROP), HAIRNET_INVALID);
   EXPECT_EQ(inputs_dropped(), 2u);
@@ -145,10 +146,10 @@ TEST_F(HairnetHRoomTouch, who_may_touch_is_set_and_told) {
   EXPECT_EQ(hairnet_may_touch(room, kOther), 0);
   send(wire::MemberTouch{kOther, hairnet::TouchAudience::chosen, {4, 5}});
   hairnet_advance(room);
-  const std::vector<hairnet_event> told = events();
-  ASSERT_THAT(told, SizeIs(1));
-  EXPECT_EQ(told[0].kind, HAIRNET_EVENT_TOUCH);
-  EXPECT_EQ(told[0].member, kOther);
+  const std::vector<hairnet_event> announced = events();
+  ASSERT_THAT(announced, SizeIs(1));
+  EXPECT_EQ(announced[0].kind, HAIRNET_EVENT_TOUCH);
+  EXPECT_EQ(announced[0].member, kOther);
   EXPECT_EQ(hairnet_may_touch(room, kOther), 1);
   EXPECT_EQ(hairnet_may_touch(room, 3), 0) << "nobody";
 
@@ -158,7 +159,7 @@ TEST_F(HairnetHRoomTouch, who_may_touch_is_set_and_told) {
   ASSERT_EQ(hairnet_add_character(room, groom, nullptr, &me, nullptr, 0), HAIRNET_OK);
   hairnet_groom_free(groom);
   const std::array<std::uint64_t, 2> friends{4, 9};
-  ASSERT_EQ(hairnet_set_touch(room, me, HAIRNET_CHOSEN, friends.data(), 2, why.data(), why.size()), HAIRNET_OK);
+  ASSERT_EQ(hairnet_set_touch(room, me, HAIRNET_CHOSEN, friends.data(), 2, error.data(), error.size()), HAIRNET_OK);
   const auto rules = sent<wire::SetTouch>();
   ASSERT_THAT(rules, SizeIs(1));
   EXPECT_EQ(rules[0].audience, hairnet::TouchAudience::chosen);
@@ -170,7 +171,7 @@ TEST_F(HairnetHRoomTouch, props_are_set_and_come_back) {
   EXPECT_EQ(hairnet_may_set_props(room), 1);
   const std::uint8_t gone = 7;
   const std::array<hairnet_touch_body, 2> props{box(3), box(4)};
-  ASSERT_EQ(hairnet_set_props(room, props.data(), 2, &gone, 1, why.data(), why.size()), HAIRNET_OK) << why.data();
+  ASSERT_EQ(hairnet_set_props(room, props.data(), 2, &gone, 1, error.data(), error.size()), HAIRNET_OK) << error.data();
   const auto set = sent<wire::SetProps>();
   ASSERT_THAT(set, SizeIs(1));
   EXPECT_THAT(set[0].removed, ::testing::ElementsAre(7));
@@ -181,24 +182,24 @@ TEST_F(HairnetHRoomTouch, props_are_set_and_come_back) {
   hairnet_advance(room);
   ASSERT_THAT(events(), SizeIs(1));
   EXPECT_EQ(hairnet_get_props(room, nullptr, 0), 4u);
-  std::array<hairnet_touch_body, 4> told{};
-  ASSERT_EQ(hairnet_get_props(room, told.data(), told.size()), 4u);
-  EXPECT_EQ(told[0].number, 3u);
-  EXPECT_EQ(told[0].shape, static_cast<std::uint32_t>(HAIRNET_BOX));
-  EXPECT_EQ(told[0].half_size_m[1], 0.5f);
-  EXPECT_EQ(told[0].position[1], 2);
-  EXPECT_EQ(told[2].shape, static_cast<std::uint32_t>(HAIRNET_SPHERE));
-  EXPECT_EQ(told[2].radius_m, 0.25f);
-  EXPECT_EQ(told[3].shape, static_cast<std::uint32_t>(HAIRNET_CAPSULE));
-  EXPECT_EQ(told[3].half_size_m[1], 0.5f);
-  EXPECT_EQ(told[3].has_jumped, 1u);
+  std::array<hairnet_touch_body, 4> announced{};
+  ASSERT_EQ(hairnet_get_props(room, announced.data(), announced.size()), 4u);
+  EXPECT_EQ(announced[0].number, 3u);
+  EXPECT_EQ(announced[0].shape, static_cast<std::uint32_t>(HAIRNET_BOX));
+  EXPECT_EQ(announced[0].half_size_m[1], 0.5f);
+  EXPECT_EQ(announced[0].position[1], 2);
+  EXPECT_EQ(announced[2].shape, static_cast<std::uint32_t>(HAIRNET_SPHERE));
+  EXPECT_EQ(announced[2].radius_m, 0.25f);
+  EXPECT_EQ(announced[3].shape, static_cast<std::uint32_t>(HAIRNET_CAPSULE));
+  EXPECT_EQ(announced[3].half_size_m[1], 0.5f);
+  EXPECT_EQ(announced[3].has_jumped, 1u);
 
   hairnet_touch_body beyond = box(128);
-  EXPECT_EQ(hairnet_set_props(room, &beyond, 1, nullptr, 0, why.data(), why.size()), HAIRNET_INVALID);
-  EXPECT_THAT(why.data(), HasSubstr("128"));
+  EXPECT_EQ(hairnet_set_props(room, &beyond, 1, nullptr, 0, error.data(), error.size()), HAIRNET_INVALID);
+  EXPECT_THAT(error.data(), HasSubstr("128"));
   beyond = box(1);
   beyond.rotation[0] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(hairnet_set_props(room, &beyond, 1, nullptr, 0, why.data(), why.size()), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_set_props(room, &beyond, 1, nullptr, 0, error.data(), error.size()), HAIRNET_INVALID);
   EXPECT_EQ(inputs_dropped(), 2u);
   EXPECT_THAT(sent<wire::SetProps>(), ::testing::IsEmpty());
 }

@@ -53,10 +53,10 @@ TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
                     {0.07f * std::sin(0.1f * static_cast<float>(s)), 0.1f - 0.02f * static_cast<float>(p), 0.06f});
   }
   hairnet_groom* groom = nullptr;
-  char why[128] = "";
-  ASSERT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why),
+  char error[128] = "";
+  ASSERT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, error, sizeof error),
             HAIRNET_OK)
-      << why;
+      << error;
   EXPECT_STREQ(hairnet_groom_name(groom), "row");
   EXPECT_EQ(hairnet_groom_strand_count(groom), 50u);
   EXPECT_EQ(hairnet_groom_point_count(groom), 400u);
@@ -66,7 +66,7 @@ TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
   std::vector<std::uint8_t> file(size);
   ASSERT_EQ(hairnet_groom_file(groom, file.data(), &size), HAIRNET_OK);
   hairnet_groom* again = nullptr;
-  ASSERT_EQ(hairnet_groom_load(file.data(), size, &again, why, sizeof why), HAIRNET_OK) << why;
+  ASSERT_EQ(hairnet_groom_load(file.data(), size, &again, error, sizeof error), HAIRNET_OK) << error;
   std::uint8_t a[HAIRNET_HASH_BYTES], b[HAIRNET_HASH_BYTES];
   hairnet_groom_hash(groom, a);
   hairnet_groom_hash(again, b);
@@ -75,11 +75,11 @@ TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
   hairnet_groom_free(groom);
 
   points[5] = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, why, sizeof why),
+  EXPECT_EQ(hairnet_groom_from_strands("row", points.data(), counts.data(), 50, 0, 0, &groom, error, sizeof error),
             HAIRNET_INVALID);
-  EXPECT_THAT(why, HasSubstr("point 1"));
-  EXPECT_EQ(hairnet_groom_load("not a groom", 11, &groom, why, sizeof why), HAIRNET_MALFORMED);
-  EXPECT_STRNE(why, "");
+  EXPECT_THAT(error, HasSubstr("point 1"));
+  EXPECT_EQ(hairnet_groom_load("not a groom", 11, &groom, error, sizeof error), HAIRNET_MALFORMED);
+  EXPECT_STRNE(error, "");
   char one[1] = {'x'};
   EXPECT_EQ(hairnet_groom_make("no_such_style", 100, &groom, one, sizeof one), HAIRNET_INVALID);
   EXPECT_EQ(one[0], 0);
@@ -87,25 +87,25 @@ TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
 
 TEST(HairnetH, wrong_options_are_named) {
   hairnet_room* room = nullptr;
-  char why[128] = "";
+  char error[128] = "";
   hairnet_options options = HAIRNET_OPTIONS;
   options.room = "no such/name";
-  EXPECT_EQ(hairnet_open(&options, 0, &room, why, sizeof why), HAIRNET_INVALID);
-  EXPECT_THAT(why, HasSubstr("room"));
+  EXPECT_EQ(hairnet_open(&options, 0, &room, error, sizeof error), HAIRNET_INVALID);
+  EXPECT_THAT(error, HasSubstr("room"));
   options = HAIRNET_OPTIONS;
   options.connect_timeout_s = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(hairnet_open(&options, 0, &room, why, sizeof why), HAIRNET_INVALID);
-  EXPECT_THAT(why, HasSubstr("connect_timeout_s"));
+  EXPECT_EQ(hairnet_open(&options, 0, &room, error, sizeof error), HAIRNET_INVALID);
+  EXPECT_THAT(error, HasSubstr("connect_timeout_s"));
   options = HAIRNET_OPTIONS;
   options.size = 0;
-  EXPECT_EQ(hairnet_open(&options, 0, &room, why, sizeof why), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_open(&options, 0, &room, error, sizeof error), HAIRNET_INVALID);
   options = HAIRNET_OPTIONS;
   options.server = "ftp://nowhere";
-  EXPECT_EQ(hairnet_connect(&options, &room, why, sizeof why), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_connect(&options, &room, error, sizeof error), HAIRNET_INVALID);
   options.server = "127.0.0.1:1";
   options.address_only = 1;
-  EXPECT_EQ(hairnet_connect(&options, &room, why, sizeof why), HAIRNET_UNREACHABLE);
-  EXPECT_STRNE(why, "");
+  EXPECT_EQ(hairnet_connect(&options, &room, error, sizeof error), HAIRNET_UNREACHABLE);
+  EXPECT_STRNE(error, "");
 }
 
 // A server that says one thing to the first client, and hears nothing.
@@ -149,9 +149,9 @@ TEST(HairnetH, a_server_that_refuses_is_told_from_one_that_is_not_there) {
   options.server = server.address();
   options.address_only = 1;
   hairnet_room* room = nullptr;
-  char why[128] = "";
-  EXPECT_EQ(hairnet_connect(&options, &room, why, sizeof why), HAIRNET_REFUSED);
-  EXPECT_THAT(why, HasSubstr("the token has expired"));
+  char error[128] = "";
+  EXPECT_EQ(hairnet_connect(&options, &room, error, sizeof error), HAIRNET_REFUSED);
+  EXPECT_THAT(error, HasSubstr("the token has expired"));
 }
 
 // The server's end of a room whose bytes the test carries.
@@ -192,7 +192,7 @@ class HairnetHRoom : public ::testing::Test {
   }
   std::int64_t now_ns_ = 1'000'000'000;
   hairnet_room* room_ = nullptr;
-  std::array<char, 200> why_{};
+  std::array<char, 200> error_{};
 };
 
 TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
@@ -203,7 +203,7 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
   options.tag = "Ada\0b";  // tags may have any bytes
   options.tag_size = 5;
-  ASSERT_EQ(hairnet_add_character(room_, groom, &options, &me, why_.data(), why_.size()), HAIRNET_OK);
+  ASSERT_EQ(hairnet_add_character(room_, groom, &options, &me, error_.data(), error_.size()), HAIRNET_OK);
   EXPECT_EQ(take<hairnet::wire::AddCharacter>(), 1);
   hairnet::wire::CharacterAdded added;
   added.character = me;
@@ -248,19 +248,19 @@ TEST_F(HairnetHRoom, wrong_input_is_refused_and_changes_nothing) {
   hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
   const hairnet_appearance rough{0, 0, 0, 2};
   options.appearance = &rough;
-  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, why_.data(), why_.size()), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, error_.data(), error_.size()), HAIRNET_INVALID);
   options = HAIRNET_CHARACTER_OPTIONS;
   const int beyond = HAIRNET_RIGID + 1;  // an enumeration of C takes it
   std::memcpy(&options.level, &beyond, sizeof beyond);
-  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, why_.data(), why_.size()), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, error_.data(), error_.size()), HAIRNET_INVALID);
   ASSERT_EQ(hairnet_add_character(room_, groom, nullptr, &me, nullptr, 0), HAIRNET_OK);
   std::vector<double> pose = pose_at(0);
   pose[3] = 2;
   EXPECT_EQ(hairnet_push_pose(room_, me, pose.data(), 0), HAIRNET_INVALID);
   EXPECT_EQ(hairnet_push_pose(room_, me + 1, pose_at(0).data(), 0), HAIRNET_NOT_THERE);
   const hairnet_material heavy{1, 1, -1, 1, 1, 0};
-  EXPECT_EQ(hairnet_set_material(room_, me, &heavy, why_.data(), why_.size()), HAIRNET_INVALID);
-  EXPECT_NE(std::string_view(why_.data()).find("density"), std::string_view::npos) << why_.data();
+  EXPECT_EQ(hairnet_set_material(room_, me, &heavy, error_.data(), error_.size()), HAIRNET_INVALID);
+  EXPECT_NE(std::string_view(error_.data()).find("density"), std::string_view::npos) << error_.data();
   hairnet_wind storm = HAIRNET_STILL_AIR;
   storm.gust_ratio = -1;
   EXPECT_EQ(hairnet_set_wind(room_, &storm, nullptr, 0), HAIRNET_INVALID);
@@ -287,11 +287,11 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
   std::vector<std::uint8_t> file(size);
   ASSERT_EQ(hairnet_levels_file(levels, file.data(), &size), HAIRNET_OK);
   hairnet_levels_free(levels);
-  char why[128] = "";
-  ASSERT_EQ(hairnet_levels_load(groom, file.data(), size, &levels, why, sizeof why), HAIRNET_OK) << why;
+  char error[128] = "";
+  ASSERT_EQ(hairnet_levels_load(groom, file.data(), size, &levels, error, sizeof error), HAIRNET_OK) << error;
   file[file.size() / 2] ^= 1;
   hairnet_levels* damaged = nullptr;
-  EXPECT_EQ(hairnet_levels_load(groom, file.data(), size, &damaged, why, sizeof why), HAIRNET_MALFORMED);
+  EXPECT_EQ(hairnet_levels_load(groom, file.data(), size, &damaged, error, sizeof error), HAIRNET_MALFORMED);
 
   hairnet_world* world = nullptr;
   EXPECT_EQ(hairnet_world_make(5, &world), HAIRNET_INVALID);
@@ -300,8 +300,9 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
   ASSERT_EQ(hairnet_world_add(world, groom, levels, nullptr, pose_at(0).data(), &me, nullptr, 0), HAIRNET_OK);
   hairnet_groom* other_groom = nullptr;
   ASSERT_EQ(hairnet_groom_make("bob", 50, &other_groom, nullptr, 0), HAIRNET_OK);
-  EXPECT_EQ(hairnet_world_add(world, other_groom, levels, nullptr, nullptr, nullptr, why, sizeof why), HAIRNET_INVALID);
-  EXPECT_STREQ(why, "the levels are of another groom");
+  EXPECT_EQ(hairnet_world_add(world, other_groom, levels, nullptr, nullptr, nullptr, error, sizeof error),
+            HAIRNET_INVALID);
+  EXPECT_STREQ(error, "the levels are of another groom");
   hairnet_groom_free(other_groom);
   const std::size_t count = hairnet_groom_point_count(groom);
   std::vector<float> points(3 * count), rest(3 * count);

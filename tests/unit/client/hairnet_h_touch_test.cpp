@@ -120,10 +120,10 @@ TEST_F(HairnetHTouch, a_prop_in_the_hair_pushes_it_away) {
 }
 
 TEST_F(HairnetHTouch, what_is_no_body_or_no_hold_is_refused_and_changes_nothing) {
-  char why[128] = "";
+  char error[128] = "";
   const auto refusal = [&](const std::vector<hairnet_touch_body>& bodies) {
-    EXPECT_EQ(hairnet_world_set_bodies(world, bodies.data(), bodies.size(), why, sizeof why), HAIRNET_INVALID);
-    return std::string(why);
+    EXPECT_EQ(hairnet_world_set_bodies(world, bodies.data(), bodies.size(), error, sizeof error), HAIRNET_INVALID);
+    return std::string(error);
   };
   hairnet_touch_body bad = ball(0, 0, 0, 0);
   EXPECT_THAT(refusal({bad}), HasSubstr("body 0: "));

@@ -6,9 +6,9 @@
 #include <random>
 
 #include "schema/http3/capsule.hpp"
+#include "schema/http3/control_stream.hpp"
 #include "schema/http3/field_section.hpp"
 #include "schema/http3/opening.hpp"
-#include "schema/http3/settings.hpp"
 #include "schema/http3/stream_type.hpp"
 #include "tests/support/http3_client.hpp"
 #include "tests/support/http3_client_owner.hpp"
@@ -89,7 +89,7 @@ TEST(Http3Session, does_the_same_when_every_byte_comes_alone) {
   EXPECT_EQ(s.http3.channel(), kChannel);
   each(kSession, http3::close_session_capsule(1, "enough"));
   EXPECT_EQ(s.owner.failure, ErrorCode::no_error);
-  EXPECT_EQ(s.owner.why, "enough");
+  EXPECT_EQ(s.owner.error, "enough");
 }
 
 TEST(Http3Session, ends_with_the_status_of_a_refusal) {
@@ -98,7 +98,7 @@ TEST(Http3Session, ends_with_the_status_of_a_refusal) {
     s.http3.on_bytes(kControl, http3::control_stream_begin(), false);
     s.http3.on_bytes(kSession, response(status), true);
     EXPECT_EQ(s.owner.failure, ErrorCode::no_error);
-    EXPECT_EQ(s.owner.why, "it answers " + std::to_string(status));
+    EXPECT_EQ(s.owner.error, "it answers " + std::to_string(status));
     EXPECT_EQ(s.http3.channel(), -1);
   }
 }

@@ -1,4 +1,4 @@
-#include "client/assets/import/body.hpp"
+#include "client/assets/import/imported_body.hpp"
 
 #include <gmock/gmock.h>
 
@@ -83,7 +83,7 @@ void expect_near(const Vec3f& got, const Vec3f& expected) {
   EXPECT_LT((got - expected).norm(), 1e-5f) << got.transpose() << " for " << expected.transpose();
 }
 
-void expect_sound(const TriangleMesh& mesh) {
+void expect_valid(const TriangleMesh& mesh) {
   for (const Vec3f& x : mesh.vertices) ASSERT_TRUE(x.allFinite());
   for (const Triangle& triangle : mesh.triangles) {
     for (const std::uint32_t corner : triangle) ASSERT_LT(corner, mesh.vertices.size());
@@ -332,11 +332,11 @@ TEST(ImportGltf, small_files_that_ask_for_much_are_refused) {
 }
 
 // Reads what becomes of a file in which bytes are missing or wrong.
-void expect_sound_or_refused(const std::string& file,
+void expect_valid_or_refused(const std::string& file,
                              const std::function<Result<TriangleMesh>(const std::string&)>& read) {
   const auto check = [&](const std::string& bytes) {
     const Result<TriangleMesh> mesh = read(bytes);
-    if (mesh) return expect_sound(*mesh);
+    if (mesh) return expect_valid(*mesh);
     EXPECT_NE(mesh.error(), "");
     EXPECT_EQ(mesh.error().find('\n'), std::string::npos) << mesh.error();
   };
@@ -358,11 +358,11 @@ Result<TriangleMesh> mesh_of(Result<ImportedBody> body) {
   return std::move(body->mesh);
 }
 
-TEST(ImportGltf, every_truncation_and_20000_mutations_are_sound_or_refused) {
+TEST(ImportGltf, every_truncation_and_20000_mutations_are_valid_or_refused) {
   const std::string file = changed(skinned_file(), "[0, 1, 3, 4, 5], \"inv", "[0, 1         ], \"inv");
   for (std::size_t length = 0; length < file.size(); ++length)
     EXPECT_FALSE(decode_gltf_body(bytes_of(file.substr(0, length)))) << length;
-  expect_sound_or_refused(file, [](const std::string& bytes) { return mesh_of(decode_gltf_body(bytes_of(bytes))); });
+  expect_valid_or_refused(file, [](const std::string& bytes) { return mesh_of(decode_gltf_body(bytes_of(bytes))); });
 }
 
 const std::string kPlySquare =
@@ -378,7 +378,7 @@ TEST(ImportPlyMesh, polygons_become_fans) {
               HasSubstr("face 0: no such vertex"));
   EXPECT_THAT(decode_ply_mesh(bytes_of(changed(kPlySquare, "0 0 0", "0 nan 0"))).error(), HasSubstr("not finite"));
   EXPECT_THAT(decode_ply_mesh(bytes_of(changed(kPlySquare, "vertex_indices", "other"))).error(), HasSubstr("no faces"));
-  expect_sound_or_refused(kPlySquare, [](const std::string& bytes) { return decode_ply_mesh(bytes_of(bytes)); });
+  expect_valid_or_refused(kPlySquare, [](const std::string& bytes) { return decode_ply_mesh(bytes_of(bytes)); });
 }
 
 const std::string kUsdPerson =
@@ -423,7 +423,7 @@ TEST(ImportUsdBody, bad_files_are_refused_with_a_reason) {
   EXPECT_THAT(reason("[0, 1, 2, 3]", "[0, 1, 2, -4]"), HasSubstr("a vertex that does not exist"));
   EXPECT_THAT(reason("(1,1,0), (0,1,0)", "(1,1,0), (0,nan,0)"), HasSubstr("not finite"));
   EXPECT_THAT(reason("def Mesh \"skin\"", "def Cube \"skin\""), HasSubstr("no mesh: 1 mesh hidden"));
-  expect_sound_or_refused(kUsdPerson,
+  expect_valid_or_refused(kUsdPerson,
                           [](const std::string& bytes) { return mesh_of(decode_usd_body(bytes_of(bytes))); });
 }
 
@@ -513,7 +513,7 @@ TEST(ImportRealBody, all_are_read_with_their_size_and_the_joint_of_a_persons_hea
                                {"import/gltf/LeePerrySmith_head.glb", 17'684, 7.95, {}}}) {
     const auto body = decode_gltf_body(test::file_bytes(test::shared_data() / real.path));
     ASSERT_TRUE(body) << real.path << ": " << body.error();
-    expect_sound(body->mesh);
+    expect_valid(body->mesh);
     Vec3f low = body->mesh.vertices[0], high = low;
     for (const Vec3f& x : body->mesh.vertices) {
       low = low.cwiseMin(x);

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "client/assets/import/curve_bases.hpp"
+#include "client/assets/import/curve_sets.hpp"
 
 namespace hairnet {
 namespace {
@@ -215,6 +216,19 @@ TEST(CurveBases, impossible_counts_are_refused_and_points_in_one_place_are_not) 
   const Points same(4, Vec3f(1, 2, 3));
   EXPECT_EQ(curve_tolerance(same), 0);
   EXPECT_LE(sampled(CurveBasis::bspline, CurveWrap::open, same, 0).size(), 65u);
+}
+
+TEST(CurveSets, of_few_curves_each_are_thinned_as_one_list) {
+  CurveSet three;
+  for (std::uint32_t c = 1; c <= 3; ++c) {
+    three.controls.insert(three.controls.end(), {Vec3f(0, 0, 0), Vec3f(0, static_cast<float>(c), 0)});
+    three.begin.push_back(2 * c);
+  }
+  const std::vector<CurveSet> sets(GroomLimits{}.strand_count_max / 2, three);
+  const Result<ImportedStrands> strands = strands_of(sets);
+  ASSERT_TRUE(strands) << strands.error();
+  EXPECT_EQ(strands->strand_count(), 3 * sets.size() / 2) << "one of two";
+  EXPECT_EQ(std::ranges::count(strands->points, Vec3f(0, 2, 0)), std::ranges::count(strands->points, Vec3f(0, 1, 0)));
 }
 
 }  // namespace

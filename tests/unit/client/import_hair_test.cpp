@@ -79,13 +79,13 @@ std::vector<Vec3f> straight(const Vec3f& from, const Vec3f& to, int count) {
 }
 
 // What people's exporters do to one strand of many, and the word that its line must have.
-struct Spoilt {
+struct Corrupted {
   const char* word;
-  std::function<void(Strands&)> spoil;
+  std::function<void(Strands&)> corrupt;
 };
 
-const std::vector<Spoilt>& spoilt() {
-  static const std::vector<Spoilt> all{
+const std::vector<Corrupted>& corrupted() {
+  static const std::vector<Corrupted> all{
       {"strand 50 point", [](Strands& s) { s[50].push_back(Vec3f(0, -1.6f, 0)); }},
       {"strand 50 point", [](Strands& s) { s[50].insert(s[50].begin() + 5, Vec3f(0, -1.6f, 0)); }},
       {"strand 50 point", [](Strands& s) { s[50].insert(s[50].begin(), Vec3f(9, 9, 9)); }},
@@ -99,19 +99,19 @@ const std::vector<Spoilt>& spoilt() {
   return all;
 }
 
-TEST(Outliers, of_every_kind_are_named_and_leave_the_lattice_that_sound_hair_has) {
-  const Strands sound = made("bob");
-  const auto clean = import_hair_parts(parts_of(sound), {});
+TEST(Outliers, of_every_kind_are_named_and_leave_the_lattice_that_valid_hair_has) {
+  const Strands valid = made("bob");
+  const auto clean = import_hair_parts(parts_of(valid), {});
   ASSERT_TRUE(clean) << clean.error();
   EXPECT_THAT(clean->warnings, Not(Contains(HasSubstr("strand 50"))));
   const LevelSpec& spec = kLevelSpecs[static_cast<std::size_t>(LevelIndex::low)];
   const auto wanted = build_level(clean->groom, spec);
-  for (std::size_t i = 0; i < spoilt().size(); ++i) {
-    Strands strands = sound;
-    spoilt()[i].spoil(strands);
+  for (std::size_t i = 0; i < corrupted().size(); ++i) {
+    Strands strands = valid;
+    corrupted()[i].corrupt(strands);
     const auto imported = import_hair_parts(parts_of(strands), {});
     ASSERT_TRUE(imported) << imported.error();
-    EXPECT_THAT(imported->warnings, Contains(HasSubstr(std::string("made.data: ") + spoilt()[i].word))) << i;
+    EXPECT_THAT(imported->warnings, Contains(HasSubstr(std::string("made.data: ") + corrupted()[i].word))) << i;
     const auto level = build_level(imported->groom, spec);
     const Lattice &a = level->geometry.lattice, &b = wanted->geometry.lattice;
     EXPECT_EQ(a.dims, b.dims) << i;
@@ -122,7 +122,7 @@ TEST(Outliers, of_every_kind_are_named_and_leave_the_lattice_that_sound_hair_has
         << i;
     HairImport strict;
     strict.strict = true;
-    EXPECT_THAT(refusal(strands, strict), HasSubstr(spoilt()[i].word));
+    EXPECT_THAT(refusal(strands, strict), HasSubstr(corrupted()[i].word));
   }
 }
 
@@ -244,9 +244,9 @@ TEST(HairImport, takes_a_face_that_hair_does_not_show_where_it_usually_is_and_sa
       EXPECT_THAT(imported->warnings, Contains(HasSubstr("--face sets it")));
     }
     import.strands.face = Axis::minus_x;
-    const auto told = import_hair_parts(parts_of(strands), import);
-    ASSERT_TRUE(told) << told.error();
-    EXPECT_EQ(told->placement.face, Axis::minus_x);
+    const auto announced = import_hair_parts(parts_of(strands), import);
+    ASSERT_TRUE(announced) << announced.error();
+    EXPECT_EQ(announced->placement.face, Axis::minus_x);
   }
   EXPECT_GT(doubts, 0u);
 }

@@ -20,7 +20,7 @@ std::string refusal(std::string_view text) {
   return mesh ? std::string() : mesh.error();
 }
 
-void expect_sound(const TriangleMesh& mesh) {
+void expect_valid(const TriangleMesh& mesh) {
   for (const Vec3f& x : mesh.vertices) EXPECT_TRUE(x.allFinite());
   for (const Triangle& triangle : mesh.triangles) {
     for (const std::uint32_t corner : triangle) EXPECT_LT(corner, mesh.vertices.size());
@@ -87,7 +87,7 @@ TEST(ImportObj, every_truncation_and_corrupt_byte_is_refused_or_gives_a_valid_me
   const std::string whole = kSquare + "f 1 2 3 4\nf -1//1 -2/3/4 1\n";
   for (std::size_t length = 0; length <= whole.size(); ++length) {
     const auto mesh = decode_obj(std::string(whole, 0, length));
-    if (mesh) expect_sound(*mesh);
+    if (mesh) expect_valid(*mesh);
   }
   for (std::size_t at = 0; at < whole.size(); ++at) {
     for (int byte = 0; byte < 256; ++byte) {
@@ -95,7 +95,7 @@ TEST(ImportObj, every_truncation_and_corrupt_byte_is_refused_or_gives_a_valid_me
       text[at] = static_cast<char>(byte);
       const auto mesh = decode_obj(text);
       if (mesh) {
-        expect_sound(*mesh);
+        expect_valid(*mesh);
       } else {
         EXPECT_NE(mesh.error(), "");
       }
@@ -118,7 +118,7 @@ TEST(ImportRealObj, counts_are_those_the_data_set_lists) {
     ASSERT_TRUE(mesh) << real.file << ": " << mesh.error();
     EXPECT_EQ(mesh->vertices.size(), real.vertex_count) << real.file;
     EXPECT_EQ(mesh->triangles.size(), real.triangle_count) << real.file;
-    expect_sound(*mesh);
+    expect_valid(*mesh);
   }
 }
 

@@ -47,21 +47,21 @@ std::string number(float value, bool is_big) {
   return text;
 }
 
-void expect_sound(const ImportedStrands& strands) {
+void expect_valid(const ImportedStrands& strands) {
   EXPECT_EQ(strands.strand_begin.back(), strands.points.size());
   EXPECT_TRUE(std::ranges::is_sorted(strands.strand_begin));
   for (const Vec3f& x : strands.points) EXPECT_TRUE(x.allFinite());
   EXPECT_TRUE(strands.colours.empty() || strands.colours.size() == strands.points.size());
 }
 
-void expect_refused_or_sound_with_any_byte_changed(Decode function, const std::string& whole) {
+void expect_refused_or_valid_with_any_byte_changed(Decode function, const std::string& whole) {
   for (std::size_t at = 0; at < whole.size(); ++at) {
     for (const int changed : {0, 1, 9, 10, 32, 45, 57, 65, 127, 128, 255}) {
       std::string text = whole;
       text[at] = static_cast<char>(changed);
       const auto strands = decode(function, text);
       if (strands) {
-        expect_sound(*strands);
+        expect_valid(*strands);
       } else {
         EXPECT_NE(strands.error(), "");
       }
@@ -177,7 +177,7 @@ TEST(ImportPly, damage_is_refused_with_a_reason) {
     const std::string whole = binary_ply(is_big);
     for (std::size_t length = 0; length < whole.size(); ++length)
       EXPECT_NE(refusal(decode_ply, whole.substr(0, length)), "") << length << " bytes";
-    expect_refused_or_sound_with_any_byte_changed(decode_ply, whole);
+    expect_refused_or_valid_with_any_byte_changed(decode_ply, whole);
   }
 }
 
@@ -297,7 +297,7 @@ TEST(ImportNpz, positions_and_strand_begin_make_strands_of_any_number_of_points)
   const std::string whole = with(points, npy("<u4", "4,", begins));
   for (std::size_t length = 0; length < whole.size(); ++length)
     EXPECT_NE(refusal(decode_npy, whole.substr(0, length)), "") << length << " bytes";
-  expect_refused_or_sound_with_any_byte_changed(decode_npy, whole);
+  expect_refused_or_valid_with_any_byte_changed(decode_npy, whole);
 }
 
 TEST(ImportNpz, an_archive_without_strands_lists_its_arrays) {
@@ -312,12 +312,12 @@ TEST(ImportNpz, damage_is_refused_with_a_reason) {
     const std::string whole = npz({{"strands", npy("<f4", "2, 2, 3", twelve())}}, is_packed);
     for (std::size_t length = 0; length < whole.size(); ++length)
       EXPECT_NE(refusal(decode_npy, whole.substr(0, length)), "") << length << " bytes";
-    expect_refused_or_sound_with_any_byte_changed(decode_npy, whole);
+    expect_refused_or_valid_with_any_byte_changed(decode_npy, whole);
   }
   const std::string one = npy("<f4", "2, 2, 3", twelve());
   for (std::size_t length = 0; length < one.size(); ++length)
     EXPECT_NE(refusal(decode_npy, one.substr(0, length)), "") << length << " bytes";
-  expect_refused_or_sound_with_any_byte_changed(decode_npy, one);
+  expect_refused_or_valid_with_any_byte_changed(decode_npy, one);
 }
 
 const std::string kTressfxText =
@@ -347,7 +347,7 @@ TEST(ImportTressfxText, wrong_counts_and_lines_are_refused_with_their_place) {
   EXPECT_THAT(with("numStrands 2", "numStrands"), HasSubstr("no line begins with numStrands"));
   for (std::size_t length = 0; length < kTressfxText.rfind(" 3\r\n"); ++length)
     EXPECT_NE(refusal(decode_tressfx, kTressfxText.substr(0, length)), "") << length << " bytes";
-  expect_refused_or_sound_with_any_byte_changed(decode_tressfx, kTressfxText);
+  expect_refused_or_valid_with_any_byte_changed(decode_tressfx, kTressfxText);
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ const std::vector<Made>& all_formats() {
   return kMade;
 }
 
-void expect_sound(const ImportedStrands& strands, std::size_t file_bytes) {
+void expect_valid(const ImportedStrands& strands, std::size_t file_bytes) {
   ASSERT_FALSE(strands.strand_begin.empty());
   EXPECT_EQ(strands.strand_begin.front(), 0u);
   EXPECT_EQ(strands.strand_begin.back(), strands.points.size());
@@ -80,7 +80,7 @@ TEST_P(ImportStrands, any_corrupt_byte_is_refused_or_gives_finite_points) {
       bytes[at] ^= static_cast<std::byte>(flip);
       const auto strands = GetParam().decode(bytes);
       if (strands) {
-        expect_sound(*strands, bytes.size());
+        expect_valid(*strands, bytes.size());
       } else {
         EXPECT_NE(strands.error(), "");
       }
@@ -215,7 +215,7 @@ TEST(ImportRealStrands, counts_and_bounds_are_those_the_data_set_lists) {
     ASSERT_TRUE(strands) << real.file << ": " << strands.error();
     EXPECT_EQ(strands->strand_count(), real.strand_count) << real.file;
     EXPECT_EQ(strands->points.size(), real.point_count) << real.file;
-    expect_sound(*strands, bytes.size());
+    expect_valid(*strands, bytes.size());
     if (real.low == real.high) continue;
     Vec3f low = strands->points.front(), high = low;
     for (const Vec3f& x : strands->points) {

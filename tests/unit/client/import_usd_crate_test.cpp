@@ -109,7 +109,7 @@ TEST(ImportUsdCrate, an_archive_holds_it_too) {
     EXPECT_NE(refusal((header + crate).substr(0, length)), "") << length << " bytes";
 }
 
-TEST(ImportUsdCrate, every_truncation_is_refused_and_every_damage_refused_or_sound) {
+TEST(ImportUsdCrate, every_truncation_is_refused_and_every_damage_refused_or_valid) {
   const std::string whole = hair_file(8);
   for (std::size_t length = 0; length < whole.size(); ++length)
     EXPECT_NE(refusal(whole.substr(0, length)), "") << length << " bytes";

@@ -296,7 +296,7 @@ TEST(ImportUsd, groups_are_those_of_the_curves_else_the_prims) {
 TEST(ImportUsd, curves_that_are_not_drawn_are_skipped_and_named) {
   const std::string hair = kTwoOfTwo + kFourPoints;
   const std::string shown = "def BasisCurves \"shown\" {\n" + hair + "}\n";
-  for (const auto& [other, why] :
+  for (const auto& [other, error] :
        {std::pair<std::string, const char*>{"token visibility = \"invisible\"\n", "invisible"},
         {"uniform token purpose = \"guide\"\n", "purpose guide"},
         {"uniform token purpose = \"proxy\"\n", "purpose proxy"}}) {
@@ -305,8 +305,8 @@ TEST(ImportUsd, curves_that_are_not_drawn_are_skipped_and_named) {
       const std::string hidden = "def " + type + " \"hidden\" {\n" + inner;
       const ImportedStrands strands = strands_of("#usda 1.0\n" + hidden + shown);
       EXPECT_EQ(strands.strand_count(), 2u);
-      EXPECT_THAT(strands.doubts, ElementsAre(HasSubstr(why)));
-      EXPECT_THAT(refusal("#usda 1.0\n" + hidden), HasSubstr(why));
+      EXPECT_THAT(strands.doubts, ElementsAre(HasSubstr(error)));
+      EXPECT_THAT(refusal("#usda 1.0\n" + hidden), HasSubstr(error));
     }
   }
   for (const char* begin : {"class BasisCurves \"c\" {\n", "def BasisCurves \"c\" (active = false) {\n"})
@@ -372,7 +372,7 @@ def Xform "head" (variants = { string s = "a" }) {
   return kFile;
 }
 
-void expect_sound(const ImportedStrands& strands) {
+void expect_valid(const ImportedStrands& strands) {
   EXPECT_EQ(strands.strand_begin.back(), strands.points.size());
   EXPECT_TRUE(std::ranges::is_sorted(strands.strand_begin));
   for (const Vec3f& x : strands.points) EXPECT_TRUE(x.allFinite());
@@ -400,7 +400,7 @@ TEST(ImportUsd, any_changed_byte_is_refused_or_gives_finite_strands) {
       text[at] = changed;
       const auto strands = decode(text);
       if (strands) {
-        expect_sound(*strands);
+        expect_valid(*strands);
       } else {
         EXPECT_NE(strands.error(), "");
       }
@@ -448,7 +448,7 @@ TEST(ImportUsd, real_files_have_the_curves_that_their_list_says) {
                                {"houdini_curves_xform_anim", 11, 1111},
                                {"openusd_skel_curves_mesh", 10, 40}}) {
     const ImportedStrands strands = strands_of(test::file_text(folder / (std::string(real.name) + ".usda")));
-    expect_sound(strands);
+    expect_valid(strands);
     EXPECT_THAT(strands.notes, Contains(HasSubstr(std::to_string(real.curves) + " curves of " +
                                                   std::to_string(real.controls) + " control points")))
         << real.name;

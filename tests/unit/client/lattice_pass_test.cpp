@@ -206,10 +206,10 @@ TEST_F(LatticePassTest, bases_and_uploaded_nodes_share_a_picture) {
 }
 
 TEST_F(LatticePassTest, coefficients_that_are_none_of_hair_move_nothing) {
-  const auto sound = coefficients(3, 1);
+  const auto valid = coefficients(3, 1);
   for (const float wrong : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30f}) {
     const std::vector<float> c{0.1f, wrong};
-    const std::array lattices{moved(c), moved(sound)};
+    const std::array lattices{moved(c), moved(valid)};
     const auto nodes = nodes_from_gpu(lattices);
     EXPECT_TRUE(nodes[0].empty());
     EXPECT_EQ(nodes[1].size(), 1000u);

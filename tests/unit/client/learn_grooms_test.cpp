@@ -25,8 +25,8 @@ using testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr HairLearning kShort{
-    .motion_count = 192, .held_out_count = 16, .duration_s = 4, .hidden_count = 24, .rounds = 24};
-constexpr HairLearning kHardly{.motion_count = 16, .held_out_count = 16, .duration_s = 1, .rounds = 1, .rate = 0};
+    .motion_count = 192, .validation_count = 16, .duration_s = 4, .hidden_count = 24, .rounds = 24};
+constexpr HairLearning kHardly{.motion_count = 16, .validation_count = 16, .duration_s = 1, .rounds = 1, .rate = 0};
 constexpr ModeTraining kSomeTraining{.motion_count = 8, .duration_s = 2};
 
 void write(const fs::path& to, const Bytes& bytes) {
@@ -156,7 +156,7 @@ TEST_F(EmbeddedHair, is_that_which_was_learnt_beside_the_same_groom) {
 
 TEST_F(EmbeddedHair, is_taken_over_where_it_is_good) {
   run_until_learnt();
-  EXPECT_EQ(metrics_.groom.grooms_learnt_adopted.value(), 1u);
+  EXPECT_EQ(metrics_.groom.grooms_learnt_accepted.value(), 1u);
   EXPECT_EQ(metrics_.groom.grooms_learnt_file_refused.value(), 0u);
   EXPECT_EQ(learnt_here_, 0);
 }
@@ -168,7 +168,7 @@ TEST_F(EmbeddedHair, is_refused_where_it_is_worse_than_the_low_level_and_learnt_
   bytes_ = wire::encode_groom(*wire::decode_groom(without_), &numb);
   hash_ = wire::hash_groom(bytes_);
   run_until_learnt();
-  EXPECT_EQ(metrics_.groom.grooms_learnt_adopted.value(), 0u);
+  EXPECT_EQ(metrics_.groom.grooms_learnt_accepted.value(), 0u);
   EXPECT_EQ(metrics_.groom.grooms_learnt_file_refused.value(), 1u);
   EXPECT_EQ(learnt_here_, 1);
 }
@@ -232,13 +232,13 @@ TEST_F(LearnGrooms, a_refused_groom_has_its_levels_without_learnt_hair_in_place_
 TEST_F(LearnGrooms, what_is_wrong_is_told_before_anything_is_learnt) {
   const std::string junk = (suite_ / "levels" / "junk.groom").string(), absent = (suite_ / "absent.groom").string();
   write(junk, Bytes(500, 7));
-  const auto refusal_of = [&](const auto& spoil) {
+  const auto refusal_of = [&](const auto& corrupt) {
     LearnOptions options = options_for("levels");
     options.is_stopped = []() -> bool {
       ADD_FAILURE() << "it has begun";
       return true;
     };
-    spoil(options);
+    corrupt(options);
     return refusal(options);
   };
   EXPECT_THAT(refusal_of([](LearnOptions& o) { o.levels += "/none"; }), HasSubstr("levels/none: make it first"));

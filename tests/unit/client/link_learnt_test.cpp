@@ -123,7 +123,7 @@ class ReceivingLearnt : public testing::Test {
   const std::vector<float>& served(std::uint32_t member, std::uint64_t tick) {
     return served_.try_emplace(member, learnt_, member).first->second.at(tick);
   }
-  std::size_t told() {
+  std::size_t announced() {
     std::size_t count = 0;
     for (const wire::Message& message : d.take_all()) count += std::holds_alternative<wire::EvaluateLearnt>(message);
     return count;
@@ -147,9 +147,9 @@ TEST_F(ReceivingLearnt, asks_for_the_network_with_the_first_learnt_frame_and_tel
   d.send(wire::GroomData{wire::hash_groom(network_), network_.size(), 0, network_});
   EXPECT_FALSE(d.take());
   show(13);
-  const auto told = d.expect<wire::EvaluateLearnt>();
-  EXPECT_EQ(told.groom, hash_of(2));
-  EXPECT_EQ(told.learnt, wire::hash_groom(network_));
+  const auto announced = d.expect<wire::EvaluateLearnt>();
+  EXPECT_EQ(announced.groom, hash_of(2));
+  EXPECT_EQ(announced.learnt, wire::hash_groom(network_));
   show(14);
   EXPECT_FALSE(d.take());
 }
@@ -201,40 +201,40 @@ TEST_F(ReceivingLearnt, goes_on_from_what_was_shown_after_a_gap_that_the_server_
   fetch(100);
   for (std::uint64_t tick = 101; tick < 180; ++tick) show(tick, {.evaluated = tick >= 101 + kSettled});
   const std::vector<float> before = show_evaluated(180);
-  EXPECT_EQ(told(), 1u);
+  EXPECT_EQ(announced(), 1u);
   EXPECT_LT(distance_m(show_evaluated(195), before), 1e-6f);
-  EXPECT_EQ(told(), 1u) << "the server is told of the gap";
+  EXPECT_EQ(announced(), 1u) << "the server is told of the gap";
   for (std::uint64_t tick = 196; tick < 200; ++tick) show_evaluated(tick);
   for (std::uint64_t tick = 200; tick < 200 + kSettled; ++tick)
     EXPECT_LT(distance_m(show(tick), served(kMember, tick)), tick < 201 ? 1 : kSurprise_m) << tick;
   for (std::uint64_t tick = 200 + kSettled; tick < 260 + kSettled; ++tick)
     EXPECT_LT(distance_m(show_evaluated(tick), served(kMember, tick)), kNear_m) << tick;
-  EXPECT_EQ(told(), 0u) << "once is enough";
+  EXPECT_EQ(announced(), 0u) << "once is enough";
 }
 
 TEST_F(ReceivingLearnt, tells_of_no_gap_that_a_network_does_not_notice) {
   fetch(100);
   for (std::uint64_t tick = 101; tick < 180; ++tick) show(tick, {.evaluated = tick >= 101 + kSettled});
-  told();
+  announced();
   for (std::uint64_t tick = 180; tick < 400; tick += kLearntGapMax_ticks) show_evaluated(tick);
-  EXPECT_EQ(told(), 0u);
+  EXPECT_EQ(announced(), 0u);
 }
 
 TEST_F(ReceivingLearnt, tells_of_each_gap_and_again_when_nothing_changes) {
   fetch(100);
   for (std::uint64_t tick = 101; tick < 180; ++tick) show(tick, {.evaluated = tick >= 101 + kSettled});
-  told();
+  announced();
   for (std::uint64_t tick = 200; tick < 200 + kSettled; ++tick) show_evaluated(tick);
-  EXPECT_EQ(told(), 1u);
+  EXPECT_EQ(announced(), 1u);
   show_evaluated(300);
-  EXPECT_EQ(told(), 1u);
+  EXPECT_EQ(announced(), 1u);
   show(301);  // the answer
   show_evaluated(330);
-  EXPECT_EQ(told(), 1u);
+  EXPECT_EQ(announced(), 1u);
   show_evaluated(350);
-  EXPECT_EQ(told(), 0u) << "the same message is on its way";
+  EXPECT_EQ(announced(), 0u) << "the same message is on its way";
   for (std::uint64_t tick = 351; tick < 400; ++tick) show_evaluated(tick);
-  EXPECT_EQ(told(), 1u);
+  EXPECT_EQ(announced(), 1u);
 }
 
 TEST_F(ReceivingLearnt, goes_on_smoothly_to_another_level_and_ends_with_its_hair) {
@@ -292,7 +292,7 @@ TEST_F(ReceivingLearnt, evaluates_members_side_by_side_as_each_by_itself) {
 TEST_F(ReceivingLearnt, tells_a_server_that_resumes_the_session_again) {
   fetch(100);
   show(101);
-  EXPECT_EQ(told(), 1u);
+  EXPECT_EQ(announced(), 1u);
   d.core.on_closed("the cable", d.now_ns);
   d.open();
   d.take_all();
@@ -300,7 +300,7 @@ TEST_F(ReceivingLearnt, tells_a_server_that_resumes_the_session_again) {
   announce();
   d.take_all();
   show(110);
-  EXPECT_EQ(told(), 1u);
+  EXPECT_EQ(announced(), 1u);
 }
 
 TEST_F(ReceivingLearnt, forgets_the_network_of_a_session_that_is_lost) {
@@ -326,11 +326,11 @@ TEST_F(ReceivingLearnt, keeps_the_last_coefficients_and_counts_when_it_cannot_ev
 }
 
 TEST_F(ReceivingLearnt, with_a_network_that_cannot_be_used_says_why_once_and_takes_coefficients) {
-  std::vector<std::uint8_t> spoilt = network_;
-  spoilt.resize(spoilt.size() / 2);
-  d.send(wire::GroomLearnt{hash_of(2), wire::hash_groom(spoilt)});
+  std::vector<std::uint8_t> corrupted = network_;
+  corrupted.resize(corrupted.size() / 2);
+  d.send(wire::GroomLearnt{hash_of(2), wire::hash_groom(corrupted)});
   show(100);
-  send_file(spoilt);
+  send_file(corrupted);
   const std::vector<wire::Error> errors = d.events<wire::Error>();
   ASSERT_EQ(errors.size(), 1u);
   EXPECT_EQ(errors[0].groom, hash_of(2));
@@ -348,12 +348,12 @@ TEST_F(ReceivingLearnt, does_not_bother_the_caller_when_the_server_refuses_to_le
   d.send(wire::Error{wire::ErrorReason::groom_unavailable, 0, wire::hash_groom(network_), "no"});
   EXPECT_THAT(d.events<wire::Error>(), testing::IsEmpty());
   EXPECT_LT(distance_m(show(102), served(kMember, 102)), 0.2e-3f);
-  EXPECT_EQ(told(), 0u);
+  EXPECT_EQ(announced(), 0u);
 }
 
-class ReceivingLearntAsTold : public ReceivingLearnt {
+class ReceivingLearntAsAnnounced : public ReceivingLearnt {
  protected:
-  ReceivingLearntAsTold() : ReceivingLearnt(options()) {}
+  ReceivingLearntAsAnnounced() : ReceivingLearnt(options()) {}
   static LinkCoreOptions options() {
     LinkCoreOptions options;
     options.evaluate_learnt = false;
@@ -361,7 +361,7 @@ class ReceivingLearntAsTold : public ReceivingLearnt {
   }
 };
 
-TEST_F(ReceivingLearntAsTold, neither_downloads_a_network_nor_says_that_it_evaluates) {
+TEST_F(ReceivingLearntAsAnnounced, neither_downloads_a_network_nor_says_that_it_evaluates) {
   for (std::uint64_t tick = 100; tick < 110; ++tick) EXPECT_LT(distance_m(show(tick), served(kMember, tick)), 0.2e-3f);
   EXPECT_FALSE(d.take());
 }

@@ -8,47 +8,6 @@
 namespace hairnet::link {
 namespace {
 
-TEST(Backoff, waits_are_spread_over_as_long_as_it_has_been_away) {
-  std::vector<double> shares;
-  for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    Backoff backoff(seed);
-    for (std::int64_t away_ns = 0; away_ns < 2 * Backoff::kBoundMax_ns; away_ns += 1'000'000'000) {
-      const std::int64_t bound_ns = std::clamp(away_ns, Backoff::kBoundMin_ns, Backoff::kBoundMax_ns);
-      const std::int64_t wait_ns = backoff.next_ns(away_ns);
-      EXPECT_GE(wait_ns, 0);
-      EXPECT_LE(wait_ns, bound_ns);
-      shares.push_back(static_cast<double>(wait_ns) / static_cast<double>(bound_ns));
-    }
-  }
-  double mean = 0;
-  for (const double share : shares) mean += share / static_cast<double>(shares.size());
-  EXPECT_NEAR(mean, 0.5, 0.05);
-  EXPECT_LT(*std::min_element(shares.begin(), shares.end()), 0.02);
-  EXPECT_GT(*std::max_element(shares.begin(), shares.end()), 0.98);
-}
-
-TEST(Backoff, client_is_back_within_twice_the_time_that_the_server_was_away) {
-  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
-    Backoff backoff(seed);
-    for (const std::int64_t away_ns : {50'000'000, 400'000'000, 1'400'000'000}) {
-      std::int64_t at_ns = 0;
-      while (at_ns < away_ns) at_ns += backoff.next_ns(at_ns);
-      EXPECT_LE(at_ns, 2 * away_ns + Backoff::kBoundMin_ns);
-    }
-  }
-}
-
-TEST(Backoff, the_same_seed_waits_the_same) {
-  Backoff a(9), b(9), c(10);
-  bool differs = false;
-  for (int i = 0; i < 10; ++i) {
-    const std::int64_t away_ns = std::int64_t{i} * 1'000'000'000, wait_ns = a.next_ns(away_ns);
-    EXPECT_EQ(wait_ns, b.next_ns(away_ns));
-    differs |= wait_ns != c.next_ns(away_ns);
-  }
-  EXPECT_TRUE(differs);
-}
-
 TEST_F(Settled, a_broken_connection_is_replaced_after_the_reported_wait) {
   break_off();
   const std::optional<Reconnecting> lost = d.event<Reconnecting>();
@@ -60,6 +19,22 @@ TEST_F(Settled, a_broken_connection_is_replaced_after_the_reported_wait) {
   d.pass_to_deadline();
   EXPECT_NEAR(1e-9 * static_cast<double>(d.now_ns - before), lost->wait_s, 1e-8);
   EXPECT_TRUE(d.core.wants_connection());
+}
+
+TEST(LinkCoreTrace, clients_that_lose_their_server_together_come_back_apart) {
+  std::set<double> waits_s;
+  for (std::uint64_t trace = 1; trace <= 20; ++trace) {
+    LinkCoreOptions options;
+    options.trace = trace;
+    LinkCoreDriver d(options);
+    d.connect();
+    d.core.take_events();
+    d.core.on_closed("the server stopped", d.now_ns);
+    const std::optional<Reconnecting> lost = d.event<Reconnecting>();
+    ASSERT_TRUE(lost);
+    waits_s.insert(lost->wait_s);
+  }
+  EXPECT_EQ(waits_s.size(), 20u);
 }
 
 TEST_F(Settled, hello_names_the_session_and_its_secret) {

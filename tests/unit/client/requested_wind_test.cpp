@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::uint64_t kOurs = 5, kAnother = 99;
 
-wire::RoomWind told(double x, std::uint64_t session) {
+wire::RoomWind announced(double x, std::uint64_t session) {
   return {{Vec3(x, 0, 0)}, session};
 }
 
@@ -15,7 +15,7 @@ class RequestedWindTest : public testing::Test {
  protected:
   // The speed that is sent; 0: nothing is.
   double welcome(bool may_set = true) { return speed(wind_.on_welcome(may_set)); }
-  double tell(double x, std::uint64_t session) { return speed(wind_.on_told(told(x, session), kOurs)); }
+  double tell(double x, std::uint64_t session) { return speed(wind_.on_announced(announced(x, session), kOurs)); }
   void set(double x) { wind_.set(wire::SetWind{{Vec3(x, 0, 0)}}); }
   // It has arrived.
   void settle(double x) {

@@ -275,7 +275,7 @@ TEST_F(RoomTest, a_caller_that_was_busy_gets_its_frames_as_if_it_had_not_been) {
   EXPECT_NEAR(delay_ms(), before_ms, 40);
 }
 
-TEST_F(RoomTest, heights_on_the_screen_that_no_message_may_say_spoil_no_report) {
+TEST_F(RoomTest, heights_on_the_screen_that_no_message_may_say_corrupt_no_report) {
   join();
   tell_of_other();
   tell_of_other(kOther + 1);

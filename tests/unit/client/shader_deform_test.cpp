@@ -7,7 +7,7 @@
 
 #include "client/assets/made/made.hpp"
 #include "client/draw/groom_geometry.hpp"
-#include "client/render/program.hpp"
+#include "client/render/shader_program.hpp"
 #include "client/render/skin_texture.hpp"
 #include "core/ffd/deform.hpp"
 #include "core/levels/fit_lattice.hpp"

@@ -41,7 +41,7 @@ class StrandDeformPassTest : public ShaderTest {
     const std::size_t rows = groom.point_rows(geometry.strand_count);
     fill_records(nodes, quadratic, {0, rows}, {rows, rows});
     records_->bind();
-    placement_->reserve(2 * rows);
+    placement_->reserve(2 * rows, render::StrandDeformPass::kRowsMax);
     placement_->place(groom, 0, 2);
 
     std::vector<std::array<std::uint32_t, 4>> texels(rows * StrandDeformPass::kPointRow);

@@ -111,11 +111,11 @@ TEST_F(ImportedFiles, are_told_of_as_json_too) {
   const Result<void> done = groom::import_groom(options);
   const std::string printed = ::testing::internal::GetCapturedStdout();
   ASSERT_TRUE(done) << done.error();
-  const nlohmann::json told = nlohmann::json::parse(printed);
-  EXPECT_EQ(told["strands"], 2000);
-  EXPECT_EQ(told["groups"][0]["strands"], 2000);
-  EXPECT_EQ(told["up"], "+y");
-  EXPECT_NE(told["remarks"].dump().find("are guides, between which"), std::string::npos) << printed;
+  const nlohmann::json announced = nlohmann::json::parse(printed);
+  EXPECT_EQ(announced["strands"], 2000);
+  EXPECT_EQ(announced["groups"][0]["strands"], 2000);
+  EXPECT_EQ(announced["up"], "+y");
+  EXPECT_NE(announced["remarks"].dump().find("are guides, between which"), std::string::npos) << printed;
   EXPECT_EQ(load_groom(options.out)->strand_count(), 2000U);
 }
 

@@ -23,7 +23,7 @@ std::variant<ViewOptions, int> parsed(std::initializer_list<const char*> argumen
   return options;
 }
 
-ViewOptions sound(std::initializer_list<const char*> arguments) {
+ViewOptions valid(std::initializer_list<const char*> arguments) {
   auto options = parsed(arguments);
   EXPECT_TRUE(std::holds_alternative<ViewOptions>(options));
   return std::holds_alternative<ViewOptions>(options) ? std::get<ViewOptions>(options) : ViewOptions{};
@@ -36,25 +36,25 @@ bool refused(std::initializer_list<const char*> arguments) {
 constexpr const char* kOne = "groom=made:bob,motion=made:nod";
 
 TEST(ViewOptions, a_window_opens_unless_something_else_is_asked_for) {
-  EXPECT_EQ(sound({"--local"}).output, Output::window);
-  EXPECT_EQ(sound({"--character", kOne}).output, Output::window);
-  EXPECT_EQ(sound({"--character", kOne, "--no-draw"}).output, Output::none);
-  EXPECT_EQ(sound({"--character", kOne, "--trace", "t"}).output, Output::none);
-  EXPECT_EQ(sound({"--character", kOne, "--out", "a.png"}).output, Output::pictures);
-  EXPECT_EQ(sound({"--character", kOne, "--sheet", "a.png", "--times", "1"}).output, Output::pictures);
+  EXPECT_EQ(valid({"--local"}).output, Output::window);
+  EXPECT_EQ(valid({"--character", kOne}).output, Output::window);
+  EXPECT_EQ(valid({"--character", kOne, "--no-draw"}).output, Output::none);
+  EXPECT_EQ(valid({"--character", kOne, "--trace", "t"}).output, Output::none);
+  EXPECT_EQ(valid({"--character", kOne, "--out", "a.png"}).output, Output::pictures);
+  EXPECT_EQ(valid({"--character", kOne, "--sheet", "a.png", "--times", "1"}).output, Output::pictures);
   for (const char* video : {"a.mp4", "a.gif", "a.webm", "a.MP4"})
-    EXPECT_EQ(sound({"--local", "--character", kOne, "--out", video}).output, Output::video);
+    EXPECT_EQ(valid({"--local", "--character", kOne, "--out", video}).output, Output::video);
 }
 
 TEST(ViewOptions, a_simulation_without_characters_shows_one_of_ours_where_there_is_no_window) {
-  EXPECT_TRUE(sound({"--local"}).characters.empty()) << "the window lets a person choose";
+  EXPECT_TRUE(valid({"--local"}).characters.empty()) << "the window lets a person choose";
   for (const char* out : {"a.png", "a.mp4"}) {
-    const ViewOptions options = sound({"--local", "--out", out});
+    const ViewOptions options = valid({"--local", "--out", out});
     ASSERT_EQ(options.characters.size(), 1u);
     EXPECT_TRUE(options.characters[0].groom.starts_with("made:"));
     EXPECT_TRUE(options.characters[0].motion.starts_with("made:"));
   }
-  EXPECT_TRUE(sound({"a.hair", "--out", "a.png"}).characters.empty()) << "the file is shown";
+  EXPECT_TRUE(valid({"a.hair", "--out", "a.png"}).characters.empty()) << "the file is shown";
 }
 
 TEST(ViewOptions, a_picture_has_an_ending_that_can_be_written) {
@@ -63,25 +63,25 @@ TEST(ViewOptions, a_picture_has_an_ending_that_can_be_written) {
     EXPECT_TRUE(refused({"--local", "--sheet", name, "--times", "1"})) << name;
   }
   EXPECT_TRUE(refused({"--local", "--sheet", "a.mp4", "--times", "1"}));
-  EXPECT_EQ(sound({"--local", "--out", "A.PNG"}).output, Output::pictures);
+  EXPECT_EQ(valid({"--local", "--out", "A.PNG"}).output, Output::pictures);
 }
 
 TEST(ViewOptions, a_script_touches_hair_that_is_simulated_here_for_pictures_and_videos) {
-  EXPECT_FALSE(sound({"--local", "--out", "a.mp4"}).touch);
-  EXPECT_EQ(sound({"--local", "--out", "a.mp4", "--touch", "hold"}).touch, TouchScript::hold);
-  EXPECT_EQ(sound({"--local", "--out", "a.png", "--touch", "prop"}).touch, TouchScript::prop);
-  EXPECT_EQ(sound({"--local", "--trace", "t", "--touch", "stroke"}).touch, TouchScript::stroke);
+  EXPECT_FALSE(valid({"--local", "--out", "a.mp4"}).touch);
+  EXPECT_EQ(valid({"--local", "--out", "a.mp4", "--touch", "hold"}).touch, TouchScript::hold);
+  EXPECT_EQ(valid({"--local", "--out", "a.png", "--touch", "prop"}).touch, TouchScript::prop);
+  EXPECT_EQ(valid({"--local", "--trace", "t", "--touch", "stroke"}).touch, TouchScript::stroke);
   EXPECT_TRUE(refused({"--local", "--out", "a.mp4", "--touch", "kick"}));
   EXPECT_TRUE(refused({"--local", "--touch", "pin"})) << "a window has the mouse";
   EXPECT_TRUE(refused({"--character", kOne, "--out", "a.mp4", "--touch", "pin"})) << "a server's hair";
 }
 
 TEST(ViewOptions, a_characters_motion_has_a_rest_pose_axes_and_a_unit_or_they_are_found) {
-  const BvhImport found = sound({"--character", kOne}).characters[0].bvh;
+  const BvhImport found = valid({"--character", kOne}).characters[0].bvh;
   EXPECT_EQ(found.rest, RestPose::automatic);
   EXPECT_FALSE(found.up || found.face || found.unit_m);
   const BvhImport given =
-      sound({"--character", "groom=made:bob,motion=a.bvh,rest=first,up=+z,face=-y,unit=0.01"}).characters[0].bvh;
+      valid({"--character", "groom=made:bob,motion=a.bvh,rest=first,up=+z,face=-y,unit=0.01"}).characters[0].bvh;
   EXPECT_EQ(given.rest, RestPose::first);
   EXPECT_EQ(given.up, Axis::plus_z);
   EXPECT_EQ(given.face, Axis::minus_y);
@@ -90,10 +90,10 @@ TEST(ViewOptions, a_characters_motion_has_a_rest_pose_axes_and_a_unit_or_they_ar
 }
 
 TEST(ViewOptions, files_and_local_are_simulated_here_and_all_else_by_a_server) {
-  EXPECT_EQ(sound({"--local"}).source, Source::local);
-  EXPECT_EQ(sound({"a.hair", "b.obj"}).source, Source::local);
-  EXPECT_EQ(sound({"a.hair", "b.obj"}).files.size(), 2u);
-  EXPECT_EQ(sound({"--connect", "here:1", "--observe", "all"}).source, Source::server);
+  EXPECT_EQ(valid({"--local"}).source, Source::local);
+  EXPECT_EQ(valid({"a.hair", "b.obj"}).source, Source::local);
+  EXPECT_EQ(valid({"a.hair", "b.obj"}).files.size(), 2u);
+  EXPECT_EQ(valid({"--connect", "here:1", "--observe", "all"}).source, Source::server);
   for (const char* flag :
        {"--connect", "--transport", "--room", "--token", "--observe", "--reconnect", "--pose-rate", "--jitter"})
     EXPECT_TRUE(refused({"--local", flag,
@@ -104,27 +104,27 @@ TEST(ViewOptions, files_and_local_are_simulated_here_and_all_else_by_a_server) {
 }
 
 TEST(ViewOptions, the_transport_is_one_of_three_words) {
-  EXPECT_EQ(sound({"--connect", "here:1"}).transport, link::TransportChoice::automatic);
-  EXPECT_EQ(sound({"--connect", "here:1", "--transport", "webtransport"}).transport,
+  EXPECT_EQ(valid({"--connect", "here:1"}).transport, link::TransportChoice::automatic);
+  EXPECT_EQ(valid({"--connect", "here:1", "--transport", "webtransport"}).transport,
             link::TransportChoice::webtransport);
-  EXPECT_EQ(sound({"--connect", "wss://here", "--transport", "address"}).transport, link::TransportChoice::address);
+  EXPECT_EQ(valid({"--connect", "wss://here", "--transport", "address"}).transport, link::TransportChoice::address);
   EXPECT_TRUE(refused({"--connect", "here:1", "--transport", "udp"}));
 }
 
 TEST(ViewOptions, a_window_shows_other_characters_by_default) {
-  EXPECT_TRUE(sound({"--character", kOne}).observe);
-  EXPECT_FALSE(sound({"--character", kOne, "--observe", "nobody"}).observe);
-  EXPECT_FALSE(sound({"--character", kOne, "--no-draw"}).observe);
-  EXPECT_TRUE(sound({"--connect", "here:1"}).observe);
+  EXPECT_TRUE(valid({"--character", kOne}).observe);
+  EXPECT_FALSE(valid({"--character", kOne, "--observe", "nobody"}).observe);
+  EXPECT_FALSE(valid({"--character", kOne, "--no-draw"}).observe);
+  EXPECT_TRUE(valid({"--connect", "here:1"}).observe);
   EXPECT_TRUE(refused({})) << "nothing is asked for";
   EXPECT_TRUE(refused({"--no-draw"})) << "nobody to show and nobody to see";
 }
 
 TEST(ViewOptions, forever_is_a_word_where_no_end_is_needed) {
-  EXPECT_TRUE(std::isinf(sound({"--local"}).duration_s));
-  EXPECT_EQ(sound({"--local", "--duration", "3"}).duration_s, 3);
-  EXPECT_EQ(sound({"--character", kOne, "--out", "a.png"}).duration_s, 6);
-  const ViewOptions kept = sound({"--character", kOne, "--no-draw", "--duration", "forever", "--reconnect", "forever"});
+  EXPECT_TRUE(std::isinf(valid({"--local"}).duration_s));
+  EXPECT_EQ(valid({"--local", "--duration", "3"}).duration_s, 3);
+  EXPECT_EQ(valid({"--character", kOne, "--out", "a.png"}).duration_s, 6);
+  const ViewOptions kept = valid({"--character", kOne, "--no-draw", "--duration", "forever", "--reconnect", "forever"});
   EXPECT_TRUE(std::isinf(kept.duration_s));
   EXPECT_TRUE(std::isinf(kept.reconnect_s));
   EXPECT_TRUE(refused({"--character", kOne, "--out", "a.png", "--duration", "forever"}));
@@ -150,7 +150,7 @@ TEST(ViewOptions, what_cannot_be_is_refused_in_one_line) {
 }
 
 TEST(ViewOptions, a_character_may_have_a_place) {
-  const ViewOptions options = sound({"--local", "--character", "groom=made:bob,motion=made:nod,at=0.6:-1:20"});
+  const ViewOptions options = valid({"--local", "--character", "groom=made:bob,motion=made:nod,at=0.6:-1:20"});
   ASSERT_TRUE(options.characters.at(0).place);
   EXPECT_EQ(*options.characters[0].place, (Place{0.6, -1, 20}));
 }

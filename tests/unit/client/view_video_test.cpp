@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "client/files/video_writer.hpp"
-#include "client/viewer/offline/recorder.hpp"
+#include "client/viewer/offline/window_recorder.hpp"
 
 namespace hairnet::viewer {
 namespace {

@@ -22,7 +22,7 @@ class WebTransportDownloads : public testing::Test {
  protected:
   void open(const QuicOptions& options = {}) {
     client_ = std::make_unique<ClientEnd>(network_, pinned(network_), 20'000, options);
-    ASSERT_TRUE(network_.run(5, [&] { return client_->session->is_open(); })) << client_->session->why();
+    ASSERT_TRUE(network_.run(5, [&] { return client_->session->is_open(); })) << client_->session->reason();
     client_->session->send({0});
     ASSERT_TRUE(network_.run(5, [&] { return !network_.sinks.empty(); }));
     connection_ = network_.connections[0];
@@ -86,10 +86,10 @@ TEST_F(WebTransportDownloads, that_are_not_read_hold_up_neither_the_channel_nor_
   EXPECT_EQ(client_->received, Bytes(50'000, 3));
   EXPECT_THAT(client_->datagrams, ElementsAre(Bytes{4}));
   EXPECT_FALSE(client_->downloads[stalled].is_ended);
-  const int told = sink_->downloads_writable;
+  const int announced = sink_->downloads_writable;
   client_->session->take_download(stalled, std::exchange(client_->downloads[stalled].untaken, 0));
   EXPECT_TRUE(network_.run(5, [&] { return feed(stalled, file, sent) && client_->downloads[stalled].is_ended; }));
-  EXPECT_GT(sink_->downloads_writable, told);
+  EXPECT_GT(sink_->downloads_writable, announced);
   EXPECT_EQ(client_->downloads[stalled].received, file);
 }
 
@@ -192,7 +192,7 @@ TEST_F(WebTransportDownloads, do_not_delay_the_end_of_their_session) {
   connection_->close("the server stops", network_.now_ns);
   EXPECT_TRUE(network_.run(1, [&] { return client_->session->is_over(); }));
   EXPECT_EQ(client_->received, (Bytes{1, 2, 3}));
-  EXPECT_EQ(client_->session->why(), "the server stops");
+  EXPECT_EQ(client_->session->reason(), "the server stops");
 }
 
 // A session of the server in the place of a recording sink.

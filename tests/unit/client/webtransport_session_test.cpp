@@ -12,7 +12,7 @@ using ::testing::HasSubstr;
 TEST(WebTransportSession, opens_with_a_pinned_certificate_and_carries_bytes_and_datagrams_both_ways) {
   quic::QuicNetwork network;
   ClientEnd client(network, pinned(network));
-  ASSERT_TRUE(network.run(1, [&] { return client.session->is_open(); })) << client.session->why();
+  ASSERT_TRUE(network.run(1, [&] { return client.session->is_open(); })) << client.session->reason();
   client.session->send({1, 2, 3});
   EXPECT_TRUE(client.session->send_datagram({7, 8}, network.now_ns));
   network.run(0.01);
@@ -35,7 +35,7 @@ TEST(WebTransportSession, carries_a_megabyte_each_way_over_a_lossy_line_in_order
   std::mt19937 random(3);
   network.loses = [&] { return random() % 20 == 0; };
   ClientEnd client(network, pinned(network));
-  ASSERT_TRUE(network.run(5, [&] { return client.session->is_open(); })) << client.session->why();
+  ASSERT_TRUE(network.run(5, [&] { return client.session->is_open(); })) << client.session->reason();
   Bytes bytes(1 << 20);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i >> 7);
   client.session->send({0});  // the server learns of the channel
@@ -114,9 +114,9 @@ TEST(WebTransportSession, refuses_another_certificate_and_one_that_no_authority_
   ClientEnd wrong(network, other, 20'000), unsigned_one(network, authorities, 20'001);
   network.run(0.1);
   EXPECT_TRUE(wrong.session->is_over());
-  EXPECT_THAT(wrong.session->why(), HasSubstr("its certificate is refused (it is none of those"));
+  EXPECT_THAT(wrong.session->reason(), HasSubstr("its certificate is refused (it is none of those"));
   EXPECT_TRUE(unsigned_one.session->is_over());
-  EXPECT_THAT(unsigned_one.session->why(), HasSubstr("its certificate is refused ("));
+  EXPECT_THAT(unsigned_one.session->reason(), HasSubstr("its certificate is refused ("));
   EXPECT_TRUE(network.requests.empty());
   network.run(2);
   EXPECT_EQ(network.endpoint.connection_count(), 0u);
@@ -143,12 +143,12 @@ TEST(WebTransportSession, says_what_the_server_answered_and_that_nothing_answers
   ClientEnd refused(network, pinned(network), 20'000);
   network.run(1);
   EXPECT_TRUE(refused.session->is_over());
-  EXPECT_EQ(refused.session->why(), "it answers 404");
+  EXPECT_EQ(refused.session->reason(), "it answers 404");
   network.loses = [] { return true; };
   ClientEnd alone(network, pinned(network), 20'001);
   network.run(6);
   EXPECT_TRUE(alone.session->is_over());
-  EXPECT_EQ(alone.session->why(), "nothing answers on its UDP port");
+  EXPECT_EQ(alone.session->reason(), "nothing answers on its UDP port");
 }
 
 TEST(WebTransportSession, ends_with_the_servers_reason_after_all_that_the_server_has_sent) {
@@ -163,7 +163,7 @@ TEST(WebTransportSession, ends_with_the_servers_reason_after_all_that_the_server
   network.connections[0]->close("the room is full", network.now_ns);
   EXPECT_TRUE(network.run(3, [&] { return client.session->is_over(); }));
   EXPECT_EQ(client.received, Bytes(50'000, 3));
-  EXPECT_EQ(client.session->why(), "the room is full");
+  EXPECT_EQ(client.session->reason(), "the room is full");
 }
 
 TEST(WebTransportSession, tells_the_server_its_own_end) {
@@ -191,14 +191,14 @@ TEST(WebTransportSession, stays_through_silence_and_ends_when_the_server_has_gon
   EXPECT_TRUE(client.session->is_open());
   network.loses = [] { return true; };
   EXPECT_TRUE(network.run(21, [&] { return client.session->is_over(); }));
-  EXPECT_EQ(client.session->why(), "nothing came for too long");
+  EXPECT_EQ(client.session->reason(), "nothing came for too long");
 }
 
 TEST(WebTransportSession, ignores_empty_packets) {
   quic::QuicNetwork network;
   ClientEnd client(network, pinned(network));
   client.session->receive({}, network.now_ns);
-  ASSERT_TRUE(network.run(1, [&] { return client.session->is_open(); })) << client.session->why();
+  ASSERT_TRUE(network.run(1, [&] { return client.session->is_open(); })) << client.session->reason();
   client.session->receive({}, network.now_ns);
   EXPECT_TRUE(client.session->is_open());
 }

@@ -36,6 +36,8 @@ TEST(ClosestName, a_line_about_unexpected_words_names_the_first_flag) {
   EXPECT_EQ(said({"--nonsense", "5"}), "there is no flag --nonsense; --help lists all flags");
   EXPECT_EQ(said({"mkae", "bob"}), "'mkae' is not expected here; did you mean 'make'?");
   EXPECT_EQ(said({"-"}), "'-' is not expected here; --help lists what is");
+  EXPECT_EQ(said({"--"}), "'--' is not expected here; --help lists what is");
+  EXPECT_EQ(said({"--", "--locla"}), "there is no flag --locla; did you mean --local?");
 }
 
 }  // namespace

@@ -159,13 +159,13 @@ TEST(Cloth, without_area_or_with_coincident_points_gives_a_valid_level) {
   groom.add_cloth(points, cloth);
   groom.add_cloth(points, {});
   ASSERT_EQ(validate(groom), "");
-  for (const LevelSpec& spec : kLevelSpecs) support::expect_sound(*build_level(groom, spec));
+  for (const LevelSpec& spec : kLevelSpecs) support::expect_valid(*build_level(groom, spec));
 }
 
 TEST(Cloth, alone_makes_a_level) {
   const auto set = build_levels(make_sheet(true), {});
   ASSERT_TRUE(set);
-  for (const Level& level : set->levels) support::expect_sound(level);
+  for (const Level& level : set->levels) support::expect_valid(level);
   EXPECT_GT((*set)[LevelIndex::high].springs.count(), 100u);
   EXPECT_GT((*set)[LevelIndex::high].attachments.count(), 0u);
 }
@@ -185,7 +185,7 @@ TEST(Thread, has_the_stiffness_and_weight_that_it_states) {
   const Groom groom = make_threaded(0.5f);
   ASSERT_EQ(validate(groom), "");
   const auto level = build_level(groom, kLevelSpecs[0]);
-  support::expect_sound(*level);
+  support::expect_valid(*level);
   double compliance = 0;
   for (std::size_t s = 0; s < level->springs.count(); ++s)
     compliance += 1 / static_cast<double>(level->springs.stiffness[s]);
@@ -239,7 +239,7 @@ TEST_P(FabricInHairstyles, leave_the_design_in_exact_equilibrium) {
   const Groom groom = make_hairstyle(GetParam(), {.strand_count = 300}).value();
   const auto set = build_levels(groom);
   for (const Level& level : set->levels) {
-    support::expect_sound(level);
+    support::expect_valid(level);
     LatticeState state;
     reset_to_rest(level, state);
     StepScratch scratch;

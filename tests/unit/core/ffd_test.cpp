@@ -131,17 +131,17 @@ TEST(LevelGeometry, trimmed_nodes_follow_their_combinations) {
 }
 
 TEST(LevelGeometry, refuses_what_does_not_fit_together) {
-  LevelGeometry sound;
-  sound.lattice = make_lattice({2, 2, 2});
-  sound.active_nodes = {0, 1, 2, 3, 4, 5, 6};
-  sound.trimmed_nodes = {7};
-  sound.trimmed_begin = {0, 1};
-  sound.trimmed_from = {0};
-  sound.trimmed_weights = {1};
-  ASSERT_EQ(validate(sound), "");
-  const auto refused = [&](auto spoil) {
-    LevelGeometry geometry = sound;
-    spoil(geometry);
+  LevelGeometry valid;
+  valid.lattice = make_lattice({2, 2, 2});
+  valid.active_nodes = {0, 1, 2, 3, 4, 5, 6};
+  valid.trimmed_nodes = {7};
+  valid.trimmed_begin = {0, 1};
+  valid.trimmed_from = {0};
+  valid.trimmed_weights = {1};
+  ASSERT_EQ(validate(valid), "");
+  const auto refused = [&](auto corrupt) {
+    LevelGeometry geometry = valid;
+    corrupt(geometry);
     return !validate(geometry).empty();
   };
   EXPECT_TRUE(refused([](auto& g) { g.lattice.dims[1] = 1; }));

@@ -41,9 +41,9 @@ TEST(GroomFeatures, one_of_everything_is_valid) {
 }
 
 TEST(GroomFeatures, are_refused_in_one_line_when_they_are_invalid) {
-  const auto fault = [](auto spoil) {
+  const auto fault = [](auto corrupt) {
     Groom groom = make_full();
-    spoil(groom);
+    corrupt(groom);
     const std::string reason = validate(groom);
     EXPECT_EQ(reason.find('\n'), std::string::npos);
     return reason;

@@ -199,7 +199,7 @@ TEST(Knots, may_have_a_weight_of_their_own) {
   groom.knots.push_back({.points = middles(groom)});
   const auto mass = [&] {
     const auto level = build_level(groom, kLevelSpecs[1]);
-    support::expect_sound(*level);
+    support::expect_valid(*level);
     return std::accumulate(level->mass.begin(), level->mass.end(), 0.0);
   };
   const double without_kg = mass();
@@ -216,7 +216,7 @@ TEST(Knots, survive_the_merging_of_springs) {
   const auto level = build_level(tied, scarce, {}, &report);
   ASSERT_GT(report.springs_before, 3 * scarce.spring_count);
   EXPECT_EQ(level->springs.count(), scarce.spring_count);
-  support::expect_sound(*level);
+  support::expect_valid(*level);
   const double loose_m = change_between_locks(loose, points_in_spin(loose, *build_level(loose, scarce), 11));
   EXPECT_LT(change_between_locks(tied, points_in_spin(tied, *level, 11)), 0.35 * loose_m)
       << "with a quarter of 60 springs";

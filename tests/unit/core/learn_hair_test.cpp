@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "client/assets/made/made.hpp"
-#include "core/learning/adopt_hair.hpp"
+#include "core/learning/accept_given_hair.hpp"
 #include "core/learning/learnt_examples.hpp"
 #include "core/modes/training_motion.hpp"
 #include "core/world/world.hpp"
@@ -16,7 +16,7 @@ namespace hairnet {
 namespace {
 
 constexpr HairLearning kShort{
-    .motion_count = 320, .held_out_count = 32, .duration_s = 4, .hidden_count = 32, .rounds = 24};
+    .motion_count = 320, .validation_count = 32, .duration_s = 4, .hidden_count = 32, .rounds = 24};
 constexpr std::uint32_t kUnseenMotion = 4000000;
 
 void last_first(std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -116,31 +116,31 @@ TEST_F(LearntGroom, is_taken_over_on_another_basis) {
   training.motion_count = 12;
   const std::shared_ptr<const Modes> others = make_modes(*groom_, levels_, {}, {}, training);
   ASSERT_NE(others->basis.modes, modes_->basis.modes);
-  const auto adopted = adopt_hair(*groom_, levels_, *others, *hair_);
-  ASSERT_TRUE(adopted) << adopted.error();
-  EXPECT_EQ(validate(**adopted), "");
-  EXPECT_NEAR((*adopted)->error, hair_->error, 0.05f);
-  EXPECT_NEAR((*adopted)->wind.error, hair_->wind.error, 0.05f);
-  EXPECT_EQ((*adopted)->most, hair_->most);
-  EXPECT_EQ((*adopted)->hidden_weights, hair_->hidden_weights);
+  const auto accepted = accept_given_hair(*groom_, levels_, *others, *hair_);
+  ASSERT_TRUE(accepted) << accepted.error();
+  EXPECT_EQ(validate(**accepted), "");
+  EXPECT_NEAR((*accepted)->error, hair_->error, 0.05f);
+  EXPECT_NEAR((*accepted)->wind.error, hair_->wind.error, 0.05f);
+  EXPECT_EQ((*accepted)->most, hair_->most);
+  EXPECT_EQ((*accepted)->hidden_weights, hair_->hidden_weights);
 }
 
 TEST_F(LearntGroom, of_numbers_that_say_nothing_is_not_taken_over) {
   LearntHair deaf = *hair_;
   std::ranges::fill(deaf.input_weights, 0.0f);
   std::ranges::fill(deaf.hidden_weights, 0.0f);
-  const auto adopted = adopt_hair(*groom_, levels_, *modes_, deaf);
-  ASSERT_FALSE(adopted);
-  EXPECT_NE(adopted.error().find("the low level by"), std::string::npos) << adopted.error();
+  const auto accepted = accept_given_hair(*groom_, levels_, *modes_, deaf);
+  ASSERT_FALSE(accepted);
+  EXPECT_NE(accepted.error().find("the low level by"), std::string::npos) << accepted.error();
 }
 
 TEST_F(LearntGroom, that_is_being_taken_over_can_be_stopped) {
   BuildCallbacks callbacks;
   int asked = 0;
   callbacks.progress = [&asked](double, std::string_view) { return ++asked < 20; };
-  const auto adopted = adopt_hair(*groom_, levels_, *modes_, *hair_, callbacks);
-  ASSERT_TRUE(adopted);
-  EXPECT_EQ(*adopted, nullptr);
+  const auto accepted = accept_given_hair(*groom_, levels_, *modes_, *hair_, callbacks);
+  ASSERT_TRUE(accepted);
+  EXPECT_EQ(*accepted, nullptr);
   EXPECT_EQ(asked, 20);
 }
 

@@ -234,9 +234,9 @@ TEST(LearntHair, covers_air_as_fast_as_in_training) {
 
 TEST(LearntHair, with_a_fault_is_not_valid) {
   const LearntHair good = support::random_learnt_hair(10);
-  const auto fault = [&](auto spoil) {
+  const auto fault = [&](auto corrupt) {
     LearntHair hair = good;
-    spoil(hair);
+    corrupt(hair);
     return validate(hair);
   };
   EXPECT_EQ(validate(good), "");

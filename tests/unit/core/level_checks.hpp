@@ -15,7 +15,7 @@ bool all_finite(const std::vector<T>& values) {
   return std::ranges::all_of(values, [](const T& v) { return std::isfinite(v); });
 }
 
-inline void expect_sound(const Stiffeners& stiffeners, std::size_t node_count, float weight_sum, const Level& level) {
+inline void expect_valid(const Stiffeners& stiffeners, std::size_t node_count, float weight_sum, const Level& level) {
   ASSERT_EQ(stiffeners.begin.size(), stiffeners.count() + 1);
   ASSERT_EQ(stiffeners.nodes.size(), stiffeners.weights.size());
   EXPECT_EQ(stiffeners.begin.back(), stiffeners.nodes.size());
@@ -39,7 +39,7 @@ inline void expect_sound(const Stiffeners& stiffeners, std::size_t node_count, f
   }
 }
 
-inline void expect_sound(const Level& level) {
+inline void expect_valid(const Level& level) {
   EXPECT_EQ(validate(level.geometry), "");
   const std::size_t n = level.geometry.active_nodes.size();
   ASSERT_GT(n, 0u);
@@ -57,8 +57,8 @@ inline void expect_sound(const Level& level) {
     EXPECT_GE(xx * yy - xy * xy, -1e-6f * xx * yy);  // positive semi-definite: air never pushes forward
     EXPECT_TRUE(std::isfinite(xz) && std::isfinite(yz) && zz >= 0);
   }
-  expect_sound(level.springs, n, 0, level);
-  expect_sound(level.attachments, n, 1, level);
+  expect_valid(level.springs, n, 0, level);
+  expect_valid(level.attachments, n, 1, level);
 }
 
 }  // namespace hairnet::support

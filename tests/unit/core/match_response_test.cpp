@@ -70,7 +70,7 @@ TEST_F(MatchingResponse, keeps_what_makes_a_spring) {
   const Level before = with_part(100);
   Level after = before;
   ASSERT_TRUE(match_response(all_->springs, all_->attachments, after));
-  support::expect_sound(after);
+  support::expect_valid(after);
   EXPECT_EQ(after.springs.nodes, before.springs.nodes);
   EXPECT_EQ(after.springs.begin, before.springs.begin);
   EXPECT_NE(after.springs.weights, before.springs.weights);

@@ -104,7 +104,7 @@ TEST(Material, refuses_factors_that_are_almost_zero_and_absurd_ones) {
   }
 }
 
-TEST(Material, of_the_smallest_numbers_that_are_taken_gives_sound_levels) {
+TEST(Material, of_the_smallest_numbers_that_are_taken_gives_valid_levels) {
   constexpr auto kSmallest = static_cast<float>(1.01 * NumberRange::kSmallest);
   for (const auto number : kNumbers) {
     Groom groom = support::make_head_of_hair(6);

@@ -214,14 +214,14 @@ TEST_F(HairModes, are_as_many_as_the_wanted_error_needs) {
   EXPECT_GE(count, 32u);
   EXPECT_LT(count, kModeCountMax);
   const ModeTraining usual;
-  ASSERT_EQ(modes_->held_out_error.size(), count);
-  EXPECT_TRUE(std::ranges::is_sorted(modes_->held_out_error, std::greater{}));
-  EXPECT_LE(modes_->held_out_error.back(), usual.error_max);
-  EXPECT_GT(modes_->held_out_error[count - 17], usual.error_max) << "sixteen fewer would not do";
+  ASSERT_EQ(modes_->validation_error.size(), count);
+  EXPECT_TRUE(std::ranges::is_sorted(modes_->validation_error, std::greater{}));
+  EXPECT_LE(modes_->validation_error.back(), usual.error_max);
+  EXPECT_GT(modes_->validation_error[count - 17], usual.error_max) << "sixteen fewer would not do";
 }
 
-TEST_F(HairModes, show_unseen_motion_about_as_well_as_held_out_motion_says) {
-  const double said = static_cast<double>(modes_->held_out_error.back());
+TEST_F(HairModes, show_unseen_motion_about_as_well_as_the_validation_error_says) {
+  const double said = static_cast<double>(modes_->validation_error.back());
   const double error = unseen_error(*groom_, levels_, *modes_);
   EXPECT_GT(error, 0.5 * said);
   EXPECT_LT(error, 1.5 * said);
@@ -232,24 +232,24 @@ TEST_F(HairModes, are_few_where_much_error_is_allowed_and_as_many_as_there_may_b
   EXPECT_EQ(some->basis.mode_count(), 32u);
   const auto all = make_modes(*groom_, levels_, {}, {}, {.duration_s = 2, .error_max = 0});
   EXPECT_EQ(all->basis.mode_count(), kModeCountMax);
-  EXPECT_GT(all->held_out_error.back(), 0.0f);
+  EXPECT_GT(all->validation_error.back(), 0.0f);
 }
 
 TEST_F(HairModes, say_how_many_coefficients_an_error_needs) {
   Modes modes;
-  modes.held_out_error = {0.4f, 0.2f, 0.1f, 0.05f};
+  modes.validation_error = {0.4f, 0.2f, 0.1f, 0.05f};
   EXPECT_EQ(modes.count_within(0.5f), 1u);
   EXPECT_EQ(modes.count_within(0.1f), 3u);
   EXPECT_EQ(modes.count_within(0.01f), 0u);
 }
 
-TEST_F(HairModes, of_hair_that_does_not_move_are_sound) {
+TEST_F(HairModes, of_hair_that_does_not_move_are_valid) {
   Groom still = *groom_;
   for (StrandProperties& strand : still.strands) strand.root_length_m = 10;
   const auto levels = build_levels(still);
   const auto modes = make_modes(still, levels, {}, {}, {.duration_s = 1});
   EXPECT_EQ(validate(modes->basis), "");
-  EXPECT_TRUE(std::ranges::all_of(modes->held_out_error, [](float e) { return std::isfinite(e) && e >= 0; }));
+  EXPECT_TRUE(std::ranges::all_of(modes->validation_error, [](float e) { return std::isfinite(e) && e >= 0; }));
 }
 
 TEST_F(HairModes, bring_coarse_levels_nearer_to_the_finest_on_the_mean) {
@@ -283,18 +283,18 @@ TEST_F(HairModes, can_be_cancelled_and_report_progress) {
 
 TEST_F(HairModes, that_do_not_fit_together_are_refused) {
   EXPECT_EQ(validate(modes_->basis), "");
-  const auto spoilt = [](const auto& spoil) {
+  const auto corrupted = [](const auto& corrupt) {
     Basis basis = modes_->basis;
-    spoil(basis);
+    corrupt(basis);
     return validate(basis);
   };
-  EXPECT_NE(spoilt([](Basis& b) { b.modes.pop_back(); }), "");
-  EXPECT_NE(spoilt([](Basis& b) { b.unit.pop_back(); }), "");
-  EXPECT_NE(spoilt([](Basis& b) { b.node_count = 0; }), "");
-  EXPECT_NE(spoilt([](Basis& b) { b.unit[0] = std::numeric_limits<float>::quiet_NaN(); }), "");
-  EXPECT_NE(spoilt([](Basis& b) { b.deviation_m[3] = 0; }), "");
-  EXPECT_NE(spoilt([](Basis& b) { std::swap(b.deviation_m.front(), b.deviation_m.back()); }), "");
-  EXPECT_NE(spoilt([](Basis& b) { b = {}; }), "");
+  EXPECT_NE(corrupted([](Basis& b) { b.modes.pop_back(); }), "");
+  EXPECT_NE(corrupted([](Basis& b) { b.unit.pop_back(); }), "");
+  EXPECT_NE(corrupted([](Basis& b) { b.node_count = 0; }), "");
+  EXPECT_NE(corrupted([](Basis& b) { b.unit[0] = std::numeric_limits<float>::quiet_NaN(); }), "");
+  EXPECT_NE(corrupted([](Basis& b) { b.deviation_m[3] = 0; }), "");
+  EXPECT_NE(corrupted([](Basis& b) { std::swap(b.deviation_m.front(), b.deviation_m.back()); }), "");
+  EXPECT_NE(corrupted([](Basis& b) { b = {}; }), "");
 }
 
 TEST(LeadingEigenvectors, are_those_of_a_dense_solver) {

@@ -146,6 +146,12 @@ TEST(TouchShape, a_half_space_is_all_below_its_plane) {
   }
 }
 
+TEST(TouchShape, a_half_space_stays_at_its_plane_where_the_rotation_is_a_little_off_unit_length) {
+  const RigidTransform plane{Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized())), {3, 1, -2}};
+  const RigidTransform off{Quat(1.0009 * plane.rotation.coeffs()), plane.position};
+  EXPECT_LT((half_space(off).place.position - half_space(plane).place.position).norm(), 1e-12);
+}
+
 TEST(TouchShape, without_size_or_of_a_size_that_is_no_number_is_refused) {
   EXPECT_EQ(validate(sphere(0.02)), "");
   EXPECT_EQ(validate(box({0.1, 0, 0})), "");

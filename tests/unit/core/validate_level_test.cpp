@@ -9,7 +9,7 @@
 namespace hairnet {
 namespace {
 
-const Level& sound_level() {
+const Level& valid_level() {
   static const auto level = [] {
     Groom groom = support::make_odd_groom();
     groom.body = support::make_plain_body();
@@ -34,14 +34,14 @@ SkinDistanceField& skin_of(Level& level) {
   return own->front();
 }
 
-struct Spoiling {
+struct Corruption {
   const char* name;
-  std::function<void(Level&)> spoil;
+  std::function<void(Level&)> corrupt;
 };
 
 TEST(ValidateLevel, refuses_what_no_solver_may_run) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinite = std::numeric_limits<float>::infinity();
-  const std::vector<Spoiling> spoilings{
+  const std::vector<Corruption> corruptions{
       {"no lattice", [](Level& l) { l.geometry.lattice.dims[1] = 0; }},
       {"an active node beyond the grid", [](Level& l) { l.geometry.active_nodes.back() = 125; }},
       {"no bound", [](Level& l) { l.displacement_max_m = kNan; }},
@@ -87,13 +87,13 @@ TEST(ValidateLevel, refuses_what_no_solver_may_run) {
       {"contact offsets that descend", [](Level& l) { std::swap(l.contacts.begin[1], l.contacts.begin[2]); }},
       {"a negative potential", [](Level& l) { l.contacts.potential[0] = -1; }},
   };
-  ASSERT_GT(sound_level().contacts.count(), 2u);
-  for (const Spoiling& spoiling : spoilings) {
-    Level level = sound_level();
+  ASSERT_GT(valid_level().contacts.count(), 2u);
+  for (const Corruption& corruption : corruptions) {
+    Level level = valid_level();
     ASSERT_EQ(validate(level), "");
-    spoiling.spoil(level);
+    corruption.corrupt(level);
     const std::string fault = validate(level);
-    EXPECT_NE(fault, "") << spoiling.name;
+    EXPECT_NE(fault, "") << corruption.name;
     EXPECT_EQ(fault.find('\n'), std::string::npos);
   }
 }
@@ -103,7 +103,7 @@ TEST(ValidateLevel, refuses_a_level_without_nodes) {
 }
 
 TEST(ValidateLevel, refuses_a_lattice_too_small_for_quadratic_ffd) {
-  Level level = sound_level();
+  Level level = valid_level();
   level.geometry = {};
   level.geometry.lattice.dims = {2, 3, 3};
   for (std::uint32_t node = 0; node < level.geometry.lattice.node_count(); ++node)
@@ -114,7 +114,7 @@ TEST(ValidateLevel, refuses_a_lattice_too_small_for_quadratic_ffd) {
 }
 
 TEST(ValidateLevel, refuses_more_stiffeners_than_have_an_index) {
-  Level level = sound_level();
+  Level level = valid_level();
   Stiffeners& springs = level.springs;
   while (springs.count() <= std::numeric_limits<std::uint16_t>::max()) {
     for (std::uint32_t e = 0; e < springs.begin[1]; ++e) {

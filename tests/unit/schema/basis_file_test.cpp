@@ -93,7 +93,7 @@ TEST_F(BasisFile, has_no_skin_where_the_groom_has_no_body) {
   EXPECT_TRUE(got->skin.empty());
 }
 
-TEST_F(BasisFile, that_is_spoilt_is_refused_or_valid) {
+TEST_F(BasisFile, that_is_corrupted_is_refused_or_valid) {
   const Bytes bytes = encoded();
   for (std::size_t size = 0; size < bytes.size(); size += 7) {
     EXPECT_FALSE(decode_basis(std::span(bytes).first(size))) << size;
@@ -102,10 +102,10 @@ TEST_F(BasisFile, that_is_spoilt_is_refused_or_valid) {
   Random random(2);
   int accepted = 0;
   for (int round = 0; round < 5000; ++round) {
-    Bytes spoilt = table;
+    Bytes corrupted = table;
     for (std::uint64_t n = 0; n <= random.next() % 4; ++n)
-      spoilt[random.next() % spoilt.size()] = static_cast<std::uint8_t>(random.next());
-    const Result<HairBasis> got = decode_basis(pack(spoilt, kPackedBasis));
+      corrupted[random.next() % corrupted.size()] = static_cast<std::uint8_t>(random.next());
+    const Result<HairBasis> got = decode_basis(pack(corrupted, kPackedBasis));
     if (!got) continue;
     ++accepted;
     ASSERT_EQ(validate(got->basis), "");
@@ -117,25 +117,27 @@ TEST_F(BasisFile, that_is_spoilt_is_refused_or_valid) {
 }
 
 TEST_F(BasisFile, of_other_counts_is_refused) {
-  const auto error_of = [this](const auto& spoil) {
+  const auto error_of = [this](const auto& corrupt) {
     HairBasis file{geometry_, basis_, skin_};
-    spoil(file);
+    corrupt(file);
     const Result<HairBasis> got = decode_basis(encode_basis(file.geometry, file.basis, file.skin));
     return got ? std::string() : got.error();
   };
   EXPECT_EQ(error_of([](HairBasis&) {}), "");
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  const auto spoilt = [&](auto&& spoil) { return error_of([&](HairBasis& file) { spoil(file.geometry); }) != ""; };
-  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.lattice.dims[0] = -1; }));
-  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.lattice.dims[2] = 1 << 30; }));
-  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.lattice.dims = {0, 0, 0}; }));
-  EXPECT_TRUE(spoilt([=](LevelGeometry& g) { g.lattice.origin.x() = kInfinity; }));
-  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.lattice.origin.x() = 2 * kLatticeCoordinateMax_m; }));
-  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.lattice.spacing.z() = 0; }));
-  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.trimmed_from[0] = 1u << 31; }));
-  EXPECT_TRUE(spoilt([=](LevelGeometry& g) { g.trimmed_weights[0] = kInfinity; }));
-  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.trimmed_begin.clear(); }));
-  EXPECT_TRUE(spoilt([](LevelGeometry& g) { g.trimmed_begin.back() += 1; }));
+  const auto corrupted = [&](auto&& corrupt) {
+    return error_of([&](HairBasis& file) { corrupt(file.geometry); }) != "";
+  };
+  EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.lattice.dims[0] = -1; }));
+  EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.lattice.dims[2] = 1 << 30; }));
+  EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.lattice.dims = {0, 0, 0}; }));
+  EXPECT_TRUE(corrupted([=](LevelGeometry& g) { g.lattice.origin.x() = kInfinity; }));
+  EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.lattice.origin.x() = 2 * kLatticeCoordinateMax_m; }));
+  EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.lattice.spacing.z() = 0; }));
+  EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.trimmed_from[0] = 1u << 31; }));
+  EXPECT_TRUE(corrupted([=](LevelGeometry& g) { g.trimmed_weights[0] = kInfinity; }));
+  EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.trimmed_begin.clear(); }));
+  EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.trimmed_begin.back() += 1; }));
   EXPECT_NE(error_of([](HairBasis& file) { file.geometry.lattice.spacing.x() = 1e9f; }), "");
   EXPECT_NE(error_of([](HairBasis& file) { file.geometry.trimmed_nodes.pop_back(); }), "");
   EXPECT_FALSE(decode_basis(Bytes(100, 0)));
@@ -146,12 +148,12 @@ TEST_F(BasisFile, of_a_wrong_skin_is_refused) {
   // Replaces all numbers that lie like `before`.
   const auto error_of = [&](const auto& before, const auto& after) {
     static_assert(sizeof before == sizeof after);
-    Bytes spoilt = table;
+    Bytes corrupted = table;
     const auto* from = reinterpret_cast<const std::uint8_t*>(&before);
-    const auto at = std::search(spoilt.begin(), spoilt.end(), from, from + sizeof before);
-    EXPECT_NE(at, spoilt.end());
+    const auto at = std::search(corrupted.begin(), corrupted.end(), from, from + sizeof before);
+    EXPECT_NE(at, corrupted.end());
     std::memcpy(&*at, &after, sizeof after);
-    const Result<HairBasis> got = decode_basis(pack(spoilt, kPackedBasis));
+    const Result<HairBasis> got = decode_basis(pack(corrupted, kPackedBasis));
     return got ? std::string() : got.error();
   };
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();

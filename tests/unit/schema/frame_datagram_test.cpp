@@ -135,9 +135,9 @@ TEST(FrameDatagram, that_is_cut_is_refused_or_has_the_frames_before_the_cut) {
 }
 
 TEST(FrameDatagram, with_a_value_out_of_range_is_invalid) {
-  const auto error_of = [](auto&& spoil) {
+  const auto error_of = [](auto&& corrupt) {
     FrameBatch batch = small_batch();
-    spoil(batch);
+    corrupt(batch);
     return decode_frame_datagram(encode_frame_datagram(0, batch)).error;
   };
   EXPECT_EQ(error_of([](FrameBatch&) {}), DecodeError::none);
@@ -180,7 +180,7 @@ TEST(FrameDatagram, that_is_damaged_never_gives_an_invalid_batch) {
     ASSERT_TRUE(equal(batch_of(decode_frame_datagram(again)), batch_of(got))) << "mutation " << n;
   }
   EXPECT_GT(accepted, kMutations / 100) << "too wild to reach the validation of values";
-  EXPECT_GT(refused, kMutations / 100) << "too tame";
+  EXPECT_GT(refused, kMutations / 100) << "hardly a mutation is refused";
 }
 
 }  // namespace

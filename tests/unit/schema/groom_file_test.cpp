@@ -13,9 +13,9 @@
 #include "schema/bytes/content_hash.hpp"
 #include "schema/wire/groom_numbers.hpp"
 #include "schema/wire/packing.hpp"
+#include "tests/support/corrupted_grooms.hpp"
 #include "tests/support/learnt.hpp"
 #include "tests/support/random_messages.hpp"
-#include "tests/support/spoilt_grooms.hpp"
 #include "tests/unit/schema/equal.hpp"
 
 namespace hairnet::wire {
@@ -213,11 +213,11 @@ TEST(GroomFile, survives_every_flipped_bit) {
 
 TEST(GroomFile, refuses_what_validate_refuses) {
   RandomMessages random(6);
-  const auto is_refused = [&](auto spoil) {
+  const auto is_refused = [&](auto corrupt) {
     Groom groom = random.groom(4);
     while (groom.points.empty()) groom = random.groom(4);
     EXPECT_TRUE(decode_groom(encode_groom(groom)));
-    spoil(groom);
+    corrupt(groom);
     return !decode_groom(encode_groom(groom));
   };
   for (const float value :
@@ -233,10 +233,10 @@ TEST(GroomFile, refuses_what_validate_refuses) {
 
 TEST(GroomFile, refuses_materials_that_no_hair_has) {
   RandomMessages random(9);
-  const auto fault_of = [&](auto spoil) {
+  const auto fault_of = [&](auto corrupt) {
     Groom groom = random.groom(4);
     groom.materials.groups.clear();
-    spoil(groom.materials);
+    corrupt(groom.materials);
     const Result<Groom> got = decode_groom(encode_groom(groom));
     return got ? std::string() : got.error();
   };
@@ -359,7 +359,7 @@ TEST(GroomFile, with_features_survives_every_flipped_bit) {
 }
 
 TEST(GroomFile, is_refused_when_its_stream_or_its_numbers_are_wrong) {
-  for (const auto& [name, file, fault] : spoilt_grooms()) {
+  for (const auto& [name, file, fault] : corrupted_grooms()) {
     const Result<Groom> got = decode_groom(file);
     ASSERT_FALSE(got) << name;
     EXPECT_NE(got.error().find(fault), std::string::npos) << name << ": " << got.error();

@@ -92,23 +92,23 @@ TEST(HandCode, no_prefix_and_no_longer_bytes_are_hands) {
 TEST(HandCode, any_bytes_give_valid_hands_or_a_reason) {
   wire::RandomMessages random(3);
   std::vector<std::uint8_t> bytes;
-  int sound = 0;
+  int valid = 0;
   for (int i = 0; i < 20'000; ++i) {
     bytes = encode_hands(random.hands());
     for (std::uint64_t n = random.integer(0, 3); n > 0; --n)
       bytes[random.integer(0, bytes.size() - 1)] ^= static_cast<std::uint8_t>(1 << random.integer(0, 7));
     std::vector<Hand> out;
     if (!decode_hands(bytes, out).empty()) continue;
-    ++sound;
+    ++valid;
     EXPECT_EQ(validate(out), "");
   }
-  EXPECT_GT(sound, 1000);
+  EXPECT_GT(valid, 1000);
 }
 
 TEST(Hands, that_are_not_valid_have_a_reason_each) {
-  const auto fault = [](auto spoil) {
+  const auto fault = [](auto corrupt) {
     std::vector<Hand> hands{open_hand({1, 2, 3})};
-    spoil(hands);
+    corrupt(hands);
     return validate(hands);
   };
   const double nan = std::nan("");

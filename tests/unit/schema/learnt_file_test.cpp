@@ -32,7 +32,7 @@ TEST(LearntFile, comes_back_the_same_without_what_it_knows_of_wind) {
   EXPECT_EQ(encode_learnt(*got), bytes);
 }
 
-TEST(LearntFile, that_is_spoilt_is_refused_or_valid) {
+TEST(LearntFile, that_is_corrupted_is_refused_or_valid) {
   const Bytes bytes = encode_learnt(support::random_learnt_hair(3, 8, 4));
   for (std::size_t size = 0; size < bytes.size(); ++size)
     EXPECT_FALSE(decode_learnt(std::span(bytes).first(size))) << size;
@@ -40,10 +40,10 @@ TEST(LearntFile, that_is_spoilt_is_refused_or_valid) {
   Random random(2);
   int accepted = 0, refused = 0;
   for (int round = 0; round < 5000; ++round) {
-    Bytes spoilt = table;
+    Bytes corrupted = table;
     for (std::uint64_t n = 0; n <= random.next() % 4; ++n)
-      spoilt[random.next() % spoilt.size()] = static_cast<std::uint8_t>(random.next());
-    const Result<LearntHair> got = decode_learnt(pack(spoilt, kPackedLearnt));
+      corrupted[random.next() % corrupted.size()] = static_cast<std::uint8_t>(random.next());
+    const Result<LearntHair> got = decode_learnt(pack(corrupted, kPackedLearnt));
     (got ? accepted : refused) += 1;
     if (got)
       ASSERT_EQ(validate(*got), "");

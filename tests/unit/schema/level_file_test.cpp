@@ -34,7 +34,7 @@ class LevelFile : public testing::Test {
     bytes_ = encode_levels(kGroom, *levels_);
   }
   static void TearDownTestSuite() { levels_.reset(); }
-  static Bytes spoilt(std::size_t at) {
+  static Bytes corrupted(std::size_t at) {
     Bytes bytes = bytes_;
     bytes[at] ^= 1;
     return bytes;
@@ -67,7 +67,7 @@ TEST_F(LevelFile, brings_back_the_modes) {
   const Modes &got = *decoded.levels->modes, &sent = *levels_->modes;
   EXPECT_EQ(got.basis.modes, sent.basis.modes);
   EXPECT_EQ(got.basis.node_count, sent.basis.node_count);
-  EXPECT_EQ(got.held_out_error, sent.held_out_error);
+  EXPECT_EQ(got.validation_error, sent.validation_error);
   for (std::size_t i = 0; i < sent.maps.size(); ++i) EXPECT_TRUE(got.maps[i].matrix() == sent.maps[i].matrix()) << i;
 }
 
@@ -93,41 +93,41 @@ TEST_F(LevelFile, brings_back_what_was_learnt) {
   EXPECT_EQ(got.wind.low_error, sent.wind.low_error);
 }
 
-TEST_F(LevelFile, with_a_network_that_cannot_be_evaluated_is_unsound) {
+TEST_F(LevelFile, with_a_network_that_cannot_be_evaluated_is_invalid) {
   LevelSet set = *levels_;
   auto hair = std::make_shared<LearntHair>(support::random_learnt_hair(4));
   set.learnt = hair;
   hair->bias.pop_back();
-  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::unsound);
+  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::invalid);
   *hair = support::random_learnt_hair(4);
   hair->output_weights[3] = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::unsound);
+  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::invalid);
   *hair = support::random_learnt_hair(4);
   hair->wind.weights.pop_back();
-  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::unsound);
+  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::invalid);
 }
 
-TEST_F(LevelFile, with_modes_that_do_not_fit_its_levels_is_unsound) {
-  const auto fault_with = [](const auto& spoil) {
+TEST_F(LevelFile, with_modes_that_do_not_fit_its_levels_is_invalid) {
+  const auto fault_with = [](const auto& corrupt) {
     auto modes = std::make_shared<Modes>(*levels_->modes);
-    spoil(*modes);
+    corrupt(*modes);
     LevelSet set = *levels_;
     set.modes = modes;
     return decode_levels(encode_levels(kGroom, set), kGroom).fault;
   };
   EXPECT_EQ(fault_with([](Modes&) {}), LevelFileFault::none);
-  EXPECT_EQ(fault_with([](Modes& m) { m.basis.modes.pop_back(); }), LevelFileFault::unsound);
-  EXPECT_EQ(fault_with([](Modes& m) { m.basis.deviation_m[0] = -1; }), LevelFileFault::unsound);
-  EXPECT_EQ(fault_with([](Modes& m) { m.held_out_error.pop_back(); }), LevelFileFault::unsound);
-  EXPECT_EQ(fault_with([](Modes& m) { m.held_out_error[0] = std::numeric_limits<float>::quiet_NaN(); }),
-            LevelFileFault::unsound);
-  EXPECT_EQ(fault_with([](Modes& m) { m.maps[2] = m.maps[0]; }), LevelFileFault::unsound);
+  EXPECT_EQ(fault_with([](Modes& m) { m.basis.modes.pop_back(); }), LevelFileFault::invalid);
+  EXPECT_EQ(fault_with([](Modes& m) { m.basis.deviation_m[0] = -1; }), LevelFileFault::invalid);
+  EXPECT_EQ(fault_with([](Modes& m) { m.validation_error.pop_back(); }), LevelFileFault::invalid);
+  EXPECT_EQ(fault_with([](Modes& m) { m.validation_error[0] = std::numeric_limits<float>::quiet_NaN(); }),
+            LevelFileFault::invalid);
+  EXPECT_EQ(fault_with([](Modes& m) { m.maps[2] = m.maps[0]; }), LevelFileFault::invalid);
   EXPECT_EQ(fault_with([](Modes& m) {
               ModeMap::Matrix matrix = m.maps[1].matrix();
               matrix(0, 0) = std::numeric_limits<float>::infinity();
               m.maps[1] = ModeMap(matrix);
             }),
-            LevelFileFault::unsound);
+            LevelFileFault::invalid);
 }
 
 TEST_F(LevelFile, of_a_groom_with_the_maps_made_again_is_the_whole_set) {
@@ -160,7 +160,7 @@ TEST_F(LevelFile, sealed_again_at_a_truncation_is_refused_still) {
   for (std::size_t size = kLevelFileHeaderBytes; size < bytes_.size(); size += size < 2000 ? 1 : 997) {
     Bytes bytes(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(size));
     set_level_file_checksum(bytes);
-    ASSERT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::unsound) << size;
+    ASSERT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::invalid) << size;
   }
 }
 
@@ -169,21 +169,21 @@ TEST_F(LevelFile, with_bytes_behind_it_is_refused) {
   bytes.resize(bytes.size() + 8);
   EXPECT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::damaged);
   set_level_file_checksum(bytes);
-  EXPECT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::unsound);
+  EXPECT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::invalid);
 }
 
 TEST_F(LevelFile, says_what_is_other_about_it) {
-  EXPECT_EQ(decode_levels(spoilt(0), kGroom).fault, LevelFileFault::not_a_level_file);
+  EXPECT_EQ(decode_levels(corrupted(0), kGroom).fault, LevelFileFault::not_a_level_file);
   // The layout's version is other.
-  EXPECT_EQ(decode_levels(spoilt(8), kGroom).fault, LevelFileFault::other_version);
+  EXPECT_EQ(decode_levels(corrupted(8), kGroom).fault, LevelFileFault::other_version);
   // The build's version is other.
-  EXPECT_EQ(decode_levels(spoilt(12), kGroom).fault, LevelFileFault::other_version);
+  EXPECT_EQ(decode_levels(corrupted(12), kGroom).fault, LevelFileFault::other_version);
   // The specs are other.
-  EXPECT_EQ(decode_levels(spoilt(16), kGroom).fault, LevelFileFault::other_version);
-  EXPECT_EQ(decode_levels(spoilt(111), kGroom).fault, LevelFileFault::other_version);
-  EXPECT_EQ(decode_levels(spoilt(112), kGroom).fault, LevelFileFault::other_groom);
-  EXPECT_EQ(decode_levels(spoilt(144), kGroom).fault, LevelFileFault::damaged);
-  EXPECT_EQ(decode_levels(spoilt(152), kGroom).fault, LevelFileFault::damaged);
+  EXPECT_EQ(decode_levels(corrupted(16), kGroom).fault, LevelFileFault::other_version);
+  EXPECT_EQ(decode_levels(corrupted(111), kGroom).fault, LevelFileFault::other_version);
+  EXPECT_EQ(decode_levels(corrupted(112), kGroom).fault, LevelFileFault::other_groom);
+  EXPECT_EQ(decode_levels(corrupted(144), kGroom).fault, LevelFileFault::damaged);
+  EXPECT_EQ(decode_levels(corrupted(152), kGroom).fault, LevelFileFault::damaged);
   EXPECT_EQ(decode_levels(bytes_, GroomHash{9}).fault, LevelFileFault::other_groom);
   EXPECT_EQ(decode_levels(Bytes(4096, 0), kGroom).fault, LevelFileFault::not_a_level_file);
 }
@@ -225,7 +225,7 @@ TEST_F(LevelFile, damaged_with_a_right_checksum_never_gives_an_invalid_level) {
     (decoded.fault == LevelFileFault::none ? accepted : refused)++;
     ASSERT_EQ(decoded.fault == LevelFileFault::none, decoded.levels != nullptr);
     if (!decoded.levels) {
-      ASSERT_EQ(decoded.fault, LevelFileFault::unsound);
+      ASSERT_EQ(decoded.fault, LevelFileFault::invalid);
       ASSERT_FALSE(decoded.detail.empty());
       continue;
     }
@@ -235,7 +235,7 @@ TEST_F(LevelFile, damaged_with_a_right_checksum_never_gives_an_invalid_level) {
     }
   }
   EXPECT_GT(accepted, 30) << "too wild to reach the validation of values";
-  EXPECT_GT(refused, 30) << "too tame";
+  EXPECT_GT(refused, 30) << "hardly a mutation is refused";
 }
 
 }  // namespace

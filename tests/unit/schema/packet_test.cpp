@@ -365,14 +365,14 @@ TEST(Packet, with_generations_of_some_frames_only_is_invalid) {
 
 TEST(Packet, with_a_bad_frame_is_invalid) {
   const Bytes content{1, 2, 3};
-  Frame sound;
-  sound.level = LevelIndex::low;
-  sound.content = content;
-  const auto error_of = [&](auto&& spoil) {
-    Frame first = sound, second = sound;
+  Frame valid;
+  valid.level = LevelIndex::low;
+  valid.content = content;
+  const auto error_of = [&](auto&& corrupt) {
+    Frame first = valid, second = valid;
     first.member = 5;
     second.member = 6;
-    spoil(second);
+    corrupt(second);
     return round_trip_error(FrameBatch{1, 1, {first, second}, nullptr});
   };
   EXPECT_EQ(error_of([](Frame&) {}), DecodeError::none);
@@ -387,10 +387,10 @@ TEST(Packet, with_an_absurd_count_is_refused_without_the_memory_for_it) {
   FrameBatch batch;
   batch.frames.resize(1);
   batch.frames[0].member = 1;
-  const Bytes sound = encode(batch);
-  for (std::size_t at = 0; at + 4 <= sound.size(); at += 4) {
+  const Bytes valid = encode(batch);
+  for (std::size_t at = 0; at + 4 <= valid.size(); at += 4) {
     for (const std::uint32_t count : {0x7FFFFFFFu, 0xFFFFFFFFu, 0x10000000u}) {
-      Bytes packet = sound;
+      Bytes packet = valid;
       std::memcpy(packet.data() + at, &count, 4);
       const DecodedPacket got = decode_packet(packet);
       if (got.error != DecodeError::none) continue;

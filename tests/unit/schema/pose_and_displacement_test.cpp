@@ -20,9 +20,9 @@ TEST(PoseValidation, accepts_valid_poses) {
 
 TEST(PoseValidation, rejects_any_bone_that_is_not_finite_not_unit_or_too_far) {
   for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
-    const auto refusal_of = [&](auto&& spoil) {
+    const auto refusal_of = [&](auto&& corrupt) {
       Pose pose;
-      spoil(pose.bones[bone]);
+      corrupt(pose.bones[bone]);
       return validate_pose(pose);
     };
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.rotation.w() = kNan; }), PoseRefusal::not_finite);

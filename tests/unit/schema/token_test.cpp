@@ -215,7 +215,7 @@ TEST(Token, says_why_it_is_refused) {
   EXPECT_EQ(refusal(verify(kRfcToken, rfc_key(), 0, "")), "malformed");  // well signed, but without a role
 }
 
-TEST(Token, explains_a_refusal_to_its_bearer) {
+TEST(Token, explains_a_refusal_to_its_holder) {
   const std::string token = sign(full_claims(), rfc_key());
   const auto explained = [](const std::string& text, const TokenKey& key, std::int64_t now_s, std::string_view room) {
     const auto verified = verify(text, key, now_s, room);

@@ -67,10 +67,10 @@ TEST(AgonesAddress, is_refused_in_one_line_where_the_text_is_malformed) {
       {game_server_text(R"({"address":"a b","ports":[{"name":"hairnet","port":1}]})"), "host of a server"},
       {game_server_text("{\"address\":\"" + std::string(300, 'a') + R"(","ports":[{"name":"hairnet","port":1}]})"),
        "host of a server"}};
-  for (const auto& [text, why] : texts) {
+  for (const auto& [text, error] : texts) {
     const auto address = parse_address(text);
     ASSERT_FALSE(address) << text;
-    EXPECT_THAT(address.error(), HasSubstr(why)) << text;
+    EXPECT_THAT(address.error(), HasSubstr(error)) << text;
     EXPECT_THAT(address.error(), testing::Not(HasSubstr("\n")));
   }
 }

@@ -114,21 +114,22 @@ TEST_F(AppearancePollTest, everyone_learns_the_wind_of_the_room_and_who_has_set_
   config.wind.mean_m_per_s = {2, 0, 1};
   start(config);
   const auto ben = join();
-  const auto told = ben->connection->all<wire::RoomWind>();
-  ASSERT_THAT(told, SizeIs(1));
-  EXPECT_EQ(told[0].wind.mean_m_per_s, Vec3(2, 0, 1));
-  EXPECT_EQ(told[0].session, 0u) << "the server's setting";
+  const auto announced = ben->connection->all<wire::RoomWind>();
+  ASSERT_THAT(announced, SizeIs(1));
+  EXPECT_EQ(announced[0].wind.mean_m_per_s, Vec3(2, 0, 1));
+  EXPECT_EQ(announced[0].session, 0u) << "the server's setting";
   const auto ann = join();
   for (int i = 1; i <= 100; ++i) {
     ann->send(wire::SetWind{{.mean_m_per_s = {0.01 * i, 0, 0}}}, now_ns_);
     run_ms(10);
   }
   run_ms(300);
-  const auto ben_told = ben->connection->all<wire::RoomWind>(), ann_told = ann->connection->all<wire::RoomWind>();
-  EXPECT_LE(ben_told.size(), 7u) << "a few times a second";
-  EXPECT_EQ(ben_told.back().wind.mean_m_per_s, Vec3(1, 0, 0));
-  EXPECT_EQ(ben_told.back().session, ann->connection->all<wire::Welcome>()[0].session);
-  EXPECT_EQ(ann_told.back().wind.mean_m_per_s, Vec3(1, 0, 0)) << "also the one who has set it";
+  const auto ben_announced = ben->connection->all<wire::RoomWind>(),
+             ann_announced = ann->connection->all<wire::RoomWind>();
+  EXPECT_LE(ben_announced.size(), 7u) << "a few times a second";
+  EXPECT_EQ(ben_announced.back().wind.mean_m_per_s, Vec3(1, 0, 0));
+  EXPECT_EQ(ben_announced.back().session, ann->connection->all<wire::Welcome>()[0].session);
+  EXPECT_EQ(ann_announced.back().wind.mean_m_per_s, Vec3(1, 0, 0)) << "also the one who has set it";
   const auto late = join();
   ASSERT_THAT(late->connection->all<wire::RoomWind>(), SizeIs(1));
   EXPECT_EQ(late->connection->all<wire::RoomWind>()[0].wind.mean_m_per_s, Vec3(1, 0, 0));
@@ -144,11 +145,11 @@ TEST_F(AppearancePollTest, a_wind_that_has_come_with_the_room_is_told_as_an_earl
   const auto ben = join();
   ben->send(wire::SetWind{{.mean_m_per_s = {4, 0, 0}}}, now_ns_);
   run_ms(300);
-  const auto told = ben->connection->all<wire::RoomWind>();
-  ASSERT_THAT(told, SizeIs(2));
-  EXPECT_EQ(told[0].wind.mean_m_per_s, Vec3(1, 2, 3));
-  EXPECT_EQ(told[0].session, wire::RoomWind::kOfEarlierServer);
-  EXPECT_EQ(told[1].session, ben->connection->all<wire::Welcome>()[0].session);
+  const auto announced = ben->connection->all<wire::RoomWind>();
+  ASSERT_THAT(announced, SizeIs(2));
+  EXPECT_EQ(announced[0].wind.mean_m_per_s, Vec3(1, 2, 3));
+  EXPECT_EQ(announced[0].session, wire::RoomWind::kOfEarlierServer);
+  EXPECT_EQ(announced[1].session, ben->connection->all<wire::Welcome>()[0].session);
 }
 
 TEST_F(AppearancePollTest, a_welcome_says_whether_the_wind_may_be_set) {

@@ -204,12 +204,12 @@ class BalancedFleet {
   };
 
   void step() {
-    std::vector<ServerStatus> told;
+    std::vector<ServerStatus> announced;
     for (std::size_t i = 0; i < servers_.size(); ++i)
-      told.push_back(server_of(i + 1, std::clamp(1 - used_share(i), kFreeShareLeast, 1.0),
-                               static_cast<std::uint32_t>(servers_[i].rooms.size())));
-    told_.push_back(std::move(told));
-    if (told_.size() > static_cast<std::size_t>(late_s_) + 1) told_.pop_front();
+      announced.push_back(server_of(i + 1, std::clamp(1 - used_share(i), kFreeShareLeast, 1.0),
+                                    static_cast<std::uint32_t>(servers_[i].rooms.size())));
+    announced_.push_back(std::move(announced));
+    if (announced_.size() > static_cast<std::size_t>(late_s_) + 1) announced_.pop_front();
     for (std::size_t i = 0; i < servers_.size(); ++i) balance(i);
   }
   void balance(std::size_t i) {
@@ -220,7 +220,7 @@ class BalancedFleet {
       rooms.push_back({.name = name,
                        .characters = room.characters,
                        .has_stayed = (now_s_ - room.since_s) * kSecond >= kRoomStay_ns});
-    const auto move = server.balance.choose(rooms, i + 1, told_.front(), now_s_ * kSecond);
+    const auto move = server.balance.choose(rooms, i + 1, announced_.front(), now_s_ * kSecond);
     if (!move) return;
     ++moves;
     servers_[move->to - 1].rooms[move->room] = {server.rooms[move->room].characters, now_s_};
@@ -229,7 +229,7 @@ class BalancedFleet {
 
   std::int64_t late_s_, now_s_ = 100;
   std::vector<Server> servers_;
-  std::deque<std::vector<ServerStatus>> told_;
+  std::deque<std::vector<ServerStatus>> announced_;
 };
 
 TEST(BalancedPair, stops_in_budget_and_sends_nothing_back_though_what_it_tells_is_late) {

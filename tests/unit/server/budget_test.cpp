@@ -365,8 +365,8 @@ TEST(Budget, a_subject_gains_nothing_by_more_sessions) {
   }
 }
 
-// Shares that were full before the newcomer came are cut for it.
-TEST(Budget, makes_room_for_a_newcomer) {
+// Shares that were full before the new client came are cut for it.
+TEST(Budget, makes_room_for_a_late_joiner) {
   Play play(1e-3);
   for (std::uint64_t i = 0; i < 11; ++i) play.add(1, i);
   for (int tick = 0; tick < 90; ++tick) play.tick();
@@ -376,7 +376,7 @@ TEST(Budget, makes_room_for_a_newcomer) {
 }
 
 // Rung 0 of all takes more than 80 % of the budget, and what everybody has more than 95 %.
-TEST(Budget, makes_room_for_newcomers_where_sending_takes_most_of_it) {
+TEST(Budget, makes_room_for_late_joiners_where_sending_takes_most_of_it) {
   constexpr std::size_t kMany = 24, kNew = 3;
   Play play(1);
   play.terms.send_s = 30e-6;

@@ -35,12 +35,12 @@ inline LevelBuild build_with(const ModeTraining& training, const LevelBuildDef& 
                              std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on) {
   LevelBuildDef some = def;
   some.training = training;
-  LevelBuild build = build_levels_here(some, hash, file, groom, goes_on);
+  LevelBuild build = build_levels_in_process(some, hash, file, groom, goes_on);
   if (build.levels) BuiltModes::instance().put(hash, build.levels->modes);
   return build;
 }
 
-// build_levels_here, with little training.
+// build_levels_in_process, with little training.
 inline LevelBuild build_quickly(const LevelBuildDef& def, const wire::GroomHash& hash,
                                 std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on) {
   return build_with(support::kQuickTraining, def, hash, file, groom, goes_on);

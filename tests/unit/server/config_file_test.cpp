@@ -160,7 +160,7 @@ TEST_F(ConfigFile, the_example_names_every_key_at_its_default) {
   EXPECT_EQ(config_file_text(settings), defaults);
 }
 
-TEST_F(ConfigFile, the_settings_for_hosting_are_sound) {
+TEST_F(ConfigFile, the_settings_for_hosting_are_valid) {
   Config config;
   const auto named = read_config_file(HAIRNET_DEPLOY_DIR "/hosting/server.toml", settings_of(config));
   ASSERT_TRUE(named) << named.error();

@@ -161,7 +161,7 @@ TEST(FleetValues, a_status_comes_back_as_it_was) {
   EXPECT_EQ(parse_owner(owner_value(0xabcdef)), 0xabcdefu);
 }
 
-TEST(FleetValues, refuses_a_status_that_is_not_sound) {
+TEST(FleetValues, refuses_a_status_that_is_not_valid) {
   EXPECT_FALSE(parse_status("{}"));
   EXPECT_FALSE(parse_status("7"));
   for (const auto& [name, wrong] : std::vector<std::pair<const char*, json>>{{"id", "7"},

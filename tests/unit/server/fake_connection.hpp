@@ -18,7 +18,7 @@ class FakeConnection final : public Connection {
   void send(std::vector<std::uint8_t> packet) override {
     wire::DecodedPacket decoded = wire::decode_packet(packet);
     if (room) --*room;
-    sound &= decoded.error == wire::DecodeError::none;
+    valid &= decoded.error == wire::DecodeError::none;
     largest_packet_bytes = std::max(largest_packet_bytes, packet.size());
     received.push_back(std::move(decoded.envelope));
   }
@@ -38,7 +38,7 @@ class FakeConnection final : public Connection {
   void send_download(DownloadStream stream, std::vector<std::uint8_t> packet, bool is_last) override {
     Download& download = downloads.at(stream);
     wire::DecodedPacket decoded = wire::decode_packet(packet);
-    sound &= takes_more(stream) && !download.is_ended && decoded.error == wire::DecodeError::none;
+    valid &= takes_more(stream) && !download.is_ended && decoded.error == wire::DecodeError::none;
     --download.room;
     download.is_ended = is_last;
     download.pieces.push_back(std::get<wire::GroomData>(decoded.envelope.message));
@@ -79,7 +79,7 @@ class FakeConnection final : public Connection {
   std::deque<wire::Envelope> received;
   std::size_t largest_packet_bytes = 0;
   double network_bytes_per_s = 0;
-  bool is_writable = true, joined = false, closed = false, sound = true;
+  bool is_writable = true, joined = false, closed = false, valid = true;
   std::string close_reason, address;
 };
 

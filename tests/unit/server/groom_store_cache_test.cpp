@@ -103,7 +103,7 @@ TEST_F(GroomStoreTest, a_groom_that_cannot_be_built_is_not_kept) {
 
 TEST_F(GroomStoreTest, a_bad_file_is_removed_and_the_upload_asked_for_without_an_error) {
   make_with_cache({&good_});
-  spoil_kept();
+  corrupt_kept();
   offer(kAnna, good_);
   offer(kBert, good_);
   build();
@@ -124,7 +124,7 @@ TEST_F(GroomStoreTest, a_bad_file_is_removed_and_the_upload_asked_for_without_an
 
 TEST_F(GroomStoreTest, a_bad_file_that_no_session_can_upload_is_refused_as_unknown) {
   make_with_cache({&good_});
-  spoil_kept();
+  corrupt_kept();
   EXPECT_EQ(store_->retain(kAnna, good_.hash, now_ns_).reason, ErrorReason::none);
   build();
   EXPECT_THAT(errors(kAnna), ElementsAre(ErrorReason::groom_unknown));
@@ -134,7 +134,7 @@ TEST_F(GroomStoreTest, a_bad_file_that_no_session_can_upload_is_refused_as_unkno
   EXPECT_THAT(needs(kAnna), ElementsAre(0u));
 }
 
-TEST_F(GroomStoreTest, an_offer_of_the_wrong_length_does_not_spoil_a_kept_groom) {
+TEST_F(GroomStoreTest, an_offer_of_the_wrong_length_does_not_corrupt_a_kept_groom) {
   make_with_cache({&good_});
   EXPECT_EQ(store_->offer(kAnna, {good_.hash, good_.bytes.size() + 1}, now_ns_).reason, ErrorReason::none);
   EXPECT_EQ(store_->retain(kBert, good_.hash, now_ns_).reason, ErrorReason::none);
@@ -189,7 +189,7 @@ TEST_F(GroomStoreTest, a_file_on_disk_is_read_once_for_all_requests) {
 
 TEST_F(GroomStoreTest, a_request_for_a_bad_file_gets_the_answer_that_it_is_absent) {
   make_with_cache({&good_});
-  spoil_kept();
+  corrupt_kept();
   EXPECT_TRUE(store_->fetch(kAnna, good_.hash));
   build();
   ASSERT_EQ(delivered_.size(), 1u);

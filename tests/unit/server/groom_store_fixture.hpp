@@ -64,11 +64,11 @@ class GroomStoreTest : public testing::Test {
     for (const Upload* upload : kept) cache_->put(upload->hash, upload->bytes);
     make(limits);
   }
-  void spoil_kept() const {
+  void corrupt_kept() const {
     for (const auto& file : std::filesystem::directory_iterator(folder_)) {
-      std::fstream spoilt(file.path(), std::ios::in | std::ios::out | std::ios::binary);
-      spoilt.seekp(100);
-      spoilt.put('\x55').put('\xAA');
+      std::fstream corrupted(file.path(), std::ios::in | std::ios::out | std::ios::binary);
+      corrupted.seekp(100);
+      corrupted.put('\x55').put('\xAA');
     }
   }
   wire::ErrorReason offer(SessionId session, const Upload& upload) {

@@ -178,7 +178,7 @@ TEST_F(GroomObjectsTest, a_file_that_the_folder_lost_is_not_put) {
   run();
   send_all(kAnna, good_);
   build();
-  spoil_kept();
+  corrupt_kept();
   EXPECT_TRUE(sync_->poll());
   EXPECT_EQ(object_counters_.puts_dropped_absent.value(), 1u);
   EXPECT_THAT(objects_.puts, IsEmpty());
@@ -189,7 +189,7 @@ TEST_F(GroomObjectsTest, a_damaged_file_of_the_folder_is_replaced_from_the_store
   run();
   send_all(kAnna, good_);
   run();
-  spoil_kept();
+  corrupt_kept();
   start(true);
   offer(kAnna, good_);
   run();

@@ -95,7 +95,7 @@ TEST_F(GroomStoreTest, a_long_build_gives_way_and_begins_again_later) {
   build_levels_ = [&](const LevelBuildDef& def, const wire::GroomHash& hash, auto file, const Groom& groom,
                       const GoesOn& goes_on) {
     built.push_back(hash);
-    if (built.size() > 1) return build_levels_here(def, hash, file, groom, goes_on);
+    if (built.size() > 1) return build_levels_in_process(def, hash, file, groom, goes_on);
     store_->poll(now_ns_);
     offer(kAnna, own);  // does not end the turn: its owner's builds have taken as long
     send_all(kAnna, own);
@@ -172,7 +172,7 @@ TEST_F(GroomStoreTest, a_build_without_memory_or_that_crashes_ends_alone) {
       now_ns_ += 10 * kSecond_ns;
       build();
     }
-    EXPECT_EQ(errors(kAnna).back(), ErrorReason::groom_build_failed) << "the file may be sound";
+    EXPECT_EQ(errors(kAnna).back(), ErrorReason::groom_build_failed) << "the file may be valid";
     EXPECT_EQ(store_->groom_count(), 0u);
     EXPECT_EQ(store_->upload_bytes(), 0u);
   }
@@ -185,7 +185,7 @@ TEST_F(GroomStoreTest, a_build_that_fails_by_the_servers_fault_is_tried_again_la
   build_levels_ = [&](const LevelBuildDef& def, const wire::GroomHash& hash, auto file, const Groom& groom,
                       const GoesOn& goes_on) -> LevelBuild {
     if (++builds < 3) return {nullptr, BuildFault::server, "its build ended by signal 9"};
-    return build_levels_here(def, hash, file, groom, goes_on);
+    return build_levels_in_process(def, hash, file, groom, goes_on);
   };
   make({});
   offer(kAnna, good_);
@@ -213,7 +213,7 @@ TEST_F(GroomStoreTest, a_build_that_always_fails_by_the_servers_fault_is_refused
   build_levels_ = [&](const LevelBuildDef& def, const wire::GroomHash& hash, auto file, const Groom& groom,
                       const GoesOn& goes_on) -> LevelBuild {
     if (fails) return {nullptr, BuildFault::server, "no process for its build"};
-    return build_levels_here(def, hash, file, groom, goes_on);
+    return build_levels_in_process(def, hash, file, groom, goes_on);
   };
   make({});
   offer(kAnna, good_);
@@ -426,7 +426,7 @@ TEST_F(GroomStoreTest, a_session_may_be_allowed_fewer_strands_than_the_server_al
   EXPECT_THAT(lost_, ElementsAre(kAnna));
 }
 
-TEST_F(GroomStoreTest, sessions_of_one_bearer_share_its_strands) {
+TEST_F(GroomStoreTest, sessions_of_one_token_holder_share_its_strands) {
   const std::size_t strands = small_groom().strand_count();
   const Upload second(wire::encode_groom(small_groom(2)));
   for (const SessionId session : {kAnna, kBert}) store_->open(session, {0, 1, strands}, now_ns_);

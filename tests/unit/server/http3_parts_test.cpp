@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "schema/http3/control_stream.hpp"
 #include "schema/http3/field_section.hpp"
 #include "schema/http3/frame_reader.hpp"
-#include "schema/http3/settings.hpp"
 #include "schema/http3/varint.hpp"
 #include "server/http3/request.hpp"
 #include "tests/support/http3_client.hpp"
@@ -174,9 +174,9 @@ TEST(Http3Fields, that_are_too_many_or_grow_too_large_are_refused) {
 
 TEST(Http3Fields, that_are_damaged_at_random_never_break_the_bounds) {
   std::mt19937 random(1);
-  const Bytes sound = encode_fields({{":method", "CONNECT"}, {":path", "/ws"}, {"origin", "https://a.example"}});
+  const Bytes valid = encode_fields({{":method", "CONNECT"}, {":path", "/ws"}, {"origin", "https://a.example"}});
   for (int n = 0; n < 20'000; ++n) {
-    Bytes section = sound;
+    Bytes section = valid;
     for (int k = 0; k < 3; ++k) section[random() % section.size()] = static_cast<std::uint8_t>(random());
     const DecodedFields found = decode_fields(section);
     EXPECT_LE(found.fields.size(), kFieldsMax + 1);

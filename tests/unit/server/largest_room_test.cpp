@@ -36,29 +36,29 @@ TEST(LargestRoomOfServer, that_is_not_measured_needs_nothing) {
   load.available_s = 0;
   room.observe(load, 1);
   EXPECT_FALSE(room.needs_own_server());
-  EXPECT_EQ(room.outgrown(), "");
+  EXPECT_EQ(room.overloaded(), "");
 }
 
-TEST(LargestRoomOfServer, outgrows_it_when_not_even_the_coarsest_levels_fit_and_fits_again_after_a_while) {
+TEST(LargestRoomOfServer, overloads_it_when_not_even_the_coarsest_levels_fit_and_fits_again_after_a_while) {
   LargestRoom room(0.5);
   room.observe(load_of(90, 100, 3), kSecond);
-  EXPECT_EQ(room.outgrown(), "") << "coarser levels fit";
+  EXPECT_EQ(room.overloaded(), "") << "coarser levels fit";
   room.observe(load_of(90, 100, 3, true), 2 * kSecond);
-  EXPECT_EQ(room.outgrown(), "hall");
+  EXPECT_EQ(room.overloaded(), "hall");
   room.observe(load_of(90, 100, 3), 4 * kSecond);
-  EXPECT_EQ(room.outgrown(), "hall") << "it is over now and then";
+  EXPECT_EQ(room.overloaded(), "hall") << "it is over now and then";
   room.observe(load_of(90, 100, 3, true), 5 * kSecond);
   room.observe(load_of(90, 100, 3), 9 * kSecond);
-  EXPECT_EQ(room.outgrown(), "hall");
+  EXPECT_EQ(room.overloaded(), "hall");
   room.observe(load_of(90, 100, 3), 10 * kSecond);
-  EXPECT_EQ(room.outgrown(), "");
+  EXPECT_EQ(room.overloaded(), "");
 }
 
-TEST(LargestRoomOfServer, has_not_outgrown_a_server_that_many_rooms_fill) {
+TEST(LargestRoomOfServer, is_none_where_many_rooms_fill_the_server) {
   LargestRoom room(0.5);
   room.observe(load_of(30, 100, 9, true), kSecond);
   EXPECT_TRUE(room.needs_own_server()) << "it would take a server of its own, and more";
-  EXPECT_EQ(room.outgrown(), "");
+  EXPECT_EQ(room.overloaded(), "");
 }
 
 }  // namespace

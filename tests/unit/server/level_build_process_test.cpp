@@ -38,7 +38,7 @@ struct Ordered {
     def.training = support::kQuickTraining;
   }
   [[nodiscard]] LevelBuild build(const GoesOn& goes_on = always) const {
-    return build_levels_in_process(def, hash, file, groom, goes_on);
+    return build_levels_in_child_process(def, hash, file, groom, goes_on);
   }
   LevelBuildDef def;
   std::vector<std::uint8_t> file;
@@ -64,7 +64,7 @@ TEST(LevelBuildProcess, gives_the_bits_of_a_build_in_this_process) {
   Ordered order(small_groom());
   order.def.thread_count = 2;
   const LevelBuild own = order.build(),
-                   here = build_levels_here(order.def, order.hash, order.file, order.groom, always);
+                   here = build_levels_in_process(order.def, order.hash, order.file, order.groom, always);
   ASSERT_EQ(own.fault, BuildFault::none) << own.detail;
   ASSERT_TRUE(own.levels && here.levels);
   support::expect_equal(*here.levels, *own.levels);

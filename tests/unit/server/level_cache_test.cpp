@@ -75,21 +75,21 @@ TEST_F(LevelCacheTest, gives_back_what_was_put_and_makes_its_folder) {
 TEST_F(LevelCacheTest, counts_what_it_cannot_use_by_reason_and_puts_good_levels_in_its_place) {
   LevelCache cache(folder_, kPlenty, counters_);
   const std::vector<std::uint8_t> good = wire::encode_levels(hash(1), levels());
-  const auto spoilt = [&](std::size_t at) {
+  const auto corrupted = [&](std::size_t at) {
     std::vector<std::uint8_t> bytes = good;
     bytes[at] ^= 0x40;
     return bytes;
   };
-  std::vector<std::uint8_t> unsound = spoilt(wire::kLevelFileHeaderBytes);
-  wire::set_level_file_checksum(unsound);
+  std::vector<std::uint8_t> invalid = corrupted(wire::kLevelFileHeaderBytes);
+  wire::set_level_file_checksum(invalid);
   const std::vector<std::pair<std::vector<std::uint8_t>, const Counter*>> cases{
       {{}, &counters_.level_cache_rejected_damaged},
       {{good.begin(), good.begin() + 1000}, &counters_.level_cache_rejected_damaged},
-      {spoilt(good.size() / 2), &counters_.level_cache_rejected_damaged},
-      {spoilt(0), &counters_.level_cache_rejected_format},
-      {spoilt(12), &counters_.level_cache_rejected_version},
+      {corrupted(good.size() / 2), &counters_.level_cache_rejected_damaged},
+      {corrupted(0), &counters_.level_cache_rejected_format},
+      {corrupted(12), &counters_.level_cache_rejected_version},
       {wire::encode_levels(hash(7), levels()), &counters_.level_cache_rejected_groom},
-      {unsound, &counters_.level_cache_rejected_unsound}};
+      {invalid, &counters_.level_cache_rejected_invalid}};
   for (const auto& [bytes, counter] : cases) {
     SCOPED_TRACE(counter->name().flat());
     write(path(hash(1)), bytes);

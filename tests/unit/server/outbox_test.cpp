@@ -77,7 +77,7 @@ TEST_F(OutboxTest, packets_that_may_be_lost_need_not_wait_for_others) {
   outbox.mark_blocked();
   std::vector<std::uint8_t> packet;
   std::size_t taken = 0;
-  for (; outbox.take_losable(packet, 9); ++taken) EXPECT_EQ(wire::decode_packet(packet).envelope.clock_ns, 9);
+  for (; outbox.take_unreliable(packet, 9); ++taken) EXPECT_EQ(wire::decode_packet(packet).envelope.clock_ns, 9);
   EXPECT_EQ(taken, 2 * Outbox::kTicksWaitingMax);
   EXPECT_EQ(counters_.frames_sent.value(), taken);
   EXPECT_EQ(outbox.ticks_waiting(), Outbox::kTicksWaitingMax) << "each has a packet that may not be lost";
@@ -172,7 +172,7 @@ TEST_F(OutboxTest, sets_the_clock_of_a_frame_datagram_when_it_is_taken) {
   ASSERT_TRUE(outbox.take(datagram, may_be_lost, 77));
   EXPECT_TRUE(may_be_lost);
   EXPECT_EQ(wire::decode_frame_datagram(datagram).envelope.clock_ns, 77);
-  ASSERT_TRUE(outbox.take_losable(datagram, 78));
+  ASSERT_TRUE(outbox.take_unreliable(datagram, 78));
   EXPECT_EQ(wire::decode_frame_datagram(datagram).envelope.clock_ns, 78);
 }
 

@@ -88,15 +88,15 @@ TEST_F(OutputThreadTest, a_reader_who_stalls_costs_the_oldest_texts_and_is_told_
     }
     finish.join();
     // Twice at most: the first text may have left before any was lost, or after.
-    std::size_t told = 0, lost = 0;
+    std::size_t announced = 0, lost = 0;
     for (std::size_t at = text.find("lost "); at != std::string::npos; at = text.find("lost ", at + 1)) {
-      ++told;
+      ++announced;
       lost += std::stoul(text.substr(at + 5));
     }
-    EXPECT_GE(told, 1u);
-    EXPECT_LE(told, 2u);
+    EXPECT_GE(announced, 1u);
+    EXPECT_LE(announced, 2u);
     EXPECT_EQ(lost, lost_);
-    EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(text, '\n')) + lost_, 1 + count + 1 + told);
+    EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(text, '\n')) + lost_, 1 + count + 1 + announced);
   }
 }
 

@@ -55,7 +55,7 @@ class PollTest : public testing::Test {
   }
 
   BuildLevels build_ = build_quickly;
-  LearnHair learn_ = learn_hair_here;  // where Config says so
+  LearnHair learn_ = learn_hair_in_process;  // where Config says so
   Metrics metrics_;
   std::int64_t now_ns_ = kStart_ns;
   std::vector<std::uint8_t> bytes_ = wire::encode_groom(small_groom());

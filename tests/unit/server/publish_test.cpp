@@ -27,7 +27,7 @@ class FakeObserverSink final : public ObserverSink {
     for (const FramePacket& packet : packets) {
       frames_announced += packet.frame_count;
       if (packet.may_be_lost) datagram_bytes.push_back(packet.bytes.size());
-      (packet.may_be_lost ? losable_frames : certain_frames) += packet.frame_count;
+      (packet.may_be_lost ? unreliable_frames : reliable_frames) += packet.frame_count;
       const bool is_datagram = wire::is_frame_datagram(packet.bytes);
       EXPECT_EQ(is_datagram, packet.may_be_lost && knows_frame_datagrams);
       batches.push_back(std::get<wire::FrameBatch>(
@@ -51,7 +51,7 @@ class FakeObserverSink final : public ObserverSink {
   std::vector<wire::Message> messages;
   std::vector<wire::FrameBatch> batches;
   std::vector<std::size_t> datagram_bytes;
-  std::size_t ticks_waiting = 0, frames_announced = 0, losable_frames = 0, certain_frames = 0, datagram_max = 0;
+  std::size_t ticks_waiting = 0, frames_announced = 0, unreliable_frames = 0, reliable_frames = 0, datagram_max = 0;
   double network_bytes_per_s = 0;
   bool full = false, knows_frame_datagrams = false;
 };
@@ -223,7 +223,7 @@ TEST_F(PublishTest, many_frames_are_cut_into_packets_of_the_bound) {
   tick();
   EXPECT_EQ(sink->newest(1).size(), 800u);
   EXPECT_GT(sink->batches.size(), 3u);
-  EXPECT_EQ(sink->losable_frames, 0u) << "the connection has no datagrams";
+  EXPECT_EQ(sink->unreliable_frames, 0u) << "the connection has no datagrams";
 }
 
 TEST_F(PublishTest, frames_that_newer_ones_replace_are_cut_into_datagrams_of_the_connections_size) {
@@ -237,7 +237,7 @@ TEST_F(PublishTest, frames_that_newer_ones_replace_are_cut_into_datagrams_of_the
     tick();
     tick();
     EXPECT_EQ(sink->newest(inputs_.tick).size(), 100u * session);
-    EXPECT_GT(sink->losable_frames, 0u);
+    EXPECT_GT(sink->unreliable_frames, 0u);
     ASSERT_FALSE(sink->datagram_bytes.empty());
     EXPECT_LE(std::ranges::max(sink->datagram_bytes), bytes_max);
     EXPECT_GT(std::ranges::max(sink->datagram_bytes), bytes_max * 2 / 3);
@@ -251,8 +251,8 @@ TEST_F(PublishTest, more_frames_fit_a_datagram_without_an_envelope) {
   for (std::uint32_t c = 1; c <= 300; ++c) add(1, c);
   tick();
   tick();
-  EXPECT_EQ(old->losable_frames, 600u);
-  EXPECT_EQ(knowing->losable_frames, 600u);
+  EXPECT_EQ(old->unreliable_frames, 600u);
+  EXPECT_EQ(knowing->unreliable_frames, 600u);
   EXPECT_LT(knowing->datagram_bytes.size(), old->datagram_bytes.size());
 }
 
@@ -296,9 +296,9 @@ TEST_F(PublishTest, a_frame_that_sleeps_or_jumps_or_exceeds_a_datagram_is_never_
   Character& character = add(1, 1);
   add(1, 2);
   tick();
-  const std::size_t before = sink->certain_frames;
+  const std::size_t before = sink->reliable_frames;
   tick();
-  EXPECT_EQ(sink->certain_frames, before);
+  EXPECT_EQ(sink->reliable_frames, before);
   // Without new poses they come to rest, fall asleep, and say so once.
   std::size_t asleep = 0;
   for (int t = 0; t < 400; ++t) {
@@ -307,11 +307,11 @@ TEST_F(PublishTest, a_frame_that_sleeps_or_jumps_or_exceeds_a_datagram_is_never_
     character.discontinuous = t == 0;
     publisher_.publish(rooms_, simulation_, inputs_, {}, 1);
     for (const wire::Frame& frame : sink->newest(inputs_.tick)) asleep += frame.asleep ? 1 : 0;
-    EXPECT_EQ(sink->certain_frames, before + 1 + asleep) << "one has jumped";
+    EXPECT_EQ(sink->reliable_frames, before + 1 + asleep) << "one has jumped";
   }
   EXPECT_EQ(asleep, 2u);
-  EXPECT_EQ(narrow->losable_frames, 0u);
-  EXPECT_GT(narrow->certain_frames, 0u);
+  EXPECT_EQ(narrow->unreliable_frames, 0u);
+  EXPECT_GT(narrow->reliable_frames, 0u);
 }
 
 // A character on the learnt level, and an observer that evaluates its hair from tick 1 on.
@@ -329,7 +329,7 @@ class PublishLearntTest : public PublishTest {
     tick();
     evaluate();
   }
-  void evaluate() { observer().learnt_told.at({}).evaluated_since = inputs_.tick; }
+  void evaluate() { observer().learnt_announced.at({}).evaluated_since = inputs_.tick; }
   Observer& observer() { return *rooms_.observer(1); }
   bool is_evaluated() {
     const std::vector<wire::Frame> frames = sink_->newest(inputs_.tick);
@@ -372,7 +372,7 @@ TEST_F(PublishLearntTest, is_left_to_an_observer_that_has_seen_it_for_two_second
 }
 
 TEST_F(PublishLearntTest, is_left_to_who_says_later_that_it_evaluates_two_seconds_later) {
-  observer().learnt_told.clear();
+  observer().learnt_announced.clear();
   for (int t = 0; t < 100; ++t) tick();
   EXPECT_FALSE(is_evaluated());
   evaluate();

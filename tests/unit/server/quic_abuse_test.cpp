@@ -56,7 +56,7 @@ class QuicAbuse : public testing::Test {
     network_->run(0.5);
     EXPECT_EQ(network_->sinks[session]->received, (Bytes{1, 2}));
     EXPECT_EQ(client.received[channel], Bytes{3});
-    EXPECT_EQ(client.error(), 0) << client.why();
+    EXPECT_EQ(client.error(), 0) << client.reason();
   }
 
   std::unique_ptr<QuicNetwork> network_ = std::make_unique<QuicNetwork>();

@@ -338,7 +338,7 @@ TEST(QuicEndpoint, of_the_same_identity_tells_the_clients_of_a_dead_one_at_once)
       next->endpoint.receive({client.path().remote, client.path().local}, 0, packet, network.now_ns);
     next->endpoint.flush(network.now_ns);
     for (auto& [to, packet] : std::exchange(next->in_flight, {})) client.receive(packet, network.now_ns);
-    EXPECT_EQ(client.why() == "the server does not know the connection any more", next == &restarted);
+    EXPECT_EQ(client.reason() == "the server does not know the connection any more", next == &restarted);
   }
 }
 

@@ -37,7 +37,7 @@ class RecordingSink final : public SessionSink {
   }
   void on_download_stopped(std::int64_t download, std::int64_t) override { stopped.push_back(download); }
   void on_sent(std::size_t bytes) override { sent_bytes += bytes; }
-  void on_closed(std::string_view why, std::int64_t) override { closed.emplace_back(why); }
+  void on_closed(std::string_view error, std::int64_t) override { closed.emplace_back(error); }
 
   Bytes received;
   std::vector<Bytes> datagrams;

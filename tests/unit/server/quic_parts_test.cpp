@@ -71,7 +71,7 @@ TEST(QuicAnswerDelay, holds_an_answer_until_something_goes_or_a_tick_is_over) {
 TEST(QuicAnswerDelay, holds_nothing_that_is_urgent_or_much_until_it_has_been_sent) {
   AnswerDelay answer;
   answer.on_written(true, 1000);
-  answer.hasten();
+  answer.send_soon();
   EXPECT_FALSE(answer.holds(1000));
   EXPECT_EQ(answer.due_ns(1500), 1500);
   answer.on_written(false, 1000);
@@ -106,7 +106,7 @@ TEST(QuicOwnCertificates, tell_the_next_hash_a_day_before_they_change) {
   OwnCertificates own = OwnCertificates::make(kNow_s).value();
   const auto first = own.current();
   EXPECT_THAT(own.hashes(), testing::ElementsAre(first->hash()));
-  std::vector<CertificateHash> told;
+  std::vector<CertificateHash> announced;
   std::shared_ptr<const Credentials> shown = first;
   int changes = 0;
   for (std::int64_t now_s = kNow_s; now_s < kNow_s + 60 * kDay_s; now_s += 3600) {
@@ -114,11 +114,11 @@ TEST(QuicOwnCertificates, tell_the_next_hash_a_day_before_they_change) {
     EXPECT_LE(own.hashes().size(), 2u);
     if (own.current() != shown) {
       ++changes;
-      EXPECT_THAT(told, testing::Contains(own.current()->hash()));  // an hour ago it was already told
+      EXPECT_THAT(announced, testing::Contains(own.current()->hash()));  // an hour ago it was already told
       shown = own.current();
     }
-    told = own.hashes();
-    EXPECT_THAT(told, testing::Contains(shown->hash()));
+    announced = own.hashes();
+    EXPECT_THAT(announced, testing::Contains(shown->hash()));
   }
   EXPECT_EQ(changes, 6);
 }

@@ -175,12 +175,12 @@ TEST_F(ResumePollTest, after_a_restart_onto_bad_files_the_groom_is_uploaded_agai
   start(keeping());
   const auto before = join();
   run_ms(300, {before.get()});
-  std::size_t spoilt = 0;
+  std::size_t corrupted = 0;
   for (const auto& file : std::filesystem::directory_iterator(folder_)) {
     std::filesystem::resize_file(file.path(), std::filesystem::file_size(file.path()) / 2);
-    ++spoilt;
+    ++corrupted;
   }
-  ASSERT_EQ(spoilt, 2u) << "a groom and its levels";
+  ASSERT_EQ(corrupted, 2u) << "a groom and its levels";
   start(keeping());
   FakeClient again(*server_, now_ns_);
   again.hello(now_ns_);

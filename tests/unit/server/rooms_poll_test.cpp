@@ -186,7 +186,7 @@ TEST_F(RoomsPollTest, a_wind_lasts_as_long_as_the_session_that_has_set_it) {
   wire::SetWind set;
   set.wind.mean_m_per_s = {6, 0, 0};
   const auto stays = join("garden");
-  const auto told = [&] {
+  const auto announced = [&] {
     const auto winds = stays->connection->all<wire::RoomWind>();
     return std::pair(winds.back().session, winds.back().wind.mean_m_per_s.x());
   };
@@ -199,18 +199,18 @@ TEST_F(RoomsPollTest, a_wind_lasts_as_long_as_the_session_that_has_set_it) {
   const std::pair servers_own(std::uint64_t{0}, 0.0);
   const auto says_goodbye = join("garden");
   const std::uint64_t first = set_by(*says_goodbye);
-  EXPECT_EQ(told(), std::pair(first, 6.0));
+  EXPECT_EQ(announced(), std::pair(first, 6.0));
   says_goodbye->send(leaves, now_ns_);
   run_ms(400);
-  EXPECT_EQ(told(), servers_own);
+  EXPECT_EQ(announced(), servers_own);
 
   const auto breaks = join("garden");
   const std::uint64_t broken = set_by(*breaks);
   breaks->break_connection(now_ns_);
   run_ms(400);
-  EXPECT_EQ(told(), std::pair(broken, 6.0)) << "it may come back";
+  EXPECT_EQ(announced(), std::pair(broken, 6.0)) << "it may come back";
   run_ms(600);
-  EXPECT_EQ(told(), servers_own);
+  EXPECT_EQ(announced(), servers_own);
 
   const auto earlier = join("garden");
   set_by(*earlier);
@@ -218,7 +218,7 @@ TEST_F(RoomsPollTest, a_wind_lasts_as_long_as_the_session_that_has_set_it) {
   const std::uint64_t later = set_by(*stays);
   earlier->send(leaves, now_ns_);
   run_ms(400);
-  EXPECT_EQ(told(), std::pair(later, 3.0)) << "another has set one since";
+  EXPECT_EQ(announced(), std::pair(later, 3.0)) << "another has set one since";
 }
 
 TEST_F(RoomsPollTest, the_wind_of_the_last_visitor_does_not_greet_the_next) {
@@ -233,9 +233,9 @@ TEST_F(RoomsPollTest, the_wind_of_the_last_visitor_does_not_greet_the_next) {
   const auto next = join("garden");
   next->pose(1, rigid_pose({}), now_ns_);
   run_ms(500);
-  for (const wire::RoomWind& told : next->connection->all<wire::RoomWind>()) {
-    EXPECT_EQ(told.session, 0u);
-    EXPECT_EQ(told.wind.mean_m_per_s, Vec3::Zero());
+  for (const wire::RoomWind& announced : next->connection->all<wire::RoomWind>()) {
+    EXPECT_EQ(announced.session, 0u);
+    EXPECT_EQ(announced.wind.mean_m_per_s, Vec3::Zero());
   }
   EXPECT_TRUE(std::ranges::none_of(next->frames(1).back().displacements, [](int d) { return d > 4; }));
 }

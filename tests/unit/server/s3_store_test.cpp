@@ -13,7 +13,7 @@
 #include <optional>
 #include <thread>
 
-#include "server/app/object_store.hpp"
+#include "server/app/shared_objects.hpp"
 #include "server/transport/blocking_http_client.hpp"
 #include "tests/support/s3_server.hpp"
 

@@ -11,34 +11,34 @@ namespace {
 
 constexpr std::int64_t kNow_ns = 5'000'000'000;
 
-Health sound() {
+Health valid() {
   return {.accepting = true, .draining = false, .last_tick_ns = kNow_ns - 30'000'000, .now_ns = kNow_ns};
 }
 
 TEST(Health, is_ready_while_it_accepts_and_ticks_are_on_time) {
-  EXPECT_EQ(why_not_ready(sound()), "");
-  Health health = sound();
+  EXPECT_EQ(why_not_ready(valid()), "");
+  Health health = valid();
   health.last_tick_ns = kNow_ns - kTickStallMax_ns;
   EXPECT_EQ(why_not_ready(health), "");
 }
 
 TEST(Health, is_not_ready_while_draining_before_accepting_or_when_ticks_stall) {
-  Health health = sound();
+  Health health = valid();
   health.draining = true;
   EXPECT_EQ(why_not_ready(health), "draining");
-  health = sound();
+  health = valid();
   health.accepting = false;
   EXPECT_EQ(why_not_ready(health), "not accepting yet");
-  health = sound();
+  health = valid();
   health.last_tick_ns = 0;
   EXPECT_EQ(why_not_ready(health), "no tick has run yet");
-  health = sound();
+  health = valid();
   health.last_tick_ns = kNow_ns - 2'500'000'000;
   EXPECT_EQ(why_not_ready(health), "ticks stalled: the last was 2.5 s ago");
 }
 
 TEST(Health, is_not_ready_without_a_valid_lease_but_its_ticks_go_on) {
-  Health health = sound();
+  Health health = valid();
   health.in_fleet = false;
   EXPECT_THAT(why_not_ready(health), testing::HasSubstr("lease"));
   EXPECT_TRUE(has_ticks_on_time(health));
@@ -47,7 +47,7 @@ TEST(Health, is_not_ready_without_a_valid_lease_but_its_ticks_go_on) {
 }
 
 TEST(Health, ticks_are_on_time_also_while_the_server_takes_no_clients) {
-  Health health = sound();
+  Health health = valid();
   health.draining = health.memory_full = true;
   EXPECT_TRUE(has_ticks_on_time(health));
   health.last_tick_ns = 0;
@@ -65,7 +65,7 @@ class Pages : public testing::Test {
     return pages_.handle(request);
   }
 
-  Health health_ = sound();
+  Health health_ = valid();
   Metrics metrics_;
   RoomPage room_{metrics_.fleet, {[](const std::string&) { return RoomPlace{.server_id = 2}; }}};
   ServerPages pages_{metrics_, [this] { return health_; }, {}, room_};

@@ -43,7 +43,7 @@ TEST_F(ServerPollTest, two_clients_of_one_groom_upload_it_once_and_both_get_its_
     EXPECT_EQ(frames.back().level, LevelIndex::low);
     EXPECT_EQ(frames.back().displacements.size(), 3 * nodes);
     EXPECT_THAT(frames.back().displacements, testing::Contains(testing::Ne(0)));
-    EXPECT_TRUE(client->connection->sound);
+    EXPECT_TRUE(client->connection->valid);
   }
   EXPECT_EQ(metrics_.groom.grooms_uploaded.value(), 1u);
   EXPECT_EQ(metrics_.groom.grooms_shared.value(), 1u);

@@ -162,7 +162,7 @@ TEST_F(SessionDownloads, go_on_streams_of_their_own_which_end_with_them) {
     offset += piece.bytes.size();
   }
   EXPECT_THAT(connection_->all<wire::GroomData>(), IsEmpty());
-  EXPECT_TRUE(connection_->sound);
+  EXPECT_TRUE(connection_->valid);
 }
 
 TEST_F(SessionDownloads, delay_no_message_and_need_none_to_go_on) {

@@ -22,7 +22,7 @@ class FakeGroomService final : public GroomService {
  public:
   void open(SessionId session, const GroomShare& share, std::int64_t) override {
     strands_max[session] = share.strand_count_max;
-    bearers[session] = share.bearer;
+    token_holders[session] = share.token_holder;
   }
   Refused offer(SessionId, const wire::GroomOffer&, std::int64_t) override { return {}; }
   ChunkAnswer chunk(SessionId, wire::GroomChunk, std::int64_t) override {
@@ -50,7 +50,7 @@ class FakeGroomService final : public GroomService {
   std::map<wire::GroomHash, std::shared_ptr<const std::vector<std::uint8_t>>> more;  // in memory, too
   std::vector<SessionId> released, resent, fetched;
   std::map<SessionId, std::uint64_t> strands_max;
-  std::map<SessionId, std::uint32_t> bearers;
+  std::map<SessionId, std::uint32_t> token_holders;
   std::shared_ptr<const std::vector<std::uint8_t>> file =
       std::make_shared<const std::vector<std::uint8_t>>(200'000, std::uint8_t{7});
 };

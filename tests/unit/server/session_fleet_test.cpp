@@ -207,12 +207,12 @@ TEST_F(SessionInOwnRoom, frames_stop_while_the_lease_is_not_safe_and_go_on_after
   EXPECT_EQ(frames(), 2u) << "and those that were withheld are not sent late";
 }
 
-TEST_F(SessionInOwnRoom, a_room_that_has_outgrown_the_server_takes_no_newcomers_but_those_that_come_back) {
-  context_.outgrown_room = "hall";
+TEST_F(SessionInOwnRoom, a_room_that_overloads_the_server_takes_no_late_joiners_but_those_that_come_back) {
+  context_.overloaded_room = "hall";
   const Client late = join({.client_name = "", .room = "hall"});
   EXPECT_EQ(goodbye(late).reason, wire::GoodbyeReason::room_refused);
-  EXPECT_EQ(goodbye(late).detail, kRoomOutgrown);
-  EXPECT_EQ(counters_.sessions_refused_outgrown.value(), 1u);
+  EXPECT_EQ(goodbye(late).detail, kRoomOverloaded);
+  EXPECT_EQ(counters_.sessions_refused_overloaded.value(), 1u);
   wire::AddCharacter add;
   add.character = 1;
   add.groom = groom_service_.known;
@@ -223,9 +223,9 @@ TEST_F(SessionInOwnRoom, a_room_that_has_outgrown_the_server_takes_no_newcomers_
   session_of(client_).on_closed("broken", now_ns_);
   const Client again = join({.client_name = "", .session = welcome.session, .secret = welcome.secret});
   EXPECT_EQ(welcomes(again), 1u);
-  context_.outgrown_room.clear();
+  context_.overloaded_room.clear();
   join({.client_name = "", .room = "hall"});
-  EXPECT_EQ(counters_.sessions_refused_outgrown.value(), 1u);
+  EXPECT_EQ(counters_.sessions_refused_overloaded.value(), 1u);
 }
 
 // A room that another server had, whose moderator has banned mallory, muted loud, and locked it while alice was in it.

@@ -183,7 +183,7 @@ TEST_F(ResumeTest, weighs_as_much_as_its_room_has_members) {
   EXPECT_EQ(commands_.weight(), 3u);
 }
 
-TEST_F(ResumeTest, a_full_server_gives_the_place_of_a_lost_client_without_characters_to_a_newcomer) {
+TEST_F(ResumeTest, a_full_server_gives_the_place_of_a_lost_client_without_characters_to_a_new_client) {
   context_.limits.session_count_max = 2;
   Client with = connect(), without = connect();
   send(with, wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
@@ -194,6 +194,18 @@ TEST_F(ResumeTest, a_full_server_gives_the_place_of_a_lost_client_without_charac
   EXPECT_EQ(connect().connection->all<wire::Goodbye>().at(0).reason, GoodbyeReason::server_full);
   EXPECT_TRUE(connect(with.welcome().session, with.welcome().secret).welcome().resumed);
   EXPECT_EQ(context_.session_count, 2u);
+}
+
+TEST_F(ResumeTest, a_stranger_who_is_refused_anyway_ends_nobodys_session_on_a_full_server) {
+  context_.limits.session_count_max = 1;
+  Client lost = connect();
+  lost.sink->on_closed("reset", now_ns_);
+  context_.token_key.emplace(std::vector<std::uint8_t>(32, 7));
+  context_.unix_time_s = [] { return std::int64_t{1000}; };
+  EXPECT_EQ(connect().connection->all<wire::Goodbye>().at(0).reason, GoodbyeReason::token_refused);
+  EXPECT_EQ(context_.session_count, 1u) << "the lost client may still come back";
+  context_.token_key.reset();
+  EXPECT_TRUE(connect(lost.welcome().session, lost.welcome().secret).welcome().resumed);
 }
 
 TEST_F(ResumeTest, does_not_refill_what_a_client_may_send) {

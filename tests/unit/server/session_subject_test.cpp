@@ -22,14 +22,15 @@ TEST(Subject, is_that_of_the_token_or_else_the_address) {
   EXPECT_EQ(of("").kind, Subject::Kind::exempt);
   EXPECT_EQ(of("192.0.2.1").kind, Subject::Kind::address);
   EXPECT_EQ(of("192.0.2.1").name, "address:192.0.2.1");
-  EXPECT_EQ(of("192.0.2.1").bearer, "token:signature");
+  EXPECT_EQ(of("192.0.2.1").token_holder, "token:signature");
   claims.name = "Alice";
   EXPECT_EQ(of("192.0.2.1").kind, Subject::Kind::token);
   EXPECT_EQ(of("192.0.2.1").name, "name:Alice");
   claims.subject = "alice";
   EXPECT_EQ(of("").name, "sub:alice");
-  EXPECT_EQ(of("").bearer, "sub:alice");
-  EXPECT_EQ(subject_of(std::nullopt, "anything", "192.0.2.1").bearer, "address:192.0.2.1") << "no token was checked";
+  EXPECT_EQ(of("").token_holder, "sub:alice");
+  EXPECT_EQ(subject_of(std::nullopt, "anything", "192.0.2.1").token_holder, "address:192.0.2.1")
+      << "no token was checked";
 }
 
 TEST(RevokedTokens, are_named_by_id_or_subject) {
@@ -93,11 +94,11 @@ TEST_F(SubjectTest, a_detached_session_gives_way_to_a_new_one_of_its_subject_and
   add(bob, 1);
   break_connection(lost);
   break_connection(bob);
-  EXPECT_EQ(context_.bearers.count("sub:alice").characters, 2u) << "detached sessions count";
+  EXPECT_EQ(context_.token_holders.count("sub:alice").characters, 2u) << "detached sessions count";
   add(back, 2);
   EXPECT_THAT(back.errors(), IsEmpty());
-  EXPECT_EQ(context_.bearers.count("sub:alice").sessions, 1u);
-  EXPECT_EQ(context_.bearers.count("sub:bob").sessions, 1u);
+  EXPECT_EQ(context_.token_holders.count("sub:alice").sessions, 1u);
+  EXPECT_EQ(context_.token_holders.count("sub:bob").sessions, 1u);
   EXPECT_EQ(counters_.sessions_closed_by_server_grace_over.value(), 1u);
   EXPECT_FALSE(resume(lost, hello_with(alice)).welcome().resumed);
 }
@@ -186,7 +187,7 @@ TEST_F(SubjectTest, a_resume_needs_a_token_of_the_same_subject) {
   Client back = resume(alice, hello_with(later), "192.0.2.1");
   ASSERT_TRUE(back.is_welcome());
   EXPECT_TRUE(back.welcome().resumed);
-  EXPECT_EQ(context_.bearers.count("sub:alice").characters, 1u);
+  EXPECT_EQ(context_.token_holders.count("sub:alice").characters, 1u);
   unix_s_ = kUnixEnd_s;
   poll_next_second();
   EXPECT_THAT(back.goodbyes(), IsEmpty()) << "the newest token counts";
@@ -205,17 +206,17 @@ TEST_F(SubjectTest, a_refused_token_is_told_in_words_that_name_the_cure) {
   only_observes.role = wire::Role::participant;
   none.token.clear();
   garbage.token = "letmein";
-  const auto told = [&](const wire::Hello& hello) {
+  const auto announced = [&](const wire::Hello& hello) {
     Client refused = connect(hello);
     const std::string error = refused.connection->all<wire::Error>().at(0).detail;
     EXPECT_EQ(refused.connection->all<wire::Goodbye>().at(0).detail, error) << "a client may show either";
     return error;
   };
-  EXPECT_THAT(told(none), HasSubstr("this room needs a token; ask the operator"));
-  EXPECT_THAT(told(garbage), HasSubstr("this is not a token"));
-  EXPECT_THAT(told(hello_with(expired)), HasSubstr("the token has expired, on "));
-  EXPECT_THAT(told(hello_with(other_room)), HasSubstr("the token is for room 'attic', and not for the lobby"));
-  EXPECT_THAT(told(only_observes), HasSubstr("observe only"));
+  EXPECT_THAT(announced(none), HasSubstr("this room needs a token; ask the operator"));
+  EXPECT_THAT(announced(garbage), HasSubstr("this is not a token"));
+  EXPECT_THAT(announced(hello_with(expired)), HasSubstr("the token has expired, on "));
+  EXPECT_THAT(announced(hello_with(other_room)), HasSubstr("the token is for room 'attic', and not for the lobby"));
+  EXPECT_THAT(announced(only_observes), HasSubstr("observe only"));
   EXPECT_EQ(counters_.sessions_refused_token.value(), 5u);
 }
 
@@ -303,8 +304,8 @@ TEST_F(SubjectTest, the_tick_and_the_grooms_get_one_small_number_for_a_subject) 
   EXPECT_EQ(opened[0].subject, 1u);
   EXPECT_EQ(opened[1].subject, 2u);
   EXPECT_EQ(opened[2].subject, 1u);
-  EXPECT_EQ(groom_service_.bearers.at(opened[0].session), groom_service_.bearers.at(opened[2].session));
-  EXPECT_NE(groom_service_.bearers.at(opened[0].session), groom_service_.bearers.at(opened[1].session));
+  EXPECT_EQ(groom_service_.token_holders.at(opened[0].session), groom_service_.token_holders.at(opened[2].session));
+  EXPECT_NE(groom_service_.token_holders.at(opened[0].session), groom_service_.token_holders.at(opened[1].session));
   leave(bob);
   Client carol = join(claims("carol")), dave = join(claims("dave"));
   opened = commands<OpenSession>();

@@ -234,7 +234,7 @@ TEST_F(SessionTest, touch_that_takes_memory_is_refused_while_memory_is_full) {
 }
 
 TEST_F(SessionTest, touch_costs_what_it_makes_the_server_do) {
-  Census rooms;
+  RoomCounts rooms;
   const auto touch = [&] { return price_of(wire::SetTouch{}, rooms, "hall"); };
   const auto props = [&](std::size_t count) {
     return price_of(wire::SetProps{std::vector<wire::Prop>(count)}, rooms, "hall");
@@ -266,7 +266,7 @@ class TouchRightsTest : public SubjectTest {
     return granted;
   }
   // What the tick was told since the last call: the session, and whether it may touch others.
-  std::vector<std::pair<std::uint64_t, bool>> told() {
+  std::vector<std::pair<std::uint64_t, bool>> announced() {
     std::vector<std::pair<std::uint64_t, bool>> all;
     for (const SetTouchRight& right : commands<SetTouchRight>())
       all.emplace_back(right.session, right.may_touch_others);
@@ -286,8 +286,8 @@ TEST_F(TouchRightsTest, the_token_says_who_may_touch_others_else_the_role) {
     granted.role = role;
     granted.touch = touch;
     const Client client = join(granted);
-    const bool is_told = !told().empty();
-    EXPECT_EQ(client.welcome().may_touch, !is_told) << "a right to touch needs no command";
+    const bool is_announced = !announced().empty();
+    EXPECT_EQ(client.welcome().may_touch, !is_announced) << "a right to touch needs no command";
     return client.welcome().may_touch;
   };
   using enum wire::Role;
@@ -326,12 +326,12 @@ TEST_F(TouchRightsTest, a_muted_subject_touches_no_others_and_sets_no_props_unti
   wire::Hello to_attic = hello_with(claims("mallory"));
   to_attic.room = "attic";
   Client elsewhere = connect(to_attic);
-  EXPECT_THAT(told(), IsEmpty());
+  EXPECT_THAT(announced(), IsEmpty());
   const std::uint64_t its = session_of(mallory);
   send(moderator, wire::Moderate{wire::ModerateAction::mute, its, ""});
-  EXPECT_THAT(told(), testing::UnorderedElementsAre(std::pair(its, false), std::pair(session_of(second), false)));
+  EXPECT_THAT(announced(), testing::UnorderedElementsAre(std::pair(its, false), std::pair(session_of(second), false)));
   send(moderator, wire::Moderate{wire::ModerateAction::mute, its, ""});
-  EXPECT_THAT(told(), IsEmpty()) << "the tick knows it";
+  EXPECT_THAT(announced(), IsEmpty()) << "the tick knows it";
   EXPECT_FALSE(may_set_props(mallory));
   EXPECT_THAT(mallory.errors(), ElementsAre(ErrorReason::not_allowed));
   EXPECT_TRUE(may_set_props(bob));
@@ -340,13 +340,13 @@ TEST_F(TouchRightsTest, a_muted_subject_touches_no_others_and_sets_no_props_unti
   mallory = resume(mallory, hello_with(claims("mallory")));
   EXPECT_FALSE(mallory.welcome().may_touch);
   EXPECT_FALSE(mallory.welcome().may_set_props);
-  EXPECT_THAT(told(), IsEmpty()) << "the right outlives a connection";
+  EXPECT_THAT(announced(), IsEmpty()) << "the right outlives a connection";
   leave(second);
   const Client third = join(claims("mallory"));
   EXPECT_FALSE(third.welcome().may_touch);
-  EXPECT_THAT(told(), ElementsAre(std::pair(session_of(third), false)));
+  EXPECT_THAT(announced(), ElementsAre(std::pair(session_of(third), false)));
   send(moderator, wire::Moderate{wire::ModerateAction::unmute, 0, "sub:mallory"});
-  EXPECT_THAT(told(), testing::UnorderedElementsAre(std::pair(its, true), std::pair(session_of(third), true)));
+  EXPECT_THAT(announced(), testing::UnorderedElementsAre(std::pair(its, true), std::pair(session_of(third), true)));
   EXPECT_TRUE(may_set_props(mallory));
 }
 
@@ -355,11 +355,11 @@ TEST_F(TouchRightsTest, an_unmuted_session_whose_token_forbids_touch_still_may_n
   channel::TokenClaims forbidden = claims("mallory");
   forbidden.touch = false;
   Client mallory = join(forbidden);
-  EXPECT_THAT(told(), SizeIs(1));
+  EXPECT_THAT(announced(), SizeIs(1));
   for (const auto action : {wire::ModerateAction::mute, wire::ModerateAction::unmute})
     send(moderator, wire::Moderate{action, session_of(mallory), ""});
   EXPECT_THAT(moderator.errors(), IsEmpty());
-  EXPECT_THAT(told(), IsEmpty());
+  EXPECT_THAT(announced(), IsEmpty());
 }
 
 TEST_F(TouchRightsTest, the_newest_token_of_a_session_counts) {
@@ -367,14 +367,14 @@ TEST_F(TouchRightsTest, the_newest_token_of_a_session_counts) {
   forbidden.touch = false;
   Client alice = join(claims("alice"));
   const std::uint64_t its = session_of(alice);
-  EXPECT_THAT(told(), IsEmpty());
+  EXPECT_THAT(announced(), IsEmpty());
   alice = resume(alice, hello_with(forbidden));
   EXPECT_FALSE(alice.welcome().may_touch);
-  EXPECT_THAT(told(), ElementsAre(std::pair(its, false)));
+  EXPECT_THAT(announced(), ElementsAre(std::pair(its, false)));
   now_ns_ += 2 * kSecond_ns;
   alice = resume(alice, hello_with(claims("alice")));
   EXPECT_TRUE(alice.welcome().may_touch);
-  EXPECT_THAT(told(), ElementsAre(std::pair(its, true)));
+  EXPECT_THAT(announced(), ElementsAre(std::pair(its, true)));
 }
 
 TEST_F(TouchRightsTest, an_empty_room_keeps_its_props_for_the_next_who_comes_until_it_ends) {

@@ -72,20 +72,20 @@ TEST_F(TouchTest, props_touch_everyone_until_they_are_removed) {
   tick();
   EXPECT_TRUE(hair().is_touched);
   for (const auto& sink : {ann, ben}) {
-    const auto told = sink->all<wire::RoomProps>();
-    ASSERT_THAT(told, SizeIs(1));
-    EXPECT_THAT(told[0].props, SizeIs(2));
-    EXPECT_FALSE(told[0].all);
+    const auto announced = sink->all<wire::RoomProps>();
+    ASSERT_THAT(announced, SizeIs(1));
+    EXPECT_THAT(announced[0].props, SizeIs(2));
+    EXPECT_FALSE(announced[0].all);
   }
   say(kBen, wire::SetProps{{ball_prop(4, kHead + Vec3(2, 0, 0))}, {}});
   say(kAnn, wire::SetProps{{ball_prop(5, kHead + Vec3(2, 0, 0))}, {3, 99}});
   tick();
-  const auto told = ann->all<wire::RoomProps>();
-  ASSERT_THAT(told, SizeIs(2)) << "one message a tick";
-  EXPECT_THAT(told[1].removed, ElementsAre(3));
-  ASSERT_THAT(told[1].props, SizeIs(2));
-  EXPECT_EQ(told[1].props[0].number, 4);
-  EXPECT_EQ(told[1].props[1].number, 5);
+  const auto announced = ann->all<wire::RoomProps>();
+  ASSERT_THAT(announced, SizeIs(2)) << "one message a tick";
+  EXPECT_THAT(announced[1].removed, ElementsAre(3));
+  ASSERT_THAT(announced[1].props, SizeIs(2));
+  EXPECT_EQ(announced[1].props[0].number, 4);
+  EXPECT_EQ(announced[1].props[1].number, 5);
   tick();
   EXPECT_FALSE(hair().is_touched);
   EXPECT_THAT(ann->all<wire::RoomProps>(), SizeIs(2));
@@ -103,22 +103,22 @@ TEST_F(TouchTest, a_prop_that_was_away_or_jumped_within_a_tick_has_jumped) {
   tick();
   say(kAnn, wire::SetProps{{ball_prop(1, kInHair)}});
   tick();
-  const auto told = ann->all<wire::RoomProps>();
-  ASSERT_THAT(told, SizeIs(3));
+  const auto announced = ann->all<wire::RoomProps>();
+  ASSERT_THAT(announced, SizeIs(3));
   std::vector<bool> jumps;
-  for (const wire::Prop& prop : told[1].props) jumps.push_back(prop.has_jumped);
+  for (const wire::Prop& prop : announced[1].props) jumps.push_back(prop.has_jumped);
   EXPECT_THAT(jumps, ElementsAre(true, true, false));
-  EXPECT_FALSE(told[2].props[0].has_jumped) << "once";
+  EXPECT_FALSE(announced[2].props[0].has_jumped) << "once";
 }
 
 TEST_F(TouchTest, a_room_begins_with_its_props_and_takes_them_along_when_it_ends) {
   const auto ann = open(kAnn, {ball_prop(3, kInHair)});
   add(kAnn);
   ticks(2);
-  const auto told = ann->all<wire::RoomProps>();
-  ASSERT_THAT(told, SizeIs(1));
-  EXPECT_TRUE(told[0].all);
-  EXPECT_THAT(told[0].props, SizeIs(1));
+  const auto announced = ann->all<wire::RoomProps>();
+  ASSERT_THAT(announced, SizeIs(1));
+  EXPECT_TRUE(announced[0].all);
+  EXPECT_THAT(announced[0].props, SizeIs(1));
   EXPECT_TRUE(hair().is_touched);
   commands_.put(CloseSession{kAnn});
   ticks(400);

@@ -81,9 +81,9 @@ class Echo final : public PacketSink {
   }
   void on_broken_stream(std::int64_t) override { broken = true; }
   void on_writable(std::int64_t) override { flush(); }
-  void on_closed(std::string_view why, std::int64_t) override {
+  void on_closed(std::string_view error, std::int64_t) override {
     ++closed;
-    reason = why;
+    reason = error;
     connection->close("closed");
   }
   void flush() {

@@ -213,7 +213,7 @@ TEST_F(HttpTest, every_kind_of_wrong_request_has_its_status) {
   EXPECT_THAT(get("/ws"), StartsWith("HTTP/1.1 426 "));
   Peer peer(listener_->port());
   EXPECT_THAT(answer_to(peer, "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
-  EXPECT_EQ(counters_.connections_opened_http.value(), 3u) << "the requests for none, /../x and %00 are sound";
+  EXPECT_EQ(counters_.connections_opened_http.value(), 3u) << "the requests for none, /../x and %00 are valid";
   EXPECT_TRUE(all_closed());
   EXPECT_TRUE(echoes_.empty());
 }

@@ -31,13 +31,13 @@ class Certificates {
     for (const char* name : {"ours", "other"}) {
       const std::string command =
           std::string(HAIRNET_DEPLOY_DIR) + "/certificate --out " + (folder / name).string() + " 127.0.0.1 > /dev/null";
-      sound &= std::system(command.c_str()) == 0;
+      valid &= std::system(command.c_str()) == 0;
     }
   }
   ~Certificates() { std::filesystem::remove_all(folder); }
   [[nodiscard]] std::string path(const std::string& name) const { return (folder / name).string(); }
   std::filesystem::path folder;
-  bool sound = true;
+  bool valid = true;
 };
 
 const Certificates& certificates() {
@@ -60,7 +60,7 @@ class TlsTest : public TransportTest {
     return made;
   }
   void SetUp() override {
-    ASSERT_TRUE(certificates().sound) << "deploy/certificate failed";
+    ASSERT_TRUE(certificates().valid) << "deploy/certificate failed";
     TransportTest::SetUp();
   }
   // Runs a client that may block on its own thread, and the loop here; returns the text of a thrown error.
@@ -261,7 +261,7 @@ TEST_F(TransportTest, tls_without_a_certificate_is_answered_with_an_alert) {
 }
 
 TEST_F(TransportTest, wrong_certificates_stop_the_start_with_one_line) {
-  ASSERT_TRUE(certificates().sound);
+  ASSERT_TRUE(certificates().valid);
   std::ofstream(certificates().path("garbage.pem")) << "no certificate\n";
   std::ofstream(certificates().path("empty.pem"));
   const TlsFiles ours = our_files();

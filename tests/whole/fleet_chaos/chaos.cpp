@@ -28,12 +28,12 @@ std::int64_t to_ns(double s) {
 
 }  // namespace
 
-bool Chaos::start(std::string& why) {
+bool Chaos::start(std::string& error) {
   without_etcd_ = options_.without_etcd == "both" ? "stop" : options_.without_etcd;
   Result<std::unique_ptr<ChaosFleet>> fleet =
       ChaosFleet::start(options_.folder, options_.lease_s, without_etcd_, owners_);
   if (!fleet) {
-    why = fleet.error();
+    error = fleet.error();
     return false;
   }
   fleet_ = std::move(*fleet);
@@ -69,18 +69,18 @@ void Chaos::fault(const std::string& what) {
   std::fflush(stdout);
 }
 
-void Chaos::on_lost(std::size_t client, std::size_t server, const std::string& why, std::int64_t) {
+void Chaos::on_lost(std::size_t client, std::size_t server, const std::string& error, std::int64_t) {
   if (is_lost_[client]) return;  // an attempt to come back has failed
   is_lost_[client] = true;
   const bool is_explained = action_ && is_of_server(action_->kind) && action_->target == server;
   if (action_) ++rows_[static_cast<std::size_t>(action_->kind)].sessions_lost;
   if (!is_explained)
     fault(fmt::format("client {} in {} lost server {} without a reason in what is done ({}): {}", client,
-                      clients_[client]->def().room, server, action_ ? action_->what : "nothing", why));
+                      clients_[client]->def().room, server, action_ ? action_->what : "nothing", error));
 }
 
-void Chaos::on_ended(std::size_t client, const std::string& why, std::int64_t) {
-  fault(fmt::format("client {} in {} ended for good: {}", client, clients_[client]->def().room, why));
+void Chaos::on_ended(std::size_t client, const std::string& error, std::int64_t) {
+  fault(fmt::format("client {} in {} ended for good: {}", client, clients_[client]->def().room, error));
 }
 
 void Chaos::pump() {
@@ -99,7 +99,7 @@ void Chaos::pump() {
   for (const auto& client : clients_) client->poll(channel::monotonic_ns());
   check_owners(channel::monotonic_ns() - kLogLate_ns);
   turned_ns_ = now_ns = channel::monotonic_ns();
-  if (now_ns - told_ns_ >= kSecond_ns) print_progress(now_ns);
+  if (now_ns - announced_ns_ >= kSecond_ns) print_progress(now_ns);
 }
 
 void Chaos::check_owners(std::int64_t until_ns) {
@@ -126,11 +126,11 @@ void Chaos::print_progress(std::int64_t now_ns) {
   });
   fmt::print("{:7.1f} s  {}/{} rooms, {}/{} sessions with frames, {:.0f} packets/s, faults {}  {}\n", now_s(), owned,
              rooms_.size(), fresh, here,
-             static_cast<double>(owners_.packets - packets_told_) / seconds(now_ns - told_ns_), faults_.size(),
-             action_ ? action_->what : "");
+             static_cast<double>(owners_.packets - packets_announced_) / seconds(now_ns - announced_ns_),
+             faults_.size(), action_ ? action_->what : "");
   std::fflush(stdout);
-  told_ns_ = now_ns;
-  packets_told_ = owners_.packets;
+  announced_ns_ = now_ns;
+  packets_announced_ = owners_.packets;
 }
 
 std::string Chaos::why_not_settled(std::int64_t now_ns) const {
@@ -151,20 +151,20 @@ void Chaos::settle(double seconds_max) {
   while (true) {
     pump();
     const std::int64_t now_ns = channel::monotonic_ns();
-    const std::string why = why_not_settled(now_ns);
-    if (!why.empty()) {
+    const std::string error = why_not_settled(now_ns);
+    if (!error.empty()) {
       well_since_ns = 0;
     } else if (well_since_ns == 0) {
       well_since_ns = now_ns;
     }
     if (well_since_ns != 0 && now_ns - well_since_ns > to_ns(kCalm_s)) return;
     if (now_ns - begin_ns > to_ns(seconds_max))
-      return fault("not all is well again: " + (why.empty() ? "not for long" : why));
+      return fault("not all is well again: " + (error.empty() ? "not for long" : error));
   }
 }
 
 bool Chaos::run() {
-  begin_ns_ = told_ns_ = channel::monotonic_ns();
+  begin_ns_ = announced_ns_ = channel::monotonic_ns();
   settle(kSettle_s);
   const std::int64_t end_ns = begin_ns_ + to_ns(options_.duration_s);
   bool is_switched = options_.without_etcd != "both";

@@ -57,8 +57,8 @@ struct ChaosOptions {
 class Chaos final : private FleetClientEvents {
  public:
   explicit Chaos(ChaosOptions options) : options_(std::move(options)), random_(options_.seed, 5) {}
-  // False with one line in `why` when this machine cannot run it.
-  bool start(std::string& why);
+  // False with one line in `error` when this machine cannot run it.
+  bool start(std::string& error);
   // Runs until the end. True when nothing failed.
   bool run();
 
@@ -90,8 +90,8 @@ class Chaos final : private FleetClientEvents {
     received_.push_back({client, server_process, clients_[client]->def().room, stamp_ns, now_ns});
     is_lost_[client] = false;
   }
-  void on_lost(std::size_t client, std::size_t server, const std::string& why, std::int64_t now_ns) override;
-  void on_ended(std::size_t client, const std::string& why, std::int64_t now_ns) override;
+  void on_lost(std::size_t client, std::size_t server, const std::string& error, std::int64_t now_ns) override;
+  void on_ended(std::size_t client, const std::string& error, std::int64_t now_ns) override;
   std::size_t process_at(std::size_t server) override { return fleet_->process_of(server); }
 
   void add_client(const std::string& room, bool is_watcher, bool is_visitor);
@@ -130,8 +130,8 @@ class Chaos final : private FleetClientEvents {
   std::optional<Action> action_;  // the last one, until the next begins
   std::array<Row, kActionNames.size()> rows_{};
   Times claims_after_outage_;
-  std::int64_t begin_ns_ = 0, told_ns_ = 0, turned_ns_ = 0, lag_ns_max_ = 0;
-  std::uint64_t packets_told_ = 0, probe_count_ = 0;
+  std::int64_t begin_ns_ = 0, announced_ns_ = 0, turned_ns_ = 0, lag_ns_max_ = 0;
+  std::uint64_t packets_announced_ = 0, probe_count_ = 0;
   std::vector<std::string> faults_;
 };
 

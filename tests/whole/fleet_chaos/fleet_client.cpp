@@ -50,7 +50,7 @@ void FleetClient::visit(std::int64_t now_ns) {
   options.client_name = "chaos-" + std::to_string(def_.number);
   options.room = def_.room;
   options.role = def_.is_watcher ? wire::Role::observer : wire::Role::participant;
-  options.seed = random_.next();
+  options.trace = random_.next();
   core_ = std::make_unique<link::LinkCore>(options);
   first_server_ = static_cast<std::size_t>(random_.next() % def_.servers.size());
   is_leaving_ = false;
@@ -143,11 +143,11 @@ void FleetClient::close_socket() {
   server_ = def_.servers.size();
 }
 
-void FleetClient::break_off(const std::string& why, std::int64_t now_ns) {
+void FleetClient::break_off(const std::string& error, std::int64_t now_ns) {
   const std::size_t server = server_;
   close_socket();
   server_ = server;  // until what the core says about it is heard
-  core_->on_closed(why, now_ns);
+  core_->on_closed(error, now_ns);
   hear(now_ns);
   if (socket_ < 0) server_ = def_.servers.size();
 }
@@ -181,9 +181,9 @@ void FleetClient::read(std::int64_t now_ns) {
     if (count <= 0)
       return break_off(count == 0 ? "the server closed the connection without a goodbye" : std::strerror(errno),
                        now_ns);
-    const bool is_sound = splitter_.feed({bytes.data(), static_cast<std::size_t>(count)},
+    const bool is_valid = splitter_.feed({bytes.data(), static_cast<std::size_t>(count)},
                                          [&](std::span<const std::uint8_t> packet) { take(packet, now_ns); });
-    if (!is_sound) return break_off("a packet of impossible size", now_ns);
+    if (!is_valid) return break_off("a packet of impossible size", now_ns);
     if (core_->wants_close()) return;
   }
 }

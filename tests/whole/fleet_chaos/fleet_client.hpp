@@ -32,9 +32,9 @@ class FleetClientEvents {
  public:
   virtual void on_frames(std::size_t client, std::size_t server_process, std::int64_t stamp_ns,
                          std::int64_t now_ns) = 0;
-  virtual void on_lost(std::size_t client, std::size_t server, const std::string& why, std::int64_t now_ns) = 0;
+  virtual void on_lost(std::size_t client, std::size_t server, const std::string& error, std::int64_t now_ns) = 0;
   // For good, against its will.
-  virtual void on_ended(std::size_t client, const std::string& why, std::int64_t now_ns) = 0;
+  virtual void on_ended(std::size_t client, const std::string& error, std::int64_t now_ns) = 0;
   // The process that listens there now.
   virtual std::size_t process_at(std::size_t server) = 0;
 
@@ -81,7 +81,7 @@ class FleetClient {
   void turn(std::int64_t now_ns);
   void connect(std::int64_t now_ns);
   void close_socket();
-  void break_off(const std::string& why, std::int64_t now_ns);
+  void break_off(const std::string& error, std::int64_t now_ns);
   void read(std::int64_t now_ns);
   void write(std::int64_t now_ns);
   void take(std::span<const std::uint8_t> packet, std::int64_t now_ns);

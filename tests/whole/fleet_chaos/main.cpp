@@ -59,8 +59,8 @@ int main(int argc, char** argv) {
   bool is_well = false;
   {
     hairnet::whole::Chaos chaos(options);
-    if (std::string why; !chaos.start(why)) {
-      fmt::print(stderr, "hairnet-fleet-chaos: NOT TESTED: {}\n", why);
+    if (std::string error; !chaos.start(error)) {
+      fmt::print(stderr, "hairnet-fleet-chaos: NOT TESTED: {}\n", error);
       if (is_temporary) std::filesystem::remove_all(options.folder);
       return kCannotRun;
     }

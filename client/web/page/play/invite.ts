@@ -6,7 +6,7 @@ export interface ShownRoom {
   readonly token: string;
 }
 
-/** A link to this room. A token stays out of it: it says who its bearer is. */
+/** A link to this room. A token stays out of it: it says who its holder is. */
 export function inviteLink(page: URL, query: ShownRoom): URL {
   const link = new URL(page.pathname, page.origin);
   if (query.room) link.searchParams.set("room", query.room);

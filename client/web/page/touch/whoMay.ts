@@ -14,16 +14,16 @@ export function audienceOf(word: string): Audience {
 /** Tells rooms who may touch the own hair. */
 export class WhoMay {
   #own: OwnCharacter | null = null;
-  #told: Audience = kDefault;
+  #announced: Audience = kDefault;
 
   constructor(public audience: Audience) {}
 
   /** Call it now and then: there is another character after another hairstyle, and in another room. */
   tell(room: Pick<Room, "setTouch"> | null, own: OwnCharacter | null): void {
-    if (own !== this.#own) this.#told = kDefault;
+    if (own !== this.#own) this.#announced = kDefault;
     this.#own = own;
-    if (!room || !own || this.audience === this.#told) return;
+    if (!room || !own || this.audience === this.#announced) return;
     room.setTouch(own, TouchAudience[this.audience]);
-    this.#told = this.audience;
+    this.#announced = this.audience;
   }
 }

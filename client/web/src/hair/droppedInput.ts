@@ -4,8 +4,8 @@
  */
 export class DroppedInput {
   #count = 0;
-  #toldMs = -Infinity;
-  readonly #toldOnce = new Set<string>();
+  #announcedMs = -Infinity;
+  readonly #announcedOnce = new Set<string>();
 
   get count(): number {
     return this.#count;
@@ -15,15 +15,15 @@ export class DroppedInput {
   drop(what: string): void {
     this.#count += 1;
     const nowMs = performance.now();
-    if (nowMs - this.#toldMs < 1000) return;
-    this.#toldMs = nowMs;
+    if (nowMs - this.#announcedMs < 1000) return;
+    this.#announcedMs = nowMs;
     tell(`${what}; it was dropped (${this.#count} so far)`);
   }
 
   /** Tells of something that lasts until the program changes it; not counted. */
   tellOnce(what: string): void {
-    if (this.#toldOnce.has(what)) return;
-    this.#toldOnce.add(what);
+    if (this.#announcedOnce.has(what)) return;
+    this.#announcedOnce.add(what);
     tell(what);
   }
 }

@@ -53,7 +53,7 @@ async function readHair(file: HairFile): Promise<ImportWork["files"][number]> {
     return { name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) };
   } catch (fault) {
     // It was moved or changed after it was chosen.
-    const why = fault instanceof Error ? fault.message : String(fault);
-    throw new HairnetError("invalid", `${file.name.replace(/\p{C}/gu, "\ufffd")} cannot be read: ${why}`);
+    const error = fault instanceof Error ? fault.message : String(fault);
+    throw new HairnetError("invalid", `${file.name.replace(/\p{C}/gu, "\ufffd")} cannot be read: ${error}`);
   }
 }

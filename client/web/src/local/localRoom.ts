@@ -173,8 +173,8 @@ export class LocalRoom extends People {
       this.#takeLevels(groom, levels);
       for (const own of this.own.values()) if (own.groomKey === groom.key) this.#giveLevels(own);
     } catch (fault) {
-      const why = fault instanceof Error ? fault.message : String(fault);
-      this.tell("fault", { detail: `the hair of ${groom.name} stays rigid: ${why}` });
+      const error = fault instanceof Error ? fault.message : String(fault);
+      this.tell("fault", { detail: `the hair of ${groom.name} stays rigid: ${error}` });
     } finally {
       this.#building.delete(groom.key);
     }

@@ -1,6 +1,6 @@
 import { Instance } from "../module/instance";
 
-const kToldShare = 0.01;
+const kReportedShare = 0.01;
 
 /** Builds the levels of a groom's file, and returns theirs. The thread stands still for seconds. */
 export async function makeLevels(
@@ -8,11 +8,11 @@ export async function makeLevels(
   file: Uint8Array,
   onProgress: (share: number) => void,
 ): Promise<Uint8Array<ArrayBuffer>> {
-  let told = 0;
+  let reported = 0;
   // Of its own: the memory that a build takes is gone with it.
   const instance = await Instance.of(module, (share) => {
-    if (share < told + kToldShare) return;
-    told = share;
+    if (share < reported + kReportedShare) return;
+    reported = share;
     onProgress(share);
   });
   const groom = instance.makeOf("hairnet_groom_load", file);

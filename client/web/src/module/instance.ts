@@ -1,7 +1,7 @@
 import { start, type ModuleExports } from "../../../wasm/glue.mjs";
 import { HairnetError, type ErrorCode } from "./hairnetError";
 
-const kWhyBytes = 512;
+const kErrorBytes = 512;
 const kResultBytes = 1024;
 /** `hairnet_error` of client/hairnet.h, from 1. */
 const kCodes: readonly ErrorCode[] = [
@@ -23,7 +23,7 @@ export class Instance {
   readonly #exports: ModuleExports;
   /** for results of functions */
   readonly #results: number;
-  readonly #why: number;
+  readonly #errorText: number;
   readonly #names = new Map<string, number>();
   /** what is not used any more leaves the memory */
   readonly #unused =
@@ -50,7 +50,7 @@ export class Instance {
   ) {
     this.#exports = exports;
     this.#results = Number(exports.malloc(kResultBytes));
-    this.#why = Number(exports.malloc(kWhyBytes));
+    this.#errorText = Number(exports.malloc(kErrorBytes));
   }
 
   /** Frees what `handle` is, by that function, once nobody refers to `owner` any more. */
@@ -76,13 +76,13 @@ export class Instance {
   }
 
   /**
-   * Calls a function whose last arguments are `why` and its size. Throws that line as a `HairnetError`, behind `prefix`,
+   * Calls a function whose last arguments are `error` and its size. Throws that line as a `HairnetError`, behind `prefix`,
    * where it does not return HAIRNET_OK.
    */
   check(prefix: string, name: string, ...values: (number | bigint)[]): void {
-    const error = this.call(name, ...values, this.#why, kWhyBytes);
+    const error = this.call(name, ...values, this.#errorText, kErrorBytes);
     if (error === 0) return;
-    const line = this.text(this.#why) || this.text(this.call("hairnet_error_text", error));
+    const line = this.text(this.#errorText) || this.text(this.call("hairnet_error_text", error));
     throw new HairnetError(kCodes[error - 1], prefix + line);
   }
 

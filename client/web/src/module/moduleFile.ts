@@ -57,11 +57,11 @@ export async function readFile(url: URL, cure: string): Promise<Bytes> {
     // A web server may answer with a page of its own.
     if (String(bytes.subarray(0, 4)) !== "0,97,115,109") throw new Error("this is no WebAssembly");
     return bytes;
-  } catch (error) {
-    const why = error instanceof Error ? error.message : String(error);
+  } catch (fault) {
+    const error = fault instanceof Error ? fault.message : String(fault);
     const name = url.pathname.slice(url.pathname.lastIndexOf("/") + 1);
     const cures = `with vite's server optimizeDeps: { exclude: ["hairnet-client"] }; ${cure}`;
-    throw new HairnetError("unreachable", `${url.href}: ${why}; ${name} belongs there (${cures})`);
+    throw new HairnetError("unreachable", `${url.href}: ${error}; ${name} belongs there (${cures})`);
   }
 }
 

@@ -72,14 +72,14 @@ export class FallbackSocket implements WebSocketLike {
       if (this.#isBlocked) throw new HairnetError("unreachable", this.memory.reason ?? "");
       const socket = await this.#openWebTransport();
       if (this.#isClosed) return socket.close();
-      this.#adopt(socket);
+      this.#useSocket(socket);
       this.onopen?.(undefined as never);
     } catch (error) {
       if (this.#isClosed) return;
       const reason = error instanceof Error ? error.message : String(error);
       if (this.makeWebSocket) {
         this.#fallbackReason = this.memory.reason = reason;
-        this.#adopt(this.makeWebSocket(this.url));
+        this.#useSocket(this.makeWebSocket(this.url));
         if (this.#isBlocked) this.#tryLater();
       } else {
         this.onclose?.({ code: 1006, reason: `no WebTransport: ${reason}` });
@@ -143,7 +143,7 @@ export class FallbackSocket implements WebSocketLike {
     this.memory.blockedUntilNs = this.nowNs() + 1e6 * kBlockedMs;
   }
 
-  #adopt(socket: WebSocketLike): void {
+  #useSocket(socket: WebSocketLike): void {
     this.#socket = socket;
     socket.binaryType = this.binaryType;
     socket.onopen = (event) => this.onopen?.(event);

@@ -193,12 +193,12 @@ export class Link {
     const socket = this.#socket;
     while (socket && this.#isOpen && socket.bufferedAmount < kBufferedBytesMax) {
       let at = 0;
-      const told = module.struct(8, (result) => {
+      const taken = module.struct(8, (result) => {
         at = module.call("hairnet_take_packet", this.room, this.#time(), result, result + 4);
       });
       if (at === 0) return;
-      const mayBeLost = told.getUint32(4, true) !== 0;
-      const packet = module.copy(at, told.getUint32(0, true));
+      const mayBeLost = taken.getUint32(4, true) !== 0;
+      const packet = module.copy(at, taken.getUint32(0, true));
       if (!mayBeLost || !socket.sendDatagram?.(packet)) socket.send(packet);
     }
   }
@@ -264,9 +264,9 @@ export class Link {
       socket.onclose = null;
       // The first attempt's failure is for people; later ones are temporary.
       if (!this.#isOpen && this.#answer && this.#isPlatforms && !isElsewhere) return this.#explain(socket);
-      const why = reason || (code === 1006 || code === 1005 ? "" : `code ${code}`);
+      const error = reason || (code === 1006 || code === 1005 ? "" : `code ${code}`);
       const what = this.#isOpen ? "the connection broke" : `no server answers at ${url}`;
-      this.#end(why ? `${what}: ${why}` : what);
+      this.#end(error ? `${what}: ${error}` : what);
       this.turn();
     };
   }
@@ -300,7 +300,7 @@ export class Link {
   }
 
   #tellClosed(detail: string): void {
-    this.#module.with(new TextEncoder().encode(`${detail}\0`), (why) => this.#call("hairnet_on_closed", why));
+    this.#module.with(new TextEncoder().encode(`${detail}\0`), (error) => this.#call("hairnet_on_closed", error));
   }
 
   #forget(): void {

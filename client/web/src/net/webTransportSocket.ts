@@ -39,8 +39,8 @@ export function readWebTransportPage(text: string): WebTransportPage | null {
   try {
     const { port, path, hashes } = JSON.parse(text);
     if (port === 0) return null;
-    const isSound = Number.isInteger(port) && port > 0 && port < 65_536;
-    if (!isSound || typeof path !== "string" || !path.startsWith("/") || !Array.isArray(hashes))
+    const isValid = Number.isInteger(port) && port > 0 && port < 65_536;
+    if (!isValid || typeof path !== "string" || !path.startsWith("/") || !Array.isArray(hashes))
       throw new TypeError("a value is missing, or out of range");
     const bytes = hashes.map((hash) => Uint8Array.from(atob(hash), (letter) => letter.charCodeAt(0)));
     if (bytes.some((hash) => hash.length !== kHashBytes)) throw new TypeError("a hash has another length");
@@ -199,8 +199,8 @@ export class WebTransportSocket implements WebSocketLike {
     const splitter = new PacketSplitter();
     const reader = readable.getReader();
     for (let read = await reader.read(); !read.done; read = await reader.read()) {
-      const isSound = splitter.feed(read.value, (packet) => this.onmessage?.({ data: packet.buffer }));
-      if (isSound) continue;
+      const isValid = splitter.feed(read.value, (packet) => this.onmessage?.({ data: packet.buffer }));
+      if (isValid) continue;
       this.#fail("the server sent a size that no packet has");
       break;
     }

@@ -29,9 +29,9 @@ export class HairMotion {
 
   /** Of the last `update`: returns the motions since the last call, and writes `swing`. */
   motions(): Motion[] {
-    const told = this.records.motions();
-    if (!told) return [];
-    const { module, at } = told;
+    const written = this.records.motions();
+    if (!written) return [];
+    const { module, at } = written;
     const words = module.wordMemory();
     const [place, count, swing] = words.subarray(at / 4, at / 4 + 3);
     const motions = Array.from({ length: count }, (_, n) => {

@@ -16,7 +16,7 @@ test("a server that does not answer is named with its address and the next attem
 });
 
 test("each refusal of a token says what is wrong and whom to ask", () => {
-  const refused = (why: string, hasToken = true) => refusedWords(`the server says goodbye: ${why}`, hasToken);
+  const refused = (error: string, hasToken = true) => refusedWords(`the server says goodbye: ${error}`, hasToken);
   expect(refused("malformed", false)).toMatch(/^This room needs a token\. Ask /);
   expect(refused("this room needs a token; ask the operator for one", false)).toMatch(
     /^This room needs a token\. Ask /,
@@ -28,7 +28,7 @@ test("each refusal of a token says what is wrong and whom to ask", () => {
   expect(refused("wrong_room")).toMatch(/^The token in this address is for another room\. Ask /);
   expect(refused("the token is for the room hall")).toMatch(/^The token is for the room hall\. Ask /);
   expect(refused("malformed")).toMatch(/^The token in this address is not valid\. Ask /);
-  for (const why of ["malformed", "expired", "wrong_room"]) expect(refused(why)).not.toMatch(/_|goodbye|malformed/);
+  for (const error of ["malformed", "expired", "wrong_room"]) expect(refused(error)).not.toMatch(/_|goodbye|malformed/);
 });
 
 test("other refusals are the server's own line", () => {

@@ -147,7 +147,7 @@ test("a pose that is too far away is told with the limit", () => {
   );
 });
 
-describe("numbers that a moment's computation has spoilt", () => {
+describe("numbers that a moment's computation has corrupted", () => {
   let room: Room;
   const withCharacter = async (): Promise<OwnCharacter> => {
     room = await waitingRoom();

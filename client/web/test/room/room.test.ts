@@ -148,8 +148,8 @@ test("the wind is the server's until someone sets another, and again when they l
   expect(ann.room.maySetWind).toBe(true);
   await until("she knows the server's", () => ann.room.wind.meanMPerS[0] === 1);
   expect(ann.room.wind.meanMPerS).toEqual([1, 0, 2]);
-  const told: [readonly number[], bigint][] = [];
-  ann.room.on("wind", ({ wind, session }) => told.push([wind.meanMPerS, session]));
+  const announced: [readonly number[], bigint][] = [];
+  ann.room.on("wind", ({ wind, session }) => announced.push([wind.meanMPerS, session]));
   const full = {
     meanMPerS: [1, 2, 3],
     gustRatio: 0.5,
@@ -160,12 +160,12 @@ test("the wind is the server's until someone sets another, and again when they l
     carried: true,
   } as const;
   ben.room.setWind(full);
-  await until("she is told", () => told.length === 1);
+  await until("she is told", () => announced.length === 1);
   expect(ann.room.wind).toEqual(full);
   ben.leave();
-  await until("she is told again", () => told.length === 2);
+  await until("she is told again", () => announced.length === 2);
   expect(ann.room.wind.meanMPerS).toEqual([1, 0, 2]);
-  expect(told).toEqual([
+  expect(announced).toEqual([
     [[1, 2, 3], ben.room.session],
     [[1, 0, 2], 0n],
   ]);

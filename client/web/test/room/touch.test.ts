@@ -64,12 +64,12 @@ describe("arguments", () => {
   });
 
   test("that are out of range are dropped, counted and told, and the render loop goes on", async () => {
-    const told = vi.spyOn(console, "warn").mockImplementation(() => {});
+    const announced = vi.spyOn(console, "warn").mockImplementation(() => {});
     const room = await waitingRoom();
     for (let i = 0; i < 3; ++i) room.pushHands([hand(NaN)]);
     room.setProps([{ ...box, number: 200 }]);
     expect(room.counters.inputsDropped).toBe(4);
-    expect(told.mock.calls.map(([line]) => line)).toEqual([
+    expect(announced.mock.calls.map(([line]) => line)).toEqual([
       expect.stringMatching(/^hairnet: pushHands: hand: [^\n]*place[^\n]*; it was dropped$/),
       expect.stringMatching(/^hairnet: setProps: [^\n]*128[^\n]*; it was dropped$/),
     ]);

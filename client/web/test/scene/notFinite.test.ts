@@ -32,7 +32,7 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
     hair.updateAt(nowMs, camera);
   }
 
-  const spoilers: Record<string, () => void> = {
+  const corruptions: Record<string, () => void> = {
     "a camera": () => camera.position.setX(NaN),
     "a camera's projection": () => {
       camera.aspect = NaN;
@@ -56,10 +56,10 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
       hair.characters.get(1)!.anchor = anchor;
     },
   };
-  for (const [what, spoil] of Object.entries(spoilers))
+  for (const [what, corrupt] of Object.entries(corruptions))
     test(`of ${what} end no update, are counted, and are told at most once a second`, () => {
       const clock = vi.spyOn(performance, "now").mockReturnValue(50_000);
-      spoil();
+      corrupt();
       update();
       const before = hair.statistics.inputsDropped;
       expect(before).toBeGreaterThan(0);

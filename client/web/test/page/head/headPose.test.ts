@@ -12,7 +12,7 @@ describe("a pose from a head alone", () => {
       );
   });
 
-  test("is sound however the head lies, and the trunk stays upright", () => {
+  test("is valid however the head lies, and the trunk stays upright", () => {
     for (let yawRad = -3; yawRad < 3; yawRad += 0.7)
       for (let pitchRad = -1.5; pitchRad < 1.5; pitchRad += 0.4) {
         const pose = poseOf(rotationOf({ yawRad, pitchRad, rollRad: 0.3 }), [0, 1.6, 0], 0.2);

@@ -1,4 +1,4 @@
-#include "core/learning/held_out.hpp"
+#include "core/learning/validation.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ using Eigen::VectorXf;
 // Modes of which the error is measured; what the others move can be neglected.
 constexpr std::size_t kMeasuredModes = 64;
 // Motions of training have lower numbers.
-constexpr std::uint32_t kFirstHeldOut = 1000000;
+constexpr std::uint32_t kFirstValidation = 1000000;
 
 // Error over motion, the mean of all motions. `wrong`: the difference from `truth`.
 class MeanError {
@@ -44,11 +44,12 @@ class MeanError {
 
 }  // namespace
 
-std::vector<LearntExamples> take_held_out(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
-                                          const Modes& modes, std::uint32_t motion_count, std::size_t tick_count,
-                                          const std::function<bool(double)>& keep_going,
-                                          const ParallelFor& parallel_for) {
-  const ExampleRequest request{.first_motion = kFirstHeldOut,
+std::vector<LearntExamples> take_validation_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
+                                                     const Modes& modes, std::uint32_t motion_count,
+                                                     std::size_t tick_count,
+                                                     const std::function<bool(double)>& keep_going,
+                                                     const ParallelFor& parallel_for) {
+  const ExampleRequest request{.first_motion = kFirstValidation,
                                .motion_count = whole_thirty_twos(std::max(motion_count, 1u)),
                                .tick_count = tick_count,
                                .mode_count = static_cast<Index>(std::min(kMeasuredModes, modes.basis.mode_count())),
@@ -56,8 +57,8 @@ std::vector<LearntExamples> take_held_out(const Groom& groom, const std::shared_
   return take_examples(groom, levels, modes, request, keep_going, parallel_for);
 }
 
-std::string judge(const std::vector<LearntExamples>& held_out, LearntHair& hair) {
-  HAIRNET_ASSERT(!held_out.empty());
+std::string judge(const std::vector<LearntExamples>& validation, LearntHair& hair) {
+  HAIRNET_ASSERT(!validation.empty());
   struct Errors {
     MeanError own, low;
   };
@@ -65,8 +66,9 @@ std::string judge(const std::vector<LearntExamples>& held_out, LearntHair& hair)
   const NetworkSize size = size_of(hair);
   const VectorXf weights = weights_of(hair);
   Network<float> network(size);
-  for (const LearntExamples& e : held_out) {
+  for (const LearntExamples& e : validation) {
     MatrixXf h = MatrixXf::Zero(size.hidden, kLearntWidth), wrong = e.coefficients;
+    // Modes that the network does not drive count as errors in full.
     wrong.topRows(size.outputs) -= network.forward(weights, e.inputs, h);
     errors[e.in_wind].own.add(wrong, e.coefficients);
     errors[e.in_wind].low.add(e.low - e.coefficients, e.coefficients);
@@ -75,6 +77,7 @@ std::string judge(const std::vector<LearntExamples>& held_out, LearntHair& hair)
   hair.low_error = errors[0].low.mean();
   hair.wind.error = errors[1].own.mean();
   hair.wind.low_error = errors[1].low.mean();
+  // An error that is NaN refuses as well.
   if (!(hair.wind.error <= hair.wind.low_error)) hair.wind.weights.clear();
   if (std::string fault = validate(hair); !fault.empty()) return fault;
   if (hair.error <= hair.low_error) return {};

@@ -1,4 +1,4 @@
-#include "server/fleet/placement.hpp"
+#include "server/fleet/choose_server.hpp"
 
 #include <gtest/gtest.h>
 

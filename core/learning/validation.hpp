@@ -12,13 +12,14 @@ namespace hairnet {
 
 // What the finest and the low level do in motions from which nothing is learnt; `motion_count` is rounded up to whole
 // thirty-twos. Empty when `keep_going` returns false.
-std::vector<LearntExamples> take_held_out(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
-                                          const Modes& modes, std::uint32_t motion_count, std::size_t tick_count,
-                                          const std::function<bool(double)>& keep_going,
-                                          const ParallelFor& parallel_for);
+std::vector<LearntExamples> take_validation_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
+                                                     const Modes& modes, std::uint32_t motion_count,
+                                                     std::size_t tick_count,
+                                                     const std::function<bool(double)>& keep_going,
+                                                     const ParallelFor& parallel_for);
 // Measures the errors of the hair and of the low level on them. Hair that errs more than the low level in wind loses
 // the weights of the wind. Returns a line about the fault of hair that does so in still air, or is not valid; else an
 // empty string.
-std::string judge(const std::vector<LearntExamples>& held_out, LearntHair& hair);
+std::string judge(const std::vector<LearntExamples>& validation, LearntHair& hair);
 
 }  // namespace hairnet

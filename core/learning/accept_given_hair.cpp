@@ -1,4 +1,4 @@
-#include "core/learning/adopt_hair.hpp"
+#include "core/learning/accept_given_hair.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "core/assert.hpp"
-#include "core/learning/held_out.hpp"
 #include "core/learning/learnt_examples.hpp"
 #include "core/learning/learnt_weights.hpp"
 #include "core/learning/network.hpp"
+#include "core/learning/validation.hpp"
 
 namespace hairnet {
 namespace {
@@ -19,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 using Eigen::VectorXf;
 
-constexpr std::uint32_t kMotions = 128, kHeldOutMotions = 32;
+constexpr std::uint32_t kMotions = 128, kValidationMotions = 32;
 // Counts the ticks of each motion.
 constexpr std::size_t kTicks = 180;
 
@@ -47,9 +47,11 @@ MatrixXf fit_outputs(const VectorXf& weights, const NetworkSize& size, const std
 
 }  // namespace
 
-Result<std::shared_ptr<const LearntHair>> adopt_hair(const Groom& groom, const std::shared_ptr<const LevelSet>& levels,
-                                                     const Modes& modes, const LearntHair& given,
-                                                     const BuildCallbacks& callbacks, const ParallelFor& parallel_for) {
+Result<std::shared_ptr<const LearntHair>> accept_given_hair(const Groom& groom,
+                                                            const std::shared_ptr<const LevelSet>& levels,
+                                                            const Modes& modes, const LearntHair& given,
+                                                            const BuildCallbacks& callbacks,
+                                                            const ParallelFor& parallel_for) {
   HAIRNET_ASSERT(levels);
   HAIRNET_ASSERT(validate(given).empty());
   const auto at = [&callbacks](double begin, double end) {
@@ -63,11 +65,12 @@ Result<std::shared_ptr<const LearntHair>> adopt_hair(const Groom& groom, const s
       .mode_count = static_cast<Index>(std::min(given.mode_count, modes.basis.mode_count() / 4 * 4))};
   const std::vector<LearntExamples> seen = take_examples(groom, levels, modes, request, at(0, 0.75), parallel_for);
   if (seen.empty()) return nullptr;
-  const std::vector<LearntExamples> held_out =
-      take_held_out(groom, levels, modes, kHeldOutMotions, kTicks, at(0.75, 1), parallel_for);
-  if (held_out.empty()) return nullptr;
+  const std::vector<LearntExamples> validation =
+      take_validation_examples(groom, levels, modes, kValidationMotions, kTicks, at(0.75, 1), parallel_for);
+  if (validation.empty()) return nullptr;
 
-  // Its hidden numbers as outputs, then with outputs for this basis.
+  // The recurrent part of the network does not depend on the basis and is kept. Its hidden numbers are the outputs at
+  // first, so that the outputs for this basis are a linear fit.
   NetworkSize size = size_of(given);
   const VectorXf own = weights_of(given);
   const Index inner = own.size() - size.outputs * size.hidden;
@@ -82,8 +85,9 @@ Result<std::shared_ptr<const LearntHair>> adopt_hair(const Groom& groom, const s
   NetworkWeights<float>(size, weights.data()).output = outputs;
   auto hair = std::make_shared<LearntHair>(given);
   set_weights(size, std::move(weights), *hair);
+  // set_weights has stored zeros for hair that knows no wind.
   if (given.wind.weights.empty()) hair->wind.weights.clear();
-  if (std::string fault = judge(held_out, *hair); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string fault = judge(validation, *hair); !fault.empty()) return Refusal(std::move(fault));
   return hair;
 }
 

@@ -10,11 +10,11 @@
 namespace hairnet::load {
 
 // A user who comes during a stage with a groom of its own, and a monitor that asks for /healthz once a second.
-class Newcomer {
+class LateJoiner {
  public:
   // Comes at `at_ns`. `protocol`: of the user. `io` must outlive this.
-  Newcomer(asio::io_context& io, Connector& connector, asio::ip::tcp::endpoint server,
-           std::unique_ptr<ProtocolClient> protocol, EncodedGroom groom, std::uint32_t host, std::int64_t at_ns);
+  LateJoiner(asio::io_context& io, Connector& connector, asio::ip::tcp::endpoint server,
+             std::unique_ptr<ProtocolClient> protocol, EncodedGroom groom, std::uint32_t host, std::int64_t at_ns);
   // Call it often.
   void poll(std::int64_t now_ns);
   // The stage is over. What has not happened yet counts with its time so far.

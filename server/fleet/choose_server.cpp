@@ -1,4 +1,4 @@
-#include "server/fleet/placement.hpp"
+#include "server/fleet/choose_server.hpp"
 
 #include <cmath>
 
@@ -7,10 +7,11 @@
 namespace hairnet::server {
 namespace {
 
-// Free shares are rounded to eighths, so that a change of load seldom changes the choice.
+// Free shares are rounded up to eighths, so that a change of load seldom changes the choice.
 constexpr double kShareSteps = 8;
 
-std::uint64_t hash_of(std::string_view text) {  // FNV-1a
+// FNV-1a. All servers must compute the same number, so std::hash, which differs between libraries, will not do.
+std::uint64_t hash_of(std::string_view text) {
   std::uint64_t hash = 0xcbf29ce484222325u;
   for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
   return hash;
@@ -20,6 +21,7 @@ std::uint64_t hash_of(std::string_view text) {  // FNV-1a
 // w_i / sum of w.
 double score(std::uint64_t room_hash, const ServerStatus& server) {
   const double weight = std::ceil(server.load.free_share * kShareSteps) / kShareSteps;
+  // 53 bits and a half: u is never 0 or 1, where the logarithm has no use.
   const double u = (static_cast<double>(Random(room_hash, server.id).next() >> 11) + 0.5) * 0x1p-53;
   return -weight / std::log(u);
 }
@@ -43,9 +45,11 @@ std::optional<std::uint64_t> choose_server(std::string_view room, std::span<cons
     if (server.draining || server.load.free_share < kFreeShareMin || server.load.free_characters == 0) continue;
     const Fit fit = fit_of(server, is_big);
     if (fit < best) continue;
+    // A better fit beats every score of a worse one.
     if (fit > best) chosen.reset();
     best = fit;
     const double own = score(room_hash, server);
+    // The id breaks ties, so that the order of the list does not matter.
     if (chosen && (own < highest || (own == highest && server.id > *chosen))) continue;
     chosen = server.id;
     highest = own;

@@ -13,7 +13,7 @@ namespace hairnet::server {
 
 // How many sessions and characters share a name, for limits: the name of a room, or of a subject. A name exists from
 // its first enter() to its last leave(); add_character() and so on assert that it exists. I/O thread.
-class Census {
+class RoomCounts {
  public:
   struct Count {
     std::size_t sessions = 0, characters = 0;
@@ -26,7 +26,7 @@ class Census {
     const auto found = counts_.find(name);
     return found == counts_.end() ? Count{} : found->second;
   }
-  // The name that has the most characters; empty: nobody has any.
+  // The name that has the most characters; empty: nobody has any. It looks at every name, so call it rarely.
   [[nodiscard]] std::string largest() const {
     const auto most = std::ranges::max_element(
         counts_, [](const auto& a, const auto& b) { return a.second.characters < b.second.characters; });
@@ -58,6 +58,7 @@ class Census {
     HAIRNET_ASSERT(found != counts_.end());
     return found->second;
   }
+  // When no number is free, the names have exactly the numbers 1 to size(), and counts_ has the new name already.
   std::uint32_t take_number() {
     if (free_numbers_.empty()) return static_cast<std::uint32_t>(counts_.size());
     const std::uint32_t number = free_numbers_.back();

@@ -15,17 +15,20 @@
 
 namespace hairnet::render {
 
-// Texture units of the shaders' samplers.
+// Texture units of the shaders' samplers. Each sampler has its own, the same in all programs: so a texture that is
+// bound once stays there for all passes of a picture. A unit that two programs used differently would make their order
+// matter.
 inline constexpr GLint kRecordsUnit = 0, kLatticesUnit = 1, kCardTextureUnit = 2, kSourceUnit = 3, kRestPointsUnit = 4,
                        kRestArcsUnit = 5, kDeformedPointsUnit = 6, kPlacedPointsUnit = 7, kDensityUnit = 8,
                        kLightDepthNowUnit = 9, kLightDepthRestUnit = 10, kCurrentUnit = 11, kDepthUnit = 12,
                        kHistoryUnit = 13, kHistoryCountUnit = 14, kSwingUnit = 15, kSkinNodesUnit = 16,
                        kUploadedNodesUnit = 17, kModesUnit = 18;
 
-// A linked pair of shaders. Its context must be current at every use.
+// A linked pair of shaders. Its context must be current at every use, also at its destruction.
 class Program {
  public:
-  // Names are files of client/shaders. `read_back`: the outputs that transform feedback records, interleaved.
+  // Builds files of client/shaders, which are compiled into this program. `read_back` names the outputs that transform
+  // feedback records, interleaved. The error is one line: the first of the compiler's log.
   static Result<Program> build(std::string_view vertex, std::string_view fragment,
                                std::span<const char* const> read_back = {});
   Program(Program&& other) noexcept;
@@ -33,7 +36,8 @@ class Program {
   ~Program();
 
   void use() const { glUseProgram(name_); }
-  // Sets a uniform of the program in use; ignores uniforms that the shader does not have.
+  // Sets a uniform of the program in use: call use() first. Ignores uniforms that the shader does not have, since
+  // compilers remove those that are not needed.
   void set(const char* uniform, float value) const { glUniform1f(at(uniform), value); }
   void set(const char* uniform, int value) const { glUniform1i(at(uniform), value); }
   void set(const char* uniform, const Vec3f& v) const { glUniform3f(at(uniform), v.x(), v.y(), v.z()); }
@@ -57,16 +61,17 @@ class Program {
   [[nodiscard]] GLint at(const char* uniform) const;
 
   GLuint name_;
-  // Holds the locations of the uniforms used so far; their names are literals.
+  // Holds the locations of the uniforms used so far. Their names are compared as addresses: callers pass literals, and
+  // a second literal of the same text only takes another entry.
   mutable std::vector<std::pair<const char*, GLint>> places_;
 };
 
-// Files of client/shaders.
+// Two files of client/shaders.
 struct Shaders {
   std::string_view vertex, fragment;
 };
 
-// All of them, or the error of the first that cannot be built.
+// Builds all of them, or returns the error of the first that cannot be built.
 template <std::size_t kCount>
 Result<std::array<Program, kCount>> build_programs(const Shaders (&shaders)[kCount]) {
   std::vector<Program> built;

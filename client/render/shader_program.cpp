@@ -1,4 +1,4 @@
-#include "client/render/program.hpp"
+#include "client/render/shader_program.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -8,6 +8,7 @@
 namespace hairnet::render {
 namespace {
 
+// Drivers' logs have many lines, and end in a zero byte; errors of this program are one line.
 std::string first_line(std::string log) {
   log.resize(std::min(log.find('\n'), log.find('\0')) == std::string::npos ? log.size()
                                                                            : std::min(log.find('\n'), log.find('\0')));
@@ -31,6 +32,8 @@ Result<GLuint> compile(GLenum stage, std::string_view file) {
   return Refusal("shader " + std::string(file) + " does not compile: " + first_line(std::move(log)));
 }
 
+// Samplers keep their unit for the life of the program. A location of -1, of a sampler that this program lacks, is
+// ignored.
 void bind_samplers(GLuint program) {
   glUseProgram(program);
   constexpr std::pair<const char*, GLint> kSamplers[] = {{"records", kRecordsUnit},
@@ -70,8 +73,10 @@ Result<Program> Program::build(std::string_view vertex, std::string_view fragmen
   Program program(glCreateProgram());
   for (const GLuint shader : {*first, *second}) {
     glAttachShader(program.name_, shader);
-    glDeleteShader(shader);  // the program still refers to it
+    // The program still refers to the shader, which goes with it.
+    glDeleteShader(shader);
   }
+  // Outputs must be named before linking.
   if (!read_back.empty()) {
     glTransformFeedbackVaryings(program.name_, static_cast<GLsizei>(read_back.size()), read_back.data(),
                                 GL_INTERLEAVED_ATTRIBS);
@@ -93,6 +98,7 @@ Program::Program(Program&& other) noexcept : name_(std::exchange(other.name_, 0)
 
 GLint Program::at(const char* uniform) const {
   for (const auto& [name, place] : places_) {
+    // This compares addresses: it is a cache for literals, not a table of names.
     if (name == uniform) return place;
   }
   return places_.emplace_back(uniform, glGetUniformLocation(name_, uniform)).second;

@@ -1,4 +1,4 @@
-#include "server/app/object_store.hpp"
+#include "server/app/shared_objects.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -29,12 +29,14 @@ Result<S3Keys> read_s3_keys(const std::string& file, const std::function<const c
     const Result<std::string> text = read_text_file(file, kKeyFileBytesMax);
     if (!text) return Refusal("the key file of the object store, " + file + ": " + text.error());
     std::string_view lines = *text;
+    // Two lines without names are simple to mount as a secret.
     keys.access = take_line(lines);
     keys.secret = take_line(lines);
     if (!is_key(keys.access) || !is_key(keys.secret))
       return Refusal("the key file of the object store, " + file + ", is not two lines: access key and secret");
     return keys;
   }
+  // The usual tools of S3 read the same variables, and containers get secrets by them.
   const char* access = variable("AWS_ACCESS_KEY_ID");
   const char* secret = variable("AWS_SECRET_ACCESS_KEY");
   if (access) keys.access = access;
@@ -60,6 +62,7 @@ Result<std::unique_ptr<SharedObjects>> SharedObjects::create(const S3Options& op
   if (options.url.empty()) return std::unique_ptr<SharedObjects>();
   Result<S3Keys> keys = read_s3_keys(options.key_file, [](const char* name) { return std::getenv(name); });
   if (!keys) return Refusal(keys.error());
+  // validate() has parsed the URL already.
   S3Endpoint endpoint = *parse_s3_endpoint(options.url);
   auto client = BlockingHttpClient::create({.host = std::move(endpoint.host),
                                             .port = endpoint.port,

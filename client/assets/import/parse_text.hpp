@@ -22,7 +22,8 @@ inline std::string_view as_text(std::span<const std::byte> bytes) {
 
 // Parses the whole of `text` as a decimal number with or without a point and an exponent; a leading + is allowed. None
 // for anything else, and for what exceeds a double. A correct rounding up to 15 digits, else within 2 units of the last
-// place. The C++ library for WebAssembly has no std::from_chars for such numbers.
+// place. The C++ library for WebAssembly has no std::from_chars for such numbers. Files of one groom must give the same
+// bits in every program, so this function replaces std::from_chars everywhere.
 inline std::optional<double> parse_decimal(std::string_view text) {
   const auto take = [&](char c) {
     const bool is_next = text.starts_with(c);
@@ -31,6 +32,8 @@ inline std::optional<double> parse_decimal(std::string_view text) {
   };
   const bool is_negative = take('-');
   if (!is_negative) take('+');
+  // As many digits as fit go into the mantissa. Later ones only shift the exponent, which is why the last place may
+  // differ.
   constexpr std::uint64_t kFullMantissa = (std::numeric_limits<std::uint64_t>::max() - 9) / 10;
   std::uint64_t mantissa = 0;
   std::int64_t exponent = 0;
@@ -51,12 +54,14 @@ inline std::optional<double> parse_decimal(std::string_view text) {
     if (!is_small) take('+');
     if (text.empty()) return {};
     std::int64_t power = 0;
+    // The bound keeps an exponent of any length from overflowing; it is far beyond a double in both directions.
     for (; !text.empty() && text.front() >= '0' && text.front() <= '9'; text.remove_prefix(1))
       power = std::min<std::int64_t>(10 * power + (text.front() - '0'), 100'000);
     exponent += is_small ? -power : power;
   }
   if (!text.empty()) return {};
   auto value = static_cast<double>(mantissa);
+  // Powers up to 10^22 are exact, so each step rounds once.
   constexpr std::int64_t kExactPower = 22;  // 10^22 is the largest power of ten that a double holds
   while (value != 0 && exponent != 0) {
     const auto step = std::clamp<std::int64_t>(exponent, -kExactPower, kExactPower);
@@ -69,7 +74,7 @@ inline std::optional<double> parse_decimal(std::string_view text) {
 }
 
 // Parses the whole of `text` as one number; a leading + is allowed. None for anything else, and for overflow, nan and
-// inf.
+// inf. Whole numbers have no point or exponent.
 template <class Number>
 requires std::integral<Number> || std::floating_point<Number> std::optional<Number> parse_number(
     std::string_view text) {
@@ -94,7 +99,8 @@ inline std::string counted(std::size_t count, std::string_view what) {
 
 inline constexpr std::string_view kBlanks = " \t\r\v\f";
 
-// Takes the next word off the front of `text`; empty when there is none.
+// Takes the next word off the front of `text`; empty when there is none. A carriage return counts as a blank, so files
+// of Windows need no care.
 inline std::string_view take_word(std::string_view& text) {
   const std::size_t begin = text.find_first_not_of(kBlanks);
   if (begin == std::string_view::npos) {
@@ -107,7 +113,7 @@ inline std::string_view take_word(std::string_view& text) {
   return word;
 }
 
-// Takes the next line off the front of `text`, without its end.
+// Takes the next line off the front of `text`, without its end. The last line needs no end.
 inline std::string_view take_line(std::string_view& text) {
   const std::size_t end = text.find('\n');
   const std::string_view line = text.substr(0, end);

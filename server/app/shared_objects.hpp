@@ -15,7 +15,8 @@ namespace hairnet::server {
 class BlockingHttpClient;
 class S3Store;
 
-// The object store that this server shares with others, and its connection.
+// The object store that this server shares with others, and its connection. The destructor does not end a call under
+// way: cancel() of the store does, before the threads are joined.
 class SharedObjects {
  public:
   // Null without a store; the error is one line. Reads the files that the options name, and the environment. The

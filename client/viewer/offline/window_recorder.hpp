@@ -14,26 +14,29 @@ namespace hairnet::viewer {
 
 // Records a window: a video of its pictures at a fixed rate, and a trace of a local world's ticks, as long as the ticks
 // count from one beginning. Files are named hairnet-N.mp4 and hairnet-N.trace, in the folder in which the program was
-// started; N is the first free number. One thread.
+// started; N is the first free number. Errors are one line. One thread.
 class Recorder {
  public:
   static constexpr double kRate_hz = 30;
 
+  // The size stays: a window that changes its size must end the video.
   Result<void> start_video(int width, int height);
   Result<void> start_trace();
+  // Ending what has not begun does nothing.
   Result<void> stop_video();
   Result<void> stop_trace();
   [[nodiscard]] bool has_video() const { return video_.has_value(); }
   [[nodiscard]] bool has_trace() const { return trace_.has_value(); }
 
-  // Whether to add a picture now, and in which size.
+  // Whether a picture is due now. The caller reads pixels only then, since that waits for the GPU.
   [[nodiscard]] bool wants_picture(std::int64_t now_ns) const;
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
-  // RGBA, rows from the bottom, like OpenGL.
+  // RGBA of width() x height(), rows from the bottom, like OpenGL. After an error the video is abandoned.
   Result<void> add_picture(std::span<const std::uint8_t> rgba, std::int64_t now_ns);
-  void add_tick(const LocalWorld& world);  // call it for each tick: LocalWorld::on_tick
-  // The file being written, or the last one; empty when there was none.
+  // Call it for each tick: LocalWorld::on_tick.
+  void add_tick(const LocalWorld& world);
+  // One line about the file that is being written, or the last one; empty when there was none.
   [[nodiscard]] const std::string& status() const { return status_; }
 
  private:

@@ -1,4 +1,4 @@
-#include "tests/load/newcomer.hpp"
+#include "tests/load/late_joiner.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -18,8 +18,9 @@ double seconds_between(std::int64_t from_ns, std::int64_t to_ns) {
 
 }  // namespace
 
-Newcomer::Newcomer(asio::io_context& io, Connector& connector, asio::ip::tcp::endpoint server,
-                   std::unique_ptr<ProtocolClient> protocol, EncodedGroom groom, std::uint32_t host, std::int64_t at_ns)
+LateJoiner::LateJoiner(asio::io_context& io, Connector& connector, asio::ip::tcp::endpoint server,
+                       std::unique_ptr<ProtocolClient> protocol, EncodedGroom groom, std::uint32_t host,
+                       std::int64_t at_ns)
     : io_(&io),
       server_(std::move(server)),
       grooms_{std::move(groom)},
@@ -27,7 +28,7 @@ Newcomer::Newcomer(asio::io_context& io, Connector& connector, asio::ip::tcp::en
       at_ns_(at_ns),
       health_ns_(at_ns) {}
 
-void Newcomer::poll(std::int64_t now_ns) {
+void LateJoiner::poll(std::int64_t now_ns) {
   if (now_ns < at_ns_) return;
   uploader_.poll(now_ns);
   if (uploader_.welcomed() && welcome_ns_ == 0) welcome_ns_ = now_ns;
@@ -35,7 +36,7 @@ void Newcomer::poll(std::int64_t now_ns) {
   if (now_ns >= health_ns_ && !health_->waits) ask_for_health(now_ns);
 }
 
-void Newcomer::ask_for_health(std::int64_t now_ns) {
+void LateJoiner::ask_for_health(std::int64_t now_ns) {
   health_ns_ = now_ns + kHealthInterval_ns;
   health_->waits = true;
   get_page(*io_, server_, "/healthz", kHealthWait, [health = health_, now_ns](std::string_view body) {
@@ -45,10 +46,10 @@ void Newcomer::ask_for_health(std::int64_t now_ns) {
   });
 }
 
-Figures Newcomer::figures(std::int64_t now_ns) const {
+Figures LateJoiner::figures(std::int64_t now_ns) const {
   if (now_ns < at_ns_) return {};
-  return {{"newcomer_welcome_s", seconds_between(at_ns_, welcome_ns_ > 0 ? welcome_ns_ : now_ns)},
-          {"newcomer_ready_s", seconds_between(at_ns_, ready_ns_ > 0 ? ready_ns_ : now_ns)},
+  return {{"late_joiner_welcome_s", seconds_between(at_ns_, welcome_ns_ > 0 ? welcome_ns_ : now_ns)},
+          {"late_joiner_ready_s", seconds_between(at_ns_, ready_ns_ > 0 ? ready_ns_ : now_ns)},
           {"healthz_max_s", health_->max_s}};
 }
 

@@ -1,4 +1,4 @@
-#include "client/viewer/offline/recorder.hpp"
+#include "client/viewer/offline/window_recorder.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -6,14 +6,17 @@
 namespace hairnet::viewer {
 namespace {
 
-constexpr std::uint64_t kCatchUpMax = 15;  // pictures; after a longer standstill, missed pictures are not made up for
+// In pictures; after a longer standstill, as when the window was minimized, missed pictures are not made up for.
+constexpr std::uint64_t kCatchUpMax = 15;
 
+// A recording begins at the press of a key, so it must not replace a file.
 std::string free_path(const char* ending) {
   for (int n = 1; n < 10'000; ++n) {
     std::string path = "hairnet-" + std::to_string(n) + ending;
     std::error_code ignored;
     if (!std::filesystem::exists(path, ignored)) return path;
   }
+  // With so many recordings in one folder, this name may be that of an older one.
   return std::string("hairnet") + ending;
 }
 
@@ -56,6 +59,7 @@ Result<void> Recorder::stop_trace() {
   return finished;
 }
 
+// The first picture is wanted at once; it sets the time from which others count.
 bool Recorder::wants_picture(std::int64_t now_ns) const {
   return video_ && (picture_count_ == 0 ||
                     1e-9 * static_cast<double>(now_ns - begun_ns_) * kRate_hz >= static_cast<double>(picture_count_));
@@ -63,18 +67,24 @@ bool Recorder::wants_picture(std::int64_t now_ns) const {
 
 Result<void> Recorder::add_picture(std::span<const std::uint8_t> rgba, std::int64_t now_ns) {
   if (!video_) return {};
+  // The video begins with the first picture, not when ffmpeg was started.
   if (picture_count_ == 0) begun_ns_ = now_ns;
   const std::size_t row = std::size_t{4} * static_cast<std::size_t>(width_);
+  // The rows come from OpenGL, bottom first; a video has them top first.
   upright_.resize(rgba.size());
   for (std::size_t at = 0; at + row <= rgba.size(); at += row)
     std::copy_n(rgba.begin() + static_cast<std::ptrdiff_t>(at), row,
                 upright_.end() - static_cast<std::ptrdiff_t>(at + row));
+  // The number of pictures that a video of this length has.
   const auto due = static_cast<std::uint64_t>(1e-9 * static_cast<double>(now_ns - begun_ns_) * kRate_hz) + 1;
   const std::uint64_t missing = due > picture_count_ ? due - picture_count_ : 0;
+  // After a long standstill the clock of the video is set forward, so that only one picture is added.
   if (missing > kCatchUpMax) begun_ns_ += static_cast<std::int64_t>(1e9 * static_cast<double>(missing - 1) / kRate_hz);
+  // A slow window repeats its picture, so that the video keeps real time.
   for (std::uint64_t i = 0; i < (missing > kCatchUpMax ? 1 : missing); ++i) {
     Result<void> added = video_->add(upright_);
     if (!added) {
+      // The encoder is gone, so the video cannot be finished.
       video_.reset();
       status_.clear();
       return added;

@@ -1,4 +1,4 @@
-#include "schema/quic/address.hpp"
+#include "schema/quic/socket_address.hpp"
 
 #include <arpa/inet.h>
 
@@ -36,6 +36,7 @@ std::string Address::text() const {
 bool Address::operator==(const Address& other) const {
   if (bytes != other.bytes) return false;
   if (bytes == 0) return true;
+  // The fields are compared one by one, since the structs have padding and fields that say nothing about the peer.
   if (any.sa_family != other.any.sa_family || port() != other.port()) return false;
   if (any.sa_family == AF_INET) return v4.sin_addr.s_addr == other.v4.sin_addr.s_addr;
   return std::memcmp(&v6.sin6_addr, &other.v6.sin6_addr, sizeof(v6.sin6_addr)) == 0 &&

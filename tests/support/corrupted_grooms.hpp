@@ -7,13 +7,13 @@
 namespace hairnet::wire {
 
 // A groom file that every decoder must refuse.
-struct SpoiltGroom {
+struct CorruptedGroom {
   std::string name;
   std::vector<std::uint8_t> file;
   std::string fault;  // part of what the C++ decoder says
 };
 
 // Whole buffers whose packed stream or whose numbers are wrong, each in one way.
-std::vector<SpoiltGroom> spoilt_grooms();
+std::vector<CorruptedGroom> corrupted_grooms();
 
 }  // namespace hairnet::wire

@@ -1,4 +1,4 @@
-#include "schema/http3/settings.hpp"
+#include "schema/http3/control_stream.hpp"
 
 #include <array>
 #include <utility>
@@ -8,6 +8,7 @@
 namespace hairnet::http3 {
 namespace {
 
+// Clients look for the name that their draft has given it, and pass over the others.
 constexpr std::array<std::pair<std::uint64_t, std::uint64_t>, 5> kSettings{{
     {kEnableConnectProtocol, 1},
     {kH3Datagram, 1},
@@ -39,7 +40,9 @@ std::optional<std::map<std::uint64_t, std::uint64_t>> read_settings(std::span<co
     if (name.bytes == 0) return std::nullopt;
     const Varint value = read_varint(payload.subspan(name.bytes));
     if (value.bytes == 0) return std::nullopt;
-    if (name.value >= 0x02 && name.value <= 0x05) return std::nullopt;  // HTTP/2's
+    // These names are settings of HTTP/2, which HTTP/3 forbids (RFC 9114, 7.2.4.1).
+    if (name.value >= 0x02 && name.value <= 0x05) return std::nullopt;
+    // A name must not come twice (RFC 9114, 7.2.4).
     if (!settings.emplace(name.value, value.value).second) return std::nullopt;
     payload = payload.subspan(name.bytes + value.bytes);
   }

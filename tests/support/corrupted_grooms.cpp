@@ -1,4 +1,4 @@
-#include "tests/support/spoilt_grooms.hpp"
+#include "tests/support/corrupted_grooms.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -62,11 +62,11 @@ class PackedFile {
   std::size_t size_ = 0;
 };
 
-// The file of a table in which a vector of bytes is other. `spoil` gets its place; its size is the number before.
-Bytes with_vector(Bytes table, const Bytes& vector, auto spoil) {
+// The file of a table in which a vector of bytes is other. `corrupt` gets its place; its size is the number before.
+Bytes with_vector(Bytes table, const Bytes& vector, auto corrupt) {
   const auto found = std::search(table.begin(), table.end(), vector.begin(), vector.end());
   HAIRNET_ASSERT(found != table.end());
-  spoil(table, static_cast<std::size_t>(found - table.begin()));
+  corrupt(table, static_cast<std::size_t>(found - table.begin()));
   return pack(table, kPackedGroom);
 }
 
@@ -84,7 +84,7 @@ Groom make_groom() {
   return groom;
 }
 
-void add_streams(const Bytes& good, std::vector<SpoiltGroom>& all) {
+void add_streams(const Bytes& good, std::vector<CorruptedGroom>& all) {
   const PackedFile file(good);
   for (const std::size_t size : {file.size() - 1, file.size() + 1, file.size() / 2, 2 * file.size(), std::size_t{100}})
     all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), kOtherSize});
@@ -92,9 +92,9 @@ void add_streams(const Bytes& good, std::vector<SpoiltGroom>& all) {
     all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), kImpossibleSize});
   for (const std::size_t size : {kGroomBytesMax + std::size_t{1}, std::size_t{0xFFFFFFFF}})
     all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), "bytes when unpacked"});
-  const auto add = [&](const char* name, const char* fault, auto spoil) {
+  const auto add = [&](const char* name, const char* fault, auto corrupt) {
     Bytes stream = file.stream();
-    spoil(stream);
+    corrupt(stream);
     all.push_back({name, file.with_stream(stream), fault});
   };
   add("a stream without its last byte", kOtherSize, [](Bytes& stream) { stream.pop_back(); });
@@ -109,7 +109,7 @@ void add_streams(const Bytes& good, std::vector<SpoiltGroom>& all) {
   all.push_back({"a packed file in a packed file", pack(good, kPackedGroom), "not whole"});
 }
 
-void add_numbers(const Groom& groom, const Bytes& table, std::vector<SpoiltGroom>& all) {
+void add_numbers(const Groom& groom, const Bytes& table, std::vector<CorruptedGroom>& all) {
   const EncodedPoints points = encode_points(groom.points, point_runs(groom));
   const Bytes tied = encode_indices(tied_points(groom));
   const auto shorten = [](std::size_t bytes) {
@@ -123,8 +123,8 @@ void add_numbers(const Groom& groom, const Bytes& table, std::vector<SpoiltGroom
     };
   };
   const std::size_t first_card = groom.strand_count() + groom.threads.size();
-  const auto add = [&](const char* name, const char* fault, const Bytes& vector, auto spoil) {
-    all.push_back({name, with_vector(table, vector, spoil), fault});
+  const auto add = [&](const char* name, const char* fault, const Bytes& vector, auto corrupt) {
+    all.push_back({name, with_vector(table, vector, corrupt), fault});
   };
   add("points cut off", " points, not ", points.planes, shorten(1));
   add("references cut off", " references, not ", points.references, shorten(3));
@@ -137,10 +137,10 @@ void add_numbers(const Groom& groom, const Bytes& table, std::vector<SpoiltGroom
 
 }  // namespace
 
-std::vector<SpoiltGroom> spoilt_grooms() {
+std::vector<CorruptedGroom> corrupted_grooms() {
   const Groom groom = make_groom();
   const Bytes good = encode_groom(groom);
-  std::vector<SpoiltGroom> all;
+  std::vector<CorruptedGroom> all;
   add_streams(good, all);
   add_numbers(groom, unpack(good, kPackedGroom).value(), all);
   return all;

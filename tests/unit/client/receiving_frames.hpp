@@ -1,0 +1,121 @@
+#pragma once
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "schema/wire/groom_file.hpp"
+#include "tests/unit/client/link_core_driver.hpp"
+#include "tests/unit/client/small_basis.hpp"
+
+namespace hairnet::link {
+
+constexpr std::uint32_t kOwnMember = 31, kOther = 40;
+constexpr std::uint32_t kOwnCharacter = 7;
+
+inline std::vector<std::uint8_t> basis_file(const wire::HairBasis& hair = small_basis()) {
+  return wire::encode_basis(hair.geometry, hair.basis, hair.skin);
+}
+inline wire::GroomHash basis_hash() {
+  return wire::hash_groom(basis_file());
+}
+
+// A character at a tick: smooth, and all of it changes.
+inline Pose pose_at(std::uint64_t tick, std::uint32_t member) {
+  const double t = 0.1 * static_cast<double>(tick) + member;
+  return rigid_pose({Quat(Eigen::AngleAxisd(t, Vec3::UnitY())), Vec3(t, 1, 2)});
+}
+inline std::vector<float> coefficients_at(std::uint64_t tick, std::uint32_t member) {
+  std::vector<float> c;
+  for (int k = 0; k < 12; ++k)
+    c.push_back(0.1f / static_cast<float>(k + 1) *
+                std::sin(0.1f * static_cast<float>(tick + member) + static_cast<float>(k)));
+  return c;
+}
+inline std::vector<std::uint8_t> content_at(std::uint64_t tick, std::uint32_t member, bool is_rigid = false,
+                                            std::size_t count = 12) {
+  const codec::CoefficientCode code(small_basis().basis.deviation_m);
+  codec::EncodedFrame coded;
+  const std::vector<float> c = is_rigid ? std::vector<float>() : coefficients_at(tick, member);
+  codec::encode_frame(pose_at(tick, member), &code, c, 0, coded);
+  const std::span<const std::uint8_t> content = coded.prefix(count);
+  return {content.begin(), content.end()};
+}
+constexpr float kRounding = codec::kFinestStep_m / 2 + 1e-6f;
+
+class Receiving : public ::testing::Test {
+ protected:
+  explicit Receiving(LinkCoreOptions options = {}) : d(std::move(options)) { settle(5); }
+  void settle(std::uint64_t session) {
+    d.connect(welcome_to(session));
+    d.core.send(wire::AddCharacter{kOwnCharacter, hash_of(1), LevelIndex::low});
+    tell_members();
+    send_frame(1, kOther);  // asks for the basis
+    send_basis();
+    d.take_all();
+    d.core.take_events();
+  }
+  void tell_members() {
+    d.send(wire::CharacterAdded{kOwnCharacter, hash_of(1), LevelIndex::low, kOwnMember});
+    d.send(wire::MemberJoined{kOther, 9, 1, hash_of(2)});
+    for (const std::uint8_t groom : {std::uint8_t{1}, std::uint8_t{2}})
+      d.send(wire::GroomBasis{hash_of(groom), basis_hash()});
+  }
+  void send_basis() { d.send(wire::GroomData{basis_hash(), basis_file().size(), 0, basis_file()}); }
+  struct Coded {
+    bool discontinuous = false, damaged = false, asleep = false;
+    // Counts coefficients.
+    std::size_t count = 12;
+    std::optional<std::uint8_t> generation = std::nullopt;
+  };
+  void send_frame(std::uint64_t tick, std::uint32_t member) { send_frame(tick, member, Coded()); }
+  void send_frame(std::uint64_t tick, std::uint32_t member, Coded coded) {
+    std::vector<std::uint8_t> content = content_at(tick, member, false, coded.count);
+    if (coded.damaged) content.resize(3);
+    wire::FrameBatch batch;
+    batch.tick = tick;
+    batch.sample_time_ns = static_cast<std::int64_t>(tick) * 33 * kMs;
+    wire::Frame frame;
+    frame.member = member;
+    frame.level = LevelIndex::low;
+    frame.discontinuous = coded.discontinuous;
+    frame.asleep = coded.asleep;
+    frame.step_stride = 2;
+    frame.content = content;
+    batch.frames.push_back(frame);
+    if (coded.generation) batch.generations.push_back(*coded.generation);
+    d.send(batch);
+  }
+  // Sends the frame of a character whose groom is not ready, or which is at its coarsest level.
+  void send_rigid_frame(std::uint64_t tick, std::uint32_t member) {
+    wire::FrameBatch batch;
+    batch.tick = tick;
+    wire::Frame& frame = batch.frames.emplace_back();
+    frame.member = member;
+    frame.level = LevelIndex::rigid;
+    const std::vector<std::uint8_t> content = content_at(tick, member, true);
+    frame.content = content;
+    d.send(batch);
+  }
+  std::optional<Frame> received() {
+    std::optional<FrameBatch> batch = d.event<FrameBatch>();
+    if (!batch) return std::nullopt;
+    EXPECT_EQ(batch->frames.size(), 1u);
+    return batch->frames.at(0);
+  }
+  static void expect_state(const wire::HairState& state, std::uint64_t tick) {
+    std::vector<Vec3f> shown(27);
+    hairnet::displacements_of(small_basis().basis, coefficients_at(tick, kOwnMember), shown);
+    ASSERT_EQ(state.displacements.size(), 81u);
+    for (std::size_t i = 0; i < 81; ++i)
+      EXPECT_NEAR(static_cast<float>(state.displacements[i]) * state.step_m,
+                  shown[i / 3][static_cast<Eigen::Index>(i % 3)], 1e-3f);
+  }
+  static void expect_near(const std::vector<float>& got, const std::vector<float>& wanted) {
+    ASSERT_EQ(got.size(), wanted.size());
+    for (std::size_t k = 0; k < got.size(); ++k) EXPECT_NEAR(got[k], wanted[k], kRounding);
+  }
+  LinkCoreDriver d;
+};
+
+}  // namespace hairnet::link
