@@ -127,7 +127,8 @@ test("hair that its owner lets everyone touch is dragged alike in both pages, an
   await other.mouse.down();
   await until("the owner sees the hand", async () => (await handCount(owner)) === 1);
   await other.mouse.move(at.x + 70, at.y, { steps: 8 });
-  await until("the hair follows", async () => farthest(await nodesOf(other, member), rest) > 0.03);
+  for (const page of [other, owner])
+    await until("the hair follows", async () => farthest(await nodesOf(page, member), rest) > 0.03);
   for (const page of [other, owner]) await still(page, member);
   const [held, heldAtOwner] = await Promise.all([other, owner].map((page) => nodesOf(page, member)));
   console.log(
