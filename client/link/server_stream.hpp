@@ -93,7 +93,7 @@ constexpr std::chrono::milliseconds kWebTransportWait{3000};
 struct FallbackMemory {
   std::chrono::nanoseconds blocked_for;
   std::int64_t blocked_until_ns = 0;  // until then WebTransport is not tried
-  std::string blocked_reason = {};       // or why it was not available, in one line
+  std::string blocked_reason = {};    // or why it was not available, in one line
 };
 
 // A stream over WebTransport, or of the address's kind where that is not available in time.
