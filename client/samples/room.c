@@ -1,6 +1,6 @@
 /*
- * A head that turns in the lobby of a server, by the C header alone. Prints what happens, and where the first point of
- * its hair is. room [ADDRESS]
+ * A head that turns in the lobby of a server, by the C header alone. Prints what happens, and where the first point of its hair is.
+ *   room [ADDRESS]
  */
 #define _POSIX_C_SOURCE 200809L
 #include <hairnet.h>
@@ -17,10 +17,8 @@ int main(int argc, char** argv) {
   uint32_t me = 0;
   if (argc > 1) options.server = argv[1];
   if (hairnet_connect(&options, &room, error, sizeof error) != HAIRNET_OK) return fprintf(stderr, "%s\n", error), 1;
-  if (hairnet_groom_make("bob", 600, &groom, error, sizeof error) != HAIRNET_OK)
-    return fprintf(stderr, "%s\n", error), 1;
-  if (hairnet_add_character(room, groom, NULL, &me, error, sizeof error) != HAIRNET_OK)
-    return fprintf(stderr, "%s\n", error), 1;
+  if (hairnet_groom_make("bob", 600, &groom, error, sizeof error) != HAIRNET_OK) return fprintf(stderr, "%s\n", error), 1;
+  if (hairnet_add_character(room, groom, NULL, &me, error, sizeof error) != HAIRNET_OK) return fprintf(stderr, "%s\n", error), 1;
 
   const size_t count = hairnet_groom_point_count(groom);
   float* points = malloc(3 * count * sizeof *points);
@@ -33,8 +31,7 @@ int main(int argc, char** argv) {
     for (int bone = 0; bone < 5; ++bone) pose[7 * bone + 1] = sin(half), pose[7 * bone + 3] = cos(half);
     hairnet_push_pose(room, me, pose, 0);
     hairnet_advance(room);
-    while (hairnet_next_event(room, &event))
-      printf("event %d of member %u: %s\n", (int)event.kind, event.member, event.text);
+    while (hairnet_next_event(room, &event)) printf("event %d of member %u: %s\n", (int)event.kind, event.member, event.text);
     const hairnet_scene* scene = hairnet_room_scene(room);
     for (size_t i = 0; i < hairnet_shown_count(scene); ++i) {
       hairnet_shown shown;
