@@ -239,7 +239,8 @@ void add_transport(List& list, Config& c) {
   list.boolean(t.webtransport, "webtransport",
                "WebTransport for browsers, on a UDP port; without a certificate the server makes its own");
   list.integer(t.udp_port, "udp_port", 0, 65535, "UDP port of WebTransport; 0: the number of the TCP port");
-  list.integer(a.connections_max, "connections_max", 0, 1 << 20, "connections of all kinds; 0: 2 * clients_max + 768");
+  list.integer(a.connections_max, "connections_max", 0, 1 << 20,
+               "connections of all kinds; 0: enough for clients_max and pages");
   list.integer(a.connections_per_address_max, "connections_per_address_max", 0, 1 << 20,
                "connections of one IPv4 address or IPv6 /64; 0: no bound");
   list.number(a.connections_per_s, "connections_per_s", 1, 1e6,

@@ -150,7 +150,7 @@ class Entry {
   Obstacle check_room() {
     const SessionLimits& limits = context_.limits;
     Refused error;
-    const RoomCounts::Count room = context_.rooms.count(identity_.room);
+    const CountsByName::Count room = context_.rooms.count(identity_.room);
     // Only a new name needs a place: rooms that exist stay open to others when the server has its maximum.
     if (!wire::is_room_name(identity_.room))
       error = {ErrorReason::room_invalid, wire::kRoomNameRule};

@@ -18,12 +18,12 @@
 #include "server/exchange/groom_service.hpp"
 #include "server/fleet/directory.hpp"
 #include "server/session/connection.hpp"
+#include "server/session/counts_by_name.hpp"
 #include "server/session/downloads.hpp"
 #include "server/session/outbox.hpp"
 #include "server/session/peer_clock.hpp"
 #include "server/session/props_of_rooms.hpp"
 #include "server/session/revoked_tokens.hpp"
-#include "server/session/room_counts.hpp"
 #include "server/session/room_rules.hpp"
 #include "server/session/session_counters.hpp"
 #include "server/session/session_directory.hpp"
@@ -63,7 +63,7 @@ struct SessionContext {
   std::size_t character_count = 0;
   // Count sessions and characters by SessionIdentity's room, subject.name and subject.token_holder. Detached sessions
   // count, so that a client cannot pass a limit by losing its connection.
-  RoomCounts rooms = {}, subjects = {}, token_holders = {};
+  CountsByName rooms = {}, subjects = {}, token_holders = {};
   RevokedTokens revoked_tokens = {};
   // True when the server has no memory for what needs more; such messages are then refused.
   std::function<bool()> is_memory_full = [] { return false; };
@@ -141,7 +141,7 @@ class Session final : public PacketSink {
 
   [[nodiscard]] SessionId id() const { return identity_.id; }
   [[nodiscard]] const SessionIdentity& identity() const { return identity_; }
-  // True while the room knows the session: active or detached. RoomCounts count such sessions.
+  // True while the room knows the session: active or detached. CountsByName count such sessions.
   [[nodiscard]] bool is_joined() const { return joined_; }
   // True while its hello waits for the fleet's directory to decide about the room.
   [[nodiscard]] bool waits_for_room() const { return waiting_hello_.has_value(); }

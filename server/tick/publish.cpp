@@ -346,7 +346,7 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
   // A datagram is never split by QUIC: packets fit into one, or go by the channel.
   const std::size_t unreliable_bytes_max = datagram_bytes_max > head_bytes ? datagram_bytes_max - head_bytes : 0;
   // Requests come in the order of slots, so members ascend in every packet, as the protocol wants.
-  Packer certain(terms, def_.packet_bytes_max, Packer::Kind::reliable, packets);
+  Packer reliable(terms, def_.packet_bytes_max, Packer::Kind::reliable, packets);
   Packer unreliable(terms, unreliable_bytes_max, has_envelope ? Packer::Kind::unreliable : Packer::Kind::datagram,
                     packets);
   for (const Observer::Request& request : observer.requests) {
@@ -365,9 +365,9 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
     const std::size_t frame_bytes = wire::frame_bytes(frame) + 1;  // and its generation
     // No newer frame makes up for these marks.
     const bool may_be_lost = !frame.asleep && !frame.discontinuous && frame_bytes <= unreliable_bytes_max;
-    (may_be_lost ? unreliable : certain).add(frame, character.generation, frame_bytes);
+    (may_be_lost ? unreliable : reliable).add(frame, character.generation, frame_bytes);
   }
-  certain.flush();
+  reliable.flush();
   unreliable.flush();
   counters_->frames_published.add(observer.requests.size());
   counters_->frames_evaluated_by_clients.add(evaluated_count);

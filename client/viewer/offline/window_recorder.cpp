@@ -22,7 +22,7 @@ std::string free_path(const char* ending) {
 
 }  // namespace
 
-Result<void> Recorder::start_video(int width, int height) {
+Result<void> WindowRecorder::start_video(int width, int height) {
   video_path_ = free_path(".mp4");
   Result<VideoWriter> video = VideoWriter::create(video_path_, width, height, kRate_hz);
   if (!video) return Refusal(video.error());
@@ -34,7 +34,7 @@ Result<void> Recorder::start_video(int width, int height) {
   return {};
 }
 
-Result<void> Recorder::stop_video() {
+Result<void> WindowRecorder::stop_video() {
   if (!video_) return {};
   Result<void> finished = video_->finish();
   video_.reset();
@@ -42,7 +42,7 @@ Result<void> Recorder::stop_video() {
   return finished;
 }
 
-Result<void> Recorder::start_trace() {
+Result<void> WindowRecorder::start_trace() {
   trace_path_ = free_path(".trace");
   Result<FrameTrace> trace = FrameTrace::create(trace_path_);
   if (!trace) return Refusal(trace.error());
@@ -51,7 +51,7 @@ Result<void> Recorder::start_trace() {
   return {};
 }
 
-Result<void> Recorder::stop_trace() {
+Result<void> WindowRecorder::stop_trace() {
   if (!trace_) return {};
   Result<void> finished = trace_->finish();
   trace_.reset();
@@ -60,12 +60,12 @@ Result<void> Recorder::stop_trace() {
 }
 
 // The first picture is wanted at once; it sets the time from which others count.
-bool Recorder::wants_picture(std::int64_t now_ns) const {
+bool WindowRecorder::wants_picture(std::int64_t now_ns) const {
   return video_ && (picture_count_ == 0 ||
                     1e-9 * static_cast<double>(now_ns - begun_ns_) * kRate_hz >= static_cast<double>(picture_count_));
 }
 
-Result<void> Recorder::add_picture(std::span<const std::uint8_t> rgba, std::int64_t now_ns) {
+Result<void> WindowRecorder::add_picture(std::span<const std::uint8_t> rgba, std::int64_t now_ns) {
   if (!video_) return {};
   // The video begins with the first picture, not when ffmpeg was started.
   if (picture_count_ == 0) begun_ns_ = now_ns;
@@ -94,7 +94,7 @@ Result<void> Recorder::add_picture(std::span<const std::uint8_t> rgba, std::int6
   return {};
 }
 
-void Recorder::add_tick(const LocalWorld& world) {
+void WindowRecorder::add_tick(const LocalWorld& world) {
   if (trace_) add_to_trace(world, *trace_);
 }
 

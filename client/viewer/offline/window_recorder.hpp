@@ -15,7 +15,7 @@ namespace hairnet::viewer {
 // Records a window: a video of its pictures at a fixed rate, and a trace of a local world's ticks, as long as the ticks
 // count from one beginning. Files are named hairnet-N.mp4 and hairnet-N.trace, in the folder in which the program was
 // started; N is the first free number. Errors are one line. One thread.
-class Recorder {
+class WindowRecorder {
  public:
   static constexpr double kRate_hz = 30;
 

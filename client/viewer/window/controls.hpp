@@ -57,7 +57,7 @@ struct Controls {
   LocalWorld* world = nullptr;
   LiveRoom* room = nullptr;
   const SceneList* scenes = nullptr;
-  const Recorder& recorder;
+  const WindowRecorder& recorder;
   const render::StageStatistics& drawn;
   // The work that the window waits for, in one line; empty: none.
   std::string busy;

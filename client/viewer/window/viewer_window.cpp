@@ -299,7 +299,7 @@ class ViewerWindow {
   Window& window_;
   Drawer& drawer_;
   ViewState state_;
-  Recorder recorder_;
+  WindowRecorder recorder_;
   LevelBuilder builder_;
   std::optional<std::uint64_t> followed_last_;
   std::size_t framed_count_ = 0;

@@ -63,7 +63,7 @@ TEST_F(SessionTest, appearances_count_against_the_rate_of_messages) {
 }
 
 TEST_F(SessionTest, an_appearance_costs_more_in_a_room_of_many) {
-  RoomCounts rooms;
+  CountsByName rooms;
   const auto price = [&] { return price_of(wire::SetAppearance{}, rooms, "hall"); };
   const double alone = price();
   for (int i = 0; i < 256; ++i) rooms.enter("hall");

@@ -234,7 +234,7 @@ TEST_F(SessionTest, touch_that_takes_memory_is_refused_while_memory_is_full) {
 }
 
 TEST_F(SessionTest, touch_costs_what_it_makes_the_server_do) {
-  RoomCounts rooms;
+  CountsByName rooms;
   const auto touch = [&] { return price_of(wire::SetTouch{}, rooms, "hall"); };
   const auto props = [&](std::size_t count) {
     return price_of(wire::SetProps{std::vector<wire::Prop>(count)}, rooms, "hall");

@@ -4,8 +4,8 @@
  */
 export class DroppedInput {
   #count = 0;
-  #announcedMs = -Infinity;
-  readonly #announcedOnce = new Set<string>();
+  #warnedMs = -Infinity;
+  readonly #warnedOnce = new Set<string>();
 
   get count(): number {
     return this.#count;
@@ -15,15 +15,15 @@ export class DroppedInput {
   drop(what: string): void {
     this.#count += 1;
     const nowMs = performance.now();
-    if (nowMs - this.#announcedMs < 1000) return;
-    this.#announcedMs = nowMs;
+    if (nowMs - this.#warnedMs < 1000) return;
+    this.#warnedMs = nowMs;
     tell(`${what}; it was dropped (${this.#count} so far)`);
   }
 
   /** Tells of something that lasts until the program changes it; not counted. */
   tellOnce(what: string): void {
-    if (this.#announcedOnce.has(what)) return;
-    this.#announcedOnce.add(what);
+    if (this.#warnedOnce.has(what)) return;
+    this.#warnedOnce.add(what);
     tell(what);
   }
 }

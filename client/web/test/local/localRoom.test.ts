@@ -9,11 +9,11 @@ const kStepMs = 1000 / 60;
 
 let groom: Uint8Array<ArrayBuffer>;
 let levels: Uint8Array<ArrayBuffer>;
-const announced: number[] = [];
+const reported: number[] = [];
 
 beforeAll(async () => {
   groom = await strandsFile();
-  levels = await buildLevels(groom, (share) => announced.push(share));
+  levels = await buildLevels(groom, (share) => reported.push(share));
 }, 120_000);
 
 /** A room with one head at the origin, and its clock. */
@@ -151,9 +151,9 @@ test("without a file the levels are built, the same ones, and the hair is rigid 
   await until("levels are built", () => room.building === null);
   run(0.5, (t) => 0.5 * Math.sin(8 * t));
   expect(member.level).toBe(LevelIndex.high);
-  expect(announced.length).toBeGreaterThan(4);
-  expect([...announced].sort((a, b) => a - b)).toEqual(announced);
-  expect(announced.at(-1)).toBeLessThanOrEqual(1);
+  expect(reported.length).toBeGreaterThan(4);
+  expect([...reported].sort((a, b) => a - b)).toEqual(reported);
+  expect(reported.at(-1)).toBeLessThanOrEqual(1);
 
   // Those of the module itself, without buildLevels.
   const module = await localModule();

@@ -19,11 +19,11 @@ function opened({ alone = false } = {}) {
   const socket = new FallbackSocket("ws://localhost:7420/ws", alone ? null : makeWebSocket, memory, () =>
     Math.round(1e6 * performance.now()),
   );
-  const announced = { opens: 0, closed: [] as string[], better: [] as WebSocketLike[] };
-  socket.onopen = () => ++announced.opens;
-  socket.onclose = ({ reason }) => announced.closed.push(reason);
-  socket.onbetter = (better) => announced.better.push(better);
-  return { socket, announced };
+  const heard = { opens: 0, closed: [] as string[], better: [] as WebSocketLike[] };
+  socket.onopen = () => ++heard.opens;
+  socket.onclose = ({ reason }) => heard.closed.push(reason);
+  socket.onbetter = (better) => heard.better.push(better);
+  return { socket, heard };
 }
 const pass = (ms: number) => vi.advanceTimersByTimeAsync(ms);
 
@@ -42,9 +42,9 @@ afterEach(() => {
 });
 
 it("is a session where one opens", async () => {
-  const { socket, announced } = opened();
+  const { socket, heard } = opened();
   await pass(10);
-  expect([announced.opens, socket.transport, socket.fallbackReason]).toEqual([1, "webtransport", null]);
+  expect([heard.opens, socket.transport, socket.fallbackReason]).toEqual([1, "webtransport", null]);
   expect(sockets).toEqual([]);
   socket.close();
   await pass(2000);
@@ -53,16 +53,16 @@ it("is a session where one opens", async () => {
 
 it("is a WebSocket where sessions fail, says why, and tries none for a minute", async () => {
   FakeWebTransport.fate = "fail";
-  const { socket, announced } = opened();
+  const { socket, heard } = opened();
   await pass(10);
   sockets[0].open();
-  expect([announced.opens, socket.transport, socket.fallbackReason]).toEqual([1, "websocket", "refused"]);
+  expect([heard.opens, socket.transport, socket.fallbackReason]).toEqual([1, "websocket", "refused"]);
   expect(FakeWebTransport.made[0].isClosed).toBe(true);
   socket.send(Uint8Array.of(1));
   expect(sockets[0].sent).toEqual([Uint8Array.of(1)]);
   expect(socket.sendDatagram(Uint8Array.of(2))).toBe(false);
   sockets[0].break("gone");
-  expect(announced.closed).toEqual(["gone"]);
+  expect(heard.closed).toEqual(["gone"]);
   socket.close();
 
   const second = opened();
@@ -80,15 +80,15 @@ it("is a WebSocket where sessions fail, says why, and tries none for a minute", 
 
 it("hands over a session that opens after all, a minute or more later", async () => {
   FakeWebTransport.fate = "fail";
-  const { socket, announced } = opened();
+  const { socket, heard } = opened();
   await pass(10);
   sockets[0].open();
   await pass(60_100);
   expect(FakeWebTransport.made).toHaveLength(2);
-  expect(announced.better).toEqual([]);
+  expect(heard.better).toEqual([]);
   FakeWebTransport.fate = "open";
   await pass(60_100);
-  expect(announced.better.map(({ transport }) => transport)).toEqual(["webtransport"]);
+  expect(heard.better.map(({ transport }) => transport)).toEqual(["webtransport"]);
   expect(sockets[0].closed).toBe(false);
   socket.close();
   expect(sockets[0].closed).toBe(true);
@@ -104,7 +104,7 @@ it("tries no more where nobody wants a better one, or once it is closed, and dro
   unwanted.socket.close();
 
   memory.blockedUntilNs = -Infinity;
-  const { socket, announced } = opened();
+  const { socket, heard } = opened();
   await pass(10);
   FakeWebTransport.fate = "silence";
   await pass(61_000);
@@ -113,7 +113,7 @@ it("tries no more where nobody wants a better one, or once it is closed, and dro
   await pass(120_000);
   expect(FakeWebTransport.made).toHaveLength(3);
   expect(FakeWebTransport.made[2].isClosed).toBe(true);
-  expect(announced.better).toEqual([]);
+  expect(heard.better).toEqual([]);
 });
 
 it("falls back within 3 s where nothing answers, and at once where the server has none", async () => {
@@ -141,9 +141,9 @@ it("falls back within 3 s where nothing answers, and at once where the server ha
 
 it("does without a WebSocket when asked for WebTransport alone, and the other way round", async () => {
   FakeWebTransport.fate = "fail";
-  const { announced } = opened({ alone: true });
+  const { heard } = opened({ alone: true });
   await pass(10);
-  expect(announced.closed).toEqual(["no WebTransport: refused"]);
+  expect(heard.closed).toEqual(["no WebTransport: refused"]);
   expect(sockets).toEqual([]);
   vi.useRealTimers();
   const refused = connect("localhost:7420", { transport: "webtransport", reconnect: false });

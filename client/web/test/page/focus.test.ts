@@ -29,9 +29,9 @@ const person = (number: number, x: number, isReady = true, own = false) =>
 
 function begin() {
   const stage = new FakeStage();
-  const announced: (number | null)[] = [];
-  const focus = new Focus(stage as unknown as Stage, (one) => announced.push(one));
-  return { stage, focus, announced };
+  const heard: (number | null)[] = [];
+  const focus = new Focus(stage as unknown as Stage, (one) => heard.push(one));
+  return { stage, focus, heard };
 }
 
 test("at first it shows the most central person, and waits a while for that person's hair", () => {
@@ -97,7 +97,7 @@ test("after the user's own move nothing moves the camera until the user chooses"
 });
 
 test("it frames everyone on demand, and again when people come or the free part changes", () => {
-  const { stage, focus, announced } = begin();
+  const { stage, focus, heard } = begin();
   const two = [person(1, 0), person(2, 0.6)];
   focus.update(two, 0, 0.1);
   focus.showAll();
@@ -108,7 +108,7 @@ test("it frames everyone on demand, and again when people come or the free part 
   stage.free = { width: 1280, height: 720 };
   focus.update([...two, person(3, -0.6)], 0, 0.1);
   expect(stage.flights).toEqual(["all", "all", "all"]);
-  expect(announced.at(-1)).toBeNull();
+  expect(heard.at(-1)).toBeNull();
   focus.restart();
   focus.update(two, 0, 0.1);
   expect(focus.person).not.toBeNull();

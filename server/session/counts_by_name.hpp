@@ -13,7 +13,7 @@ namespace hairnet::server {
 
 // How many sessions and characters share a name, for limits: the name of a room, or of a subject. A name exists from
 // its first enter() to its last leave(); add_character() and so on assert that it exists. I/O thread.
-class RoomCounts {
+class CountsByName {
  public:
   struct Count {
     std::size_t sessions = 0, characters = 0;
