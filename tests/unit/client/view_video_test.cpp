@@ -92,7 +92,7 @@ TEST_F(VideoTest, what_is_given_up_or_fails_leaves_the_old_file_alone) {
 
 TEST_F(VideoTest, a_recorder_keeps_its_rate_however_fast_pictures_come) {
   if (!has_ffmpeg()) GTEST_SKIP() << "there is no ffmpeg";
-  Recorder recorder;
+  WindowRecorder recorder;
   ASSERT_TRUE(recorder.start_video(64, 64));
   std::size_t taken = 0;
   for (std::int64_t now_ns = 0; now_ns < 1'000'000'000; now_ns += 5'000'000) {
@@ -100,7 +100,7 @@ TEST_F(VideoTest, a_recorder_keeps_its_rate_however_fast_pictures_come) {
     ++taken;
     ASSERT_TRUE(recorder.add_picture(picture(64, 64, 7), now_ns));
   }
-  EXPECT_NEAR(static_cast<double>(taken), Recorder::kRate_hz, 2);
+  EXPECT_NEAR(static_cast<double>(taken), WindowRecorder::kRate_hz, 2);
   ASSERT_TRUE(recorder.stop_video());
   EXPECT_TRUE(fs::exists("hairnet-1.mp4"));
   ASSERT_TRUE(recorder.start_video(64, 64));
