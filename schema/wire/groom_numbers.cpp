@@ -17,6 +17,7 @@ constexpr std::int32_t kIntegerMax = (1 << 23) - 1;
 constexpr std::size_t kRunsPerRowMin = 64;  // fewer runs do not pay for weights of their own
 constexpr double kWeightUnit = 4096;
 constexpr std::size_t kReferencesTriedMax = 2048;  // for each run
+constexpr std::size_t kRunsFittedMax = 16384;      // of a row; more of them change its weights in the last digit
 constexpr std::size_t kNone = ~std::size_t{0};
 
 // The lowest 24 bits as a signed number.
@@ -131,7 +132,8 @@ std::int16_t to_weight(double fitted) {
   return static_cast<std::int16_t>(std::clamp(std::isfinite(weight) ? std::round(weight) : 0.0, -32768.0, 32767.0));
 }
 
-// Sets the weights of steps of the smallest squared error over the row, given the weight of the reference.
+// Sets the weights of steps of the smallest squared error over the row, given the weight of the reference. A row of
+// very many runs is judged by some of them, evenly.
 void fit_steps(std::span<const std::int32_t> q, std::size_t number, std::span<const PointRun> row, Weights& weights) {
   using Matrix = Eigen::Matrix<double, kGroomTaps, kGroomTaps>;
   using Vector = Eigen::Vector<double, kGroomTaps>;
@@ -141,7 +143,7 @@ void fit_steps(std::span<const std::int32_t> q, std::size_t number, std::span<co
   // squared integers.
   Matrix a = Matrix::Identity();
   Vector b = Vector::Zero();
-  for_each_coordinate(number, row, [&](std::size_t i, std::size_t step, std::size_t reference) {
+  const auto add = [&](std::size_t i, std::size_t step, std::size_t reference) {
     Vector x = to_vector(steps_before(q, number, i, step));
     double y = q[i] - q[i - step];
     if (reference != kNone) {
@@ -150,7 +152,9 @@ void fit_steps(std::span<const std::int32_t> q, std::size_t number, std::span<co
     }
     a += x * x.transpose();
     b += y * x;
-  });
+  };
+  const std::size_t stride = 1 + (row.size() - 1) / kRunsFittedMax;
+  for (std::size_t r = 0; r < row.size(); r += stride) for_each_coordinate(number, row.subspan(r, 1), add);
   const Vector fitted = a.ldlt().solve(b);
   for (std::size_t t = 0; t < kGroomTaps; ++t) weights[t] = to_weight(fitted[static_cast<Eigen::Index>(t)]);
 }
@@ -198,23 +202,42 @@ std::int64_t distance(std::span<const std::int32_t> a, std::span<const std::int3
   return sum + size_of(a.subspan(both));
 }
 
+// What tells quickly that a run is no better reference than another. The search compares each run with 2048 of them, so
+// they lie side by side.
+struct RunOutline {
+  std::array<std::int32_t, 3> first{};  // errors of the first point
+  std::int32_t length = 0;              // numbers of the run
+  std::int64_t rest = 0;                // size of the errors after the first point
+};
+
+RunOutline outline(std::span<const std::int32_t> errors) {
+  if (errors.empty()) return {};
+  return {{errors[0], errors[1], errors[2]}, static_cast<std::int32_t>(errors.size()), size_of(errors.subspan(3))};
+}
+
+// Is never more than distance(). Of a longer run only the beginning counts, which its rest does not tell.
+std::int64_t least_distance(const RunOutline& own, const RunOutline& other) {
+  std::int64_t sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) sum += std::abs(own.first[i] - other.first[i]);
+  return other.length > own.length ? sum : sum + std::abs(own.rest - other.rest);
+}
+
 // Gives each run the earlier one of the most similar errors. Returns how many runs before it that is.
 std::vector<std::int32_t> find_references(std::span<const std::int32_t> errors, std::vector<PointRun>& runs) {
   std::vector<std::int32_t> back(runs.size());
-  std::vector<std::int64_t> sizes(runs.size());
-  for (std::size_t r = 0; r < runs.size(); ++r) sizes[r] = size_of(errors_of(errors, runs[r]));
+  std::vector<RunOutline> outlines;
+  outlines.reserve(runs.size());
+  for (const PointRun& run : runs) outlines.push_back(outline(errors_of(errors, run)));
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const std::span<const std::int32_t> own = errors_of(errors, runs[r]);
-    std::int64_t least = sizes[r];
+    std::int64_t least = size_of(own);
     // The bound makes the search linear in the number of strands. Strands of a hairstyle lie in order, so similar ones
     // are near.
     for (std::size_t before = 1; before <= std::min(r, kReferencesTriedMax) && least > 0; ++before) {
+      if (least_distance(outlines[r], outlines[r - before]) >= least) continue;
       const PointRun& other = runs[r - before];
       if (other.stride != runs[r].stride) continue;
-      const std::span<const std::int32_t> others = errors_of(errors, other);
-      // No run is nearer than their sizes are; of a longer one only the beginning counts.
-      if (others.size() <= own.size() && std::abs(sizes[r] - sizes[r - before]) >= least) continue;
-      if (const std::int64_t d = distance(own, others, least); d < least) {
+      if (const std::int64_t d = distance(own, errors_of(errors, other), least); d < least) {
         least = d;
         back[r] = static_cast<std::int32_t>(before);
         runs[r].reference = {static_cast<std::uint32_t>(other.begin), static_cast<std::uint32_t>(other.end)};

@@ -65,6 +65,8 @@ void add_sample_times(const AbcProperty& property, const AbcTimes& times, std::v
   // The sample before the first changed one counts: the motion begins there.
   for (std::size_t i = std::max(property.first_changed, 1u) - 1; i <= property.last_changed; ++i)
     times_s.push_back(times.time_s(i));
+  // The last sample counts even where nothing changes any more: else a shot that ends still would be shorter.
+  times_s.push_back(times.time_s(std::max<std::size_t>(property.sample_count, 1) - 1));
 }
 
 Result<AbcXform> AbcXform::read(const AbcArchive& archive, const std::vector<AbcProperty>& properties) {

@@ -11,6 +11,8 @@
 namespace hairnet {
 namespace {
 
+// Hairs are 0.02 to 0.2 mm wide; artists draw up to ten times wider ones to need fewer.
+constexpr double kThinnest_m = 1e-5, kThickest_m = 2e-3;
 constexpr double kFarBelow_m = 0.07;  // below the head joint, where no hair of the head begins, not even a beard
 
 std::string decimal(double x, int digits) {
@@ -151,6 +153,8 @@ std::string joint_warning(const Placement& placement, const Vec3& joint, std::st
 
 struct Counts {
   std::size_t rooted = 0, far_below = 0;
+  std::size_t no_hair_widths = 0;
+  double no_hair_width_m = 0;  // one of these
 };
 
 // Appends all strands to the groom in head space. The body must be complete, since the distance to its skin decides
@@ -170,6 +174,17 @@ Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
     properties.group = static_cast<std::uint16_t>(named - groom.group_names.begin());
     if (named == groom.group_names.end()) groom.group_names.push_back(file.group);
     for (std::size_t s = 0; s < file.strands.strand_count(); ++s) {
+      properties.radius_m = StrandProperties{}.radius_m;
+      // 0 means that the file says none.
+      if (!file.widths.empty() && file.widths[s] > 0) {
+        const double width_m = file.widths[s] * def.placement.unit_m;
+        if (width_m >= kThinnest_m && width_m <= kThickest_m) {
+          properties.radius_m = static_cast<float>(width_m / 2);
+        } else {
+          ++counts.no_hair_widths;
+          counts.no_hair_width_m = width_m;
+        }
+      }
       strand.clear();
       for (std::uint32_t i = file.strands.strand_begin[s]; i < file.strands.strand_begin[s + 1]; ++i) {
         strand.push_back(place(def.placement, origin, file.strands.points[i]));
@@ -192,6 +207,11 @@ void warn_of_counts(const Counts& counts, std::size_t strand_count, std::vector<
     warnings.push_back(std::to_string(counts.far_below) + " of " + std::to_string(strand_count) + " strands (" +
                        decimal(percent, 2) + " %) begin more than " + decimal(100 * kFarBelow_m, 2) +
                        " cm below the head joint, as on a back: they follow the head all the same");
+  }
+  if (counts.no_hair_widths > 0) {
+    warnings.push_back(std::to_string(counts.no_hair_widths) + " of " + std::to_string(strand_count) +
+                       " strands have a width that is no hair's, such as " + decimal(counts.no_hair_width_m, 3) +
+                       " m: they are taken as " + decimal(2 * double{StrandProperties{}.radius_m}, 2) + " m wide");
   }
   if (counts.rooted == 0) {
     warnings.push_back("no strand begins on the skin: check --origin, --unit and the axes of strands and body");

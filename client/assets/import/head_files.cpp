@@ -33,8 +33,8 @@ void add_strands(ImportedStrands strands, const std::string& file, const std::st
     strands.group_names = {group};
   }
   for (StrandGroup& part : divide_groups(std::move(strands)))
-    parts.strands.push_back(
-        {std::move(part.strands), part.name.empty() ? std::string(stem_of(file)) : part.name, file});
+    parts.strands.push_back({std::move(part.strands), part.name.empty() ? std::string(stem_of(file)) : part.name, file,
+                             std::move(part.widths)});
 }
 
 }  // namespace

@@ -38,6 +38,7 @@ struct NpyArray {
   }
   [[nodiscard]] bool is_strands() const { return is_real() && shape.size() == 3 && shape[2] == 3; }
   [[nodiscard]] bool is_points() const { return is_real() && shape.size() == 2 && shape[1] == 3; }
+  [[nodiscard]] bool is_list_of_reals() const { return is_real() && shape.size() == 1; }
   [[nodiscard]] bool is_list_of_numbers() const {
     const bool is_whole = type == "<i4" || type == "<u4" || type == "<i8" || type == "<u8";
     return is_whole && shape.size() == 1;
@@ -122,9 +123,20 @@ float number_at(const NpyArray& array, std::size_t index) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
 }
 
+// The strands of a set, and the diameter of each where `widths` says one for each.
+Result<ImportedStrands> strands_of_set(CurveSet set, const NpyArray* widths) {
+  const std::size_t count = set.curve_count();
+  if (widths != nullptr && widths->is_list_of_reals() && widths->shape[0] == count &&
+      count <= widths->values.size() / bytes_of_number(*widths)) {
+    for (std::size_t c = 0; c < count; ++c)
+      set.widths.insert(set.widths.end(), set.begin[c + 1] - set.begin[c], number_at(*widths, c));
+  }
+  return strands_of({&set, 1});
+}
+
 // Strands that end in nan are shorter than the array; nan before the end is a damaged point, which make_strands drops
 // with its strand.
-Result<ImportedStrands> strands_of_array(const NpyArray& array) {
+Result<ImportedStrands> strands_of_array(const NpyArray& array, const NpyArray* widths = nullptr) {
   // Reading objects would mean to run pickled code.
   if (array.type.find('O') != std::string::npos)
     return Refusal("it holds Python objects, which are not read: save an array of strands, points and 3 coordinates");
@@ -157,7 +169,7 @@ Result<ImportedStrands> strands_of_array(const NpyArray& array) {
     shortened += set.controls.size() < full;
     set.begin.push_back(static_cast<std::uint32_t>(set.controls.size()));
   }
-  Result<ImportedStrands> made = strands_of({&set, 1});
+  Result<ImportedStrands> made = strands_of_set(std::move(set), widths);
   if (made && shortened > 0) made->notes.push_back(counted(shortened, "strand") + " filled up with nan end before it");
   return made;
 }
@@ -165,7 +177,7 @@ Result<ImportedStrands> strands_of_array(const NpyArray& array) {
 // Strands of any number of points: the points one strand behind the other, and the index of the first point of each
 // strand, with the number of points behind the last. The exporter (`npz_writer`) writes this layout for strands that
 // differ in their number of points.
-Result<ImportedStrands> strands_of_list(const NpyArray& points, const NpyArray& begins) {
+Result<ImportedStrands> strands_of_list(const NpyArray& points, const NpyArray& begins, const NpyArray* widths) {
   if (!points.is_points() || !begins.is_list_of_numbers())
     return Refusal("positions " + points.describe() + " and strand_begin " + begins.describe() +
                    " are no points of 3 coordinates and whole numbers");
@@ -190,7 +202,7 @@ Result<ImportedStrands> strands_of_list(const NpyArray& points, const NpyArray& 
     for (std::size_t axis = 0; axis < 3; ++axis)
       point[static_cast<int>(axis)] = number_at(points, points.is_fortran ? axis * point_count + p : 3 * p + axis);
   }
-  return strands_of({&set, 1});
+  return strands_of_set(std::move(set), widths);
 }
 
 struct ZipEntry {
@@ -298,6 +310,12 @@ Result<NpyArray> read_array(ByteSpan bytes, const ZipEntry& entry, std::vector<s
 Result<ImportedStrands> decode_npz(ByteSpan bytes) {
   const Result<std::vector<ZipEntry>> entries = read_directory(bytes);
   if (!entries) return Refusal(entries.error());
+  std::vector<std::uint8_t> widths_room;
+  std::optional<NpyArray> widths;
+  if (const auto found = std::ranges::find(*entries, "widths", &ZipEntry::name); found != entries->end()) {
+    if (Result<NpyArray> array = read_array(bytes, *found, widths_room)) widths = std::move(*array);
+  }
+  const NpyArray* widths_or_none = widths ? &*widths : nullptr;
   const auto listed = std::ranges::find(*entries, "positions", &ZipEntry::name),
              begins = std::ranges::find(*entries, "strand_begin", &ZipEntry::name);
   // The list of different lengths has two arrays, so it is looked for before single arrays. A `positions` of three axes
@@ -308,7 +326,7 @@ Result<ImportedStrands> decode_npz(ByteSpan bytes) {
                            numbers = read_array(bytes, *begins, begins_room);
     if (!points) return Refusal("positions: " + points.error());
     if (!numbers) return Refusal("strand_begin: " + numbers.error());
-    if (!points->is_strands()) return strands_of_list(*points, *numbers);
+    if (!points->is_strands()) return strands_of_list(*points, *numbers, widths_or_none);
   }
   constexpr std::array<std::string_view, 8> kNames{"strands",        "positions",    "points", "hair",
                                                    "strands_points", "hair_strands", "arr_0",  "vertices"};
@@ -328,7 +346,7 @@ Result<ImportedStrands> decode_npz(ByteSpan bytes) {
     std::vector<std::uint8_t> room;
     const Result<NpyArray> array = read_array(bytes, *entry, room);
     if (array && array->is_strands()) {
-      Result<ImportedStrands> strands = strands_of_array(*array);
+      Result<ImportedStrands> strands = strands_of_array(*array, widths_or_none);
       if (!strands) return Refusal(shown(entry->name) + ": " + strands.error());
       if (order.size() > 1) strands->notes.push_back("the array of strands is " + shown(entry->name));
       return strands;

@@ -32,6 +32,7 @@ struct MeasuredStrand {
   std::size_t file = 0, number = 0;
   std::vector<Vec3> points;
   double length = 0, reach = 0;  // the distance from the middle of all hair that a quarter of its samples exceed
+  std::optional<float> width;    // of the file, which is put back with the points
   bool is_dropped = false;
 };
 
@@ -72,6 +73,7 @@ std::vector<MeasuredStrand> measured_strands(std::span<const StrandFile> files) 
       MeasuredStrand& strand = all.emplace_back();
       strand.file = f;
       strand.number = s;
+      if (!files[f].widths.empty()) strand.width = files[f].widths[s];
       for (std::uint32_t i = in.strand_begin[s]; i < in.strand_begin[s + 1]; ++i)
         strand.points.push_back(in.points[i].cast<double>());
       strand.length = length_of(strand.points);
@@ -211,14 +213,19 @@ void drop_single_strands(std::vector<MeasuredStrand>& strands, const Usual& usua
   }
 }
 
-// Only points are put back. Groups were divided before, and what the files say of themselves has been taken by then.
+// Only points and widths are put back. Groups were divided before, and what the files say of themselves has been taken
+// by then.
 void put_back(const std::vector<MeasuredStrand>& strands, std::span<StrandFile> files) {
-  for (StrandFile& file : files) file.strands = {};
+  for (StrandFile& file : files) {
+    file.strands = {};
+    file.widths.clear();
+  }
   for (const MeasuredStrand& strand : strands) {
     if (strand.is_dropped) continue;
     ImportedStrands& out = files[strand.file].strands;
     for (const Vec3& x : strand.points) out.points.push_back(x.cast<float>());
     out.strand_begin.push_back(static_cast<std::uint32_t>(out.points.size()));
+    if (strand.width) files[strand.file].widths.push_back(*strand.width);
   }
 }
 

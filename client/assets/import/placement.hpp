@@ -52,11 +52,13 @@ Vec3f place(const Placement& placement, const Vec3& origin, const Vec3f& file_po
 
 // The strands of a file, or of one group of it.
 struct StrandFile {
-  ImportedStrands strands;
+  ImportedStrands strands;  // points alone
   // The strands go to the group of this name.
   std::string group;
   // The file's name, for messages.
   std::string file = {};
+  // As those of StrandGroup.
+  std::vector<float> widths = {};
 };
 
 // What assemble_groom needs. All guesses are made before: everything here is taken as it is.

@@ -186,6 +186,7 @@ struct PlyParts {
   std::vector<Vec3f> points;
   // Each point has one, or none has.
   std::vector<Vec3f> colours;
+  std::vector<float> widths;
   std::vector<double> strand_of;
   std::vector<std::array<std::uint32_t, 2>> edges;
   // The number of points of each strand, in their order.
@@ -201,6 +202,7 @@ struct PlyParts {
 
 constexpr std::array<std::string_view, 6> kStrandNames{"strand_id", "strand_idx", "strand_index",
                                                        "strand",    "hair_id",    "curve_id"};
+constexpr std::array<std::string_view, 2> kWidthNames{"width", "thickness"};
 constexpr std::array<std::string_view, 7> kCountNames{"num_points", "point_count", "vertex_count", "num_vertices",
                                                       "count",      "length",      "n_points"};
 constexpr std::array<std::string_view, 5> kListNames{"vertex_indices", "vertex_index", "indices", "points", "vertices"};
@@ -277,6 +279,7 @@ class PlyRows {
     for (int axis = 0; axis < 3; ++axis)
       point[axis] = static_cast<float>(values_[columns_[static_cast<std::size_t>(axis)]]);
     if (const auto strand = element_.property(kStrandNames)) parts_.strand_of.push_back(values_[*strand]);
+    if (const auto width = element_.property(kWidthNames)) parts_.widths.push_back(static_cast<float>(values_[*width]));
     constexpr std::array<std::array<std::string_view, 2>, 3> kColours{{{"red", "r"}, {"green", "g"}, {"blue", "b"}}};
     Vec3f colour;
     for (int i = 0; i < 3; ++i) {
@@ -440,13 +443,15 @@ Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes) {
   const Result<PlyStrands> strands = find_strands(*parts);
   if (!strands) return Refusal(strands.error());
   CurveSet set;
-  // Colours are used only where each vertex has one.
+  // Colours and widths are used only where each vertex has one.
   const bool has_colours = parts->colours.size() == parts->points.size();
+  const bool has_widths = parts->widths.size() == parts->points.size();
   for (const std::size_t end : strands->end) {
     const std::size_t begin = set.begin.back();
     for (std::size_t i = begin; i < end; ++i) {
       set.controls.push_back(parts->points[strands->vertices[i]]);
       if (has_colours) set.colours.push_back(parts->colours[strands->vertices[i]]);
+      if (has_widths) set.widths.push_back(parts->widths[strands->vertices[i]]);
     }
     set.begin.push_back(static_cast<std::uint32_t>(end));
   }

@@ -73,9 +73,12 @@ std::vector<StrandGroup> divide_groups(ImportedStrands strands) {
   const bool keeps_guides = guide_count == strands.strand_count();
   for (std::size_t s = 0; s < strands.strand_count(); ++s) {
     if (!keeps_guides && !strands.guides.empty() && strands.guides[s] != 0) continue;
-    ImportedStrands& out = groups[strands.groups.empty() ? 0 : strands.groups[s]].strands;
-    out.points.insert(out.points.end(), strands.points.begin() + strands.strand_begin[s],
-                      strands.points.begin() + strands.strand_begin[s + 1]);
+    StrandGroup& group = groups[strands.groups.empty() ? 0 : strands.groups[s]];
+    ImportedStrands& out = group.strands;
+    const std::uint32_t begin = strands.strand_begin[s], end = strands.strand_begin[s + 1];
+    out.points.insert(out.points.end(), strands.points.begin() + begin, strands.points.begin() + end);
+    // The middle stands for the strand: many exporters taper roots or tips to nothing.
+    if (!strands.widths.empty()) group.widths.push_back(begin == end ? 0 : strands.widths[begin + (end - begin) / 2]);
     out.strand_begin.push_back(static_cast<std::uint32_t>(out.points.size()));
   }
   // A single group without strands stays, so the caller can report an empty file.

@@ -55,6 +55,8 @@ struct StrandMotion {
 struct StrandGroup {
   std::string name;  // empty: the strands have no groups
   ImportedStrands strands;
+  // Each strand's diameter in its middle, in the file's unit, 0 where none is said; empty: none is said at all.
+  std::vector<float> widths;
 };
 std::vector<StrandGroup> divide_groups(ImportedStrands strands);
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "client/assets/import/byte_reader.hpp"
@@ -14,6 +16,7 @@ constexpr std::uint32_t kSegmentsBit = 1, kPointsBit = 2, kThicknessBit = 4, kTr
 
 struct Header {
   std::uint32_t strand_count, point_count, arrays, default_segments;
+  float default_thickness;
 };
 
 Result<Header> read_header(ByteReader& in) {
@@ -24,7 +27,8 @@ Result<Header> read_header(ByteReader& in) {
   header.point_count = in.u32();
   header.arrays = in.u32();
   header.default_segments = in.u32();
-  // Thickness, transparency, colour and information are not used.
+  header.default_thickness = in.f32();
+  // Transparency, colour and information are not used.
   in.skip(kHeaderBytes - in.at());
   if (header.strand_count == 0) return Refusal("the file holds no strands");
   if ((header.arrays & kPointsBit) == 0) return Refusal("the file holds no points");
@@ -47,6 +51,11 @@ std::uint64_t array_bytes(const Header& header) {
 std::string points_do_not_add_up(std::uint64_t by_segments, std::uint32_t by_header) {
   return "the strands' segments make " + std::to_string(by_segments) + " points, but the header says " +
          std::to_string(by_header);
+}
+
+// A thickness that is no length counts as unknown: it is no reason to lose the strand.
+float known_width(float thickness) {
+  return std::isfinite(thickness) ? std::max(thickness, 0.0f) : 0;
 }
 
 }  // namespace
@@ -77,6 +86,11 @@ Result<ImportedStrands> decode_yuksel_hair(std::span<const std::byte> bytes) {
   }
   if (end != header->point_count) return Refusal(points_do_not_add_up(end, header->point_count));
   if (const std::string fault = read_points(in, 0, strands); !fault.empty()) return Refusal(fault);
+  const bool has_thickness = (header->arrays & kThicknessBit) != 0;
+  if (has_thickness || known_width(header->default_thickness) > 0) {
+    for (std::uint32_t i = 0; i < header->point_count; ++i)
+      strands.widths.push_back(known_width(has_thickness ? in.f32() : header->default_thickness));
+  }
   return strands;
 }
 

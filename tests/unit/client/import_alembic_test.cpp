@@ -334,10 +334,11 @@ TEST(Alembic, samples_that_repeat_are_stored_once) {
   file.top.children = {hair};
   const auto motion = decode_alembic_motion(AbcWriter(file).write());
   ASSERT_TRUE(motion) << motion.error();
-  EXPECT_THAT(motion->times_s, ElementsAre(0, 1.5, 2, 2.5));
+  EXPECT_THAT(motion->times_s, ElementsAre(0, 1.5, 2, 2.5, 4.5)) << "the last of all samples ends the motion";
   EXPECT_EQ(motion->points[1], motion->points[0]);
   expect_near(motion->points[2][0], Vec3f(1, 1, 1));
   EXPECT_EQ(motion->points[3], motion->points[0]);
+  EXPECT_EQ(motion->points[4], motion->points[0]);
 }
 
 TEST(Alembic, times_of_any_kind_are_used) {
