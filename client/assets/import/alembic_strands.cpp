@@ -5,14 +5,13 @@
 #include <cmath>
 #include <utility>
 
+#include "client/assets/import/curve_sets.hpp"
 #include "client/assets/import/parse_text.hpp"
-#include "core/shown_text.hpp"
 
 namespace hairnet {
 namespace {
 
-// A group's name comes from the file and is shown to users, so its length is bounded.
-constexpr std::size_t kExamplesMax = 3, kGroupNameBytes = 64;
+constexpr std::size_t kExamplesMax = 3;
 constexpr std::size_t kGroupsMax = 256;  // as many as a groom may have
 
 const AbcAttribute* find_attribute(const std::vector<AbcAttribute>& attributes, std::string_view name) {
@@ -146,14 +145,11 @@ void AbcStrands::add_attributes(const AbcCurves& curves, const AbcPlace& place, 
   const std::string_view said = name == nullptr ? std::string_view() : name->text(first_of(*name, curve, c));
   are_groups_said_ = are_groups_said_ || !said.empty() || id != nullptr;
   if (!said.empty()) {
-    strands_.groups.push_back(group_index(shown_text(said, kGroupNameBytes, '"')));
+    strands_.groups.push_back(group_index(shown_group(said)));
   } else if (id != nullptr) {
-    const double number = id->value(first_of(*id, curve, c));
-    const bool is_number = std::abs(number) < 1e9;
-    // The range check keeps the cast to int defined, also for NaN.
-    strands_.groups.push_back(group_index("group " + std::to_string(is_number ? static_cast<int>(number) : -1)));
+    strands_.groups.push_back(group_index(numbered_group(id->value(first_of(*id, curve, c)))));
   } else {
-    strands_.groups.push_back(group_index(shown_text(place.name, kGroupNameBytes, '"')));
+    strands_.groups.push_back(group_index(shown_group(place.name)));
   }
 }
 

@@ -1,6 +1,7 @@
 #include "client/assets/import/curve_sets.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -12,6 +13,8 @@
 
 namespace hairnet {
 namespace {
+
+constexpr std::size_t kGroupNameBytes = 64;
 
 // The points of all curves that become strands, one after the other.
 struct Sampled {
@@ -151,6 +154,15 @@ void set_groups(std::span<const CurveSet> sets, const Sampled& sampled, Imported
 }
 
 }  // namespace
+
+std::string shown_group(std::string_view name) {
+  return shown_text(name, kGroupNameBytes, '"');
+}
+
+// The range check keeps the cast to int defined, also for NaN.
+std::string numbered_group(double number) {
+  return "group " + std::to_string(std::abs(number) < 1e9 ? static_cast<int>(number) : -1);
+}
 
 std::string make_strands(std::span<const CurveSet> sets, ImportedStrands& strands) {
   std::size_t curve_count = 0, control_count = 0;

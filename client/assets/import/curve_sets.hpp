@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "client/assets/import/curve_bases.hpp"
@@ -32,6 +33,11 @@ struct CurveSet {
     return {controls.data() + begin[c], controls.data() + begin[c + 1]};
   }
 };
+
+// The name of a group that a file says, made fit for messages and bounded; and that of a group of which it says only a
+// number, "group 2".
+std::string shown_group(std::string_view name);
+std::string numbered_group(double number);
 
 // Makes strands of all curves. Where they have more points than a groom holds, the curves are followed less closely, or
 // by some of their points; where they are more than it holds, some are left out, evenly. A curve that cannot have so

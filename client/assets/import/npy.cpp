@@ -10,6 +10,7 @@
 #include "client/assets/import/curve_sets.hpp"
 #include "client/assets/import/parse_text.hpp"
 #include "client/assets/import/strands.hpp"
+#include "core/groom/groom.hpp"
 #include "core/shown_text.hpp"
 #include "schema/bytes/deflate.hpp"
 
@@ -26,6 +27,27 @@ constexpr std::size_t kAxesMax = 8;
 // Both bound the work that a small archive can cause.
 constexpr std::size_t kArraysMax = 1000;  // in an archive
 constexpr std::size_t kUnpackedMax = 1'000'000'000;
+
+// Codes that are no character become U+FFFD.
+void append_utf8(std::uint32_t code, std::string& text) {
+  if (code > 0x10ffff || (code >= 0xd800 && code < 0xe000)) code = 0xfffd;
+  const auto rest = [&](int shift) { text += static_cast<char>(0x80 | (code >> shift & 0x3f)); };
+  if (code < 0x80) {
+    text += static_cast<char>(code);
+  } else if (code < 0x800) {
+    text += static_cast<char>(0xc0 | code >> 6);
+    rest(0);
+  } else if (code < 0x10000) {
+    text += static_cast<char>(0xe0 | code >> 12);
+    rest(6);
+    rest(0);
+  } else {
+    text += static_cast<char>(0xf0 | code >> 18);
+    rest(12);
+    rest(6);
+    rest(0);
+  }
+}
 
 struct NpyArray {
   std::string type;  // "<f4"
@@ -123,20 +145,60 @@ float number_at(const NpyArray& array, std::size_t index) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(bits));
 }
 
-// The strands of a set, and the diameter of each where `widths` says one for each.
-Result<ImportedStrands> strands_of_set(CurveSet set, const NpyArray* widths) {
+// What an archive may say of its strands beside their points. A list that does not fit the strands is not used.
+struct NpyLists {
+  std::optional<NpyArray> widths, groups, group_names;
+};
+
+bool is_whole(const NpyArray& list, std::size_t count, std::size_t value_bytes) {
+  return list.shape[0] == count && count <= list.values.size() / value_bytes;
+}
+
+// Text number i of an array of NumPy's texts ("<U12"): characters of 32 bits, with zeros behind the last.
+std::string text_at(const NpyArray& array, std::size_t i, std::size_t longest) {
+  std::string text;
+  ByteReader in(array.values, 4 * longest * i);
+  for (std::size_t c = 0; c < longest; ++c) {
+    const std::uint32_t code = in.u32();
+    if (code == 0) break;
+    append_utf8(code, text);
+  }
+  return shown_group(text);
+}
+
+std::vector<std::string> texts_of(const NpyArray& array) {
+  std::vector<std::string> texts;
+  const auto longest =
+      parse_number<std::uint32_t>(std::string_view(array.type).substr(std::min<std::size_t>(2, array.type.size())));
+  const bool is_text = array.type.starts_with("<U") && longest && *longest > 0 && array.shape.size() == 1;
+  if (!is_text || array.shape[0] > GroomLimits{}.group_count_max) return texts;
+  if (!is_whole(array, array.shape[0], std::size_t{4} * *longest)) return texts;
+  for (std::size_t i = 0; i < array.shape[0]; ++i) texts.push_back(text_at(array, i, *longest));
+  return texts;
+}
+
+Result<ImportedStrands> strands_of_set(CurveSet set, const NpyLists& lists) {
   const std::size_t count = set.curve_count();
-  if (widths != nullptr && widths->is_list_of_reals() && widths->shape[0] == count &&
-      count <= widths->values.size() / bytes_of_number(*widths)) {
+  if (lists.widths && lists.widths->is_list_of_reals() &&
+      is_whole(*lists.widths, count, bytes_of_number(*lists.widths))) {
     for (std::size_t c = 0; c < count; ++c)
-      set.widths.insert(set.widths.end(), set.begin[c + 1] - set.begin[c], number_at(*widths, c));
+      set.widths.insert(set.widths.end(), set.begin[c + 1] - set.begin[c], number_at(*lists.widths, c));
+  }
+  if (lists.groups && lists.groups->is_list_of_numbers() &&
+      is_whole(*lists.groups, count, bytes_of_number(*lists.groups))) {
+    const std::vector<std::string> names =
+        lists.group_names ? texts_of(*lists.group_names) : std::vector<std::string>();
+    for (std::size_t c = 0; c < count; ++c) {
+      const std::uint64_t group = bits_at(*lists.groups, c);
+      set.groups.push_back(group < names.size() ? names[group] : numbered_group(static_cast<double>(group)));
+    }
   }
   return strands_of({&set, 1});
 }
 
 // Strands that end in nan are shorter than the array; nan before the end is a damaged point, which make_strands drops
 // with its strand.
-Result<ImportedStrands> strands_of_array(const NpyArray& array, const NpyArray* widths = nullptr) {
+Result<ImportedStrands> strands_of_array(const NpyArray& array, const NpyLists& lists) {
   // Reading objects would mean to run pickled code.
   if (array.type.find('O') != std::string::npos)
     return Refusal("it holds Python objects, which are not read: save an array of strands, points and 3 coordinates");
@@ -169,7 +231,7 @@ Result<ImportedStrands> strands_of_array(const NpyArray& array, const NpyArray* 
     shortened += set.controls.size() < full;
     set.begin.push_back(static_cast<std::uint32_t>(set.controls.size()));
   }
-  Result<ImportedStrands> made = strands_of_set(std::move(set), widths);
+  Result<ImportedStrands> made = strands_of_set(std::move(set), lists);
   if (made && shortened > 0) made->notes.push_back(counted(shortened, "strand") + " filled up with nan end before it");
   return made;
 }
@@ -177,7 +239,7 @@ Result<ImportedStrands> strands_of_array(const NpyArray& array, const NpyArray* 
 // Strands of any number of points: the points one strand behind the other, and the index of the first point of each
 // strand, with the number of points behind the last. The exporter (`npz_writer`) writes this layout for strands that
 // differ in their number of points.
-Result<ImportedStrands> strands_of_list(const NpyArray& points, const NpyArray& begins, const NpyArray* widths) {
+Result<ImportedStrands> strands_of_list(const NpyArray& points, const NpyArray& begins, const NpyLists& lists) {
   if (!points.is_points() || !begins.is_list_of_numbers())
     return Refusal("positions " + points.describe() + " and strand_begin " + begins.describe() +
                    " are no points of 3 coordinates and whole numbers");
@@ -202,7 +264,7 @@ Result<ImportedStrands> strands_of_list(const NpyArray& points, const NpyArray& 
     for (std::size_t axis = 0; axis < 3; ++axis)
       point[static_cast<int>(axis)] = number_at(points, points.is_fortran ? axis * point_count + p : 3 * p + axis);
   }
-  return strands_of_set(std::move(set), widths);
+  return strands_of_set(std::move(set), lists);
 }
 
 struct ZipEntry {
@@ -310,12 +372,15 @@ Result<NpyArray> read_array(ByteSpan bytes, const ZipEntry& entry, std::vector<s
 Result<ImportedStrands> decode_npz(ByteSpan bytes) {
   const Result<std::vector<ZipEntry>> entries = read_directory(bytes);
   if (!entries) return Refusal(entries.error());
-  std::vector<std::uint8_t> widths_room;
-  std::optional<NpyArray> widths;
-  if (const auto found = std::ranges::find(*entries, "widths", &ZipEntry::name); found != entries->end()) {
-    if (Result<NpyArray> array = read_array(bytes, *found, widths_room)) widths = std::move(*array);
-  }
-  const NpyArray* widths_or_none = widths ? &*widths : nullptr;
+  std::array<std::vector<std::uint8_t>, 3> rooms;
+  const auto find_list = [&](std::string_view name, std::vector<std::uint8_t>& room) -> std::optional<NpyArray> {
+    const auto found = std::ranges::find(*entries, name, &ZipEntry::name);
+    if (found == entries->end()) return {};
+    Result<NpyArray> array = read_array(bytes, *found, room);
+    return array ? std::optional(std::move(*array)) : std::nullopt;
+  };
+  const NpyLists lists{find_list("widths", rooms[0]), find_list("groups", rooms[1]),
+                       find_list("group_names", rooms[2])};
   const auto listed = std::ranges::find(*entries, "positions", &ZipEntry::name),
              begins = std::ranges::find(*entries, "strand_begin", &ZipEntry::name);
   // The list of different lengths has two arrays, so it is looked for before single arrays. A `positions` of three axes
@@ -326,7 +391,7 @@ Result<ImportedStrands> decode_npz(ByteSpan bytes) {
                            numbers = read_array(bytes, *begins, begins_room);
     if (!points) return Refusal("positions: " + points.error());
     if (!numbers) return Refusal("strand_begin: " + numbers.error());
-    if (!points->is_strands()) return strands_of_list(*points, *numbers, widths_or_none);
+    if (!points->is_strands()) return strands_of_list(*points, *numbers, lists);
   }
   constexpr std::array<std::string_view, 8> kNames{"strands",        "positions",    "points", "hair",
                                                    "strands_points", "hair_strands", "arr_0",  "vertices"};
@@ -346,7 +411,7 @@ Result<ImportedStrands> decode_npz(ByteSpan bytes) {
     std::vector<std::uint8_t> room;
     const Result<NpyArray> array = read_array(bytes, *entry, room);
     if (array && array->is_strands()) {
-      Result<ImportedStrands> strands = strands_of_array(*array, widths_or_none);
+      Result<ImportedStrands> strands = strands_of_array(*array, lists);
       if (!strands) return Refusal(shown(entry->name) + ": " + strands.error());
       if (order.size() > 1) strands->notes.push_back("the array of strands is " + shown(entry->name));
       return strands;
@@ -364,7 +429,7 @@ Result<ImportedStrands> decode_npy(std::span<const std::byte> bytes) {
   if (text.starts_with("PK")) return decode_npz(bytes);
   const Result<NpyArray> array = read_npy(bytes);
   if (!array) return Refusal(array.error());
-  return strands_of_array(*array);
+  return strands_of_array(*array, {});
 }
 
 }  // namespace hairnet

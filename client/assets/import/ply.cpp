@@ -2,6 +2,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -11,6 +12,7 @@
 #include "client/assets/import/imported_body.hpp"
 #include "client/assets/import/parse_text.hpp"
 #include "client/assets/import/strands.hpp"
+#include "core/groom/groom.hpp"
 #include "core/shown_text.hpp"
 
 // Strands in a .ply, as text or binary of either byte order. In this order it takes: edges between vertices; the number
@@ -72,6 +74,8 @@ struct PlyElement {
 struct PlyHeader {
   PlyForm form{};
   std::vector<PlyElement> elements;
+  // Names of groups, as `hairnet-groom export` writes them: "comment group 2 fringe".
+  std::map<double, std::string> group_names;
 };
 
 // Leaves `text` at the first byte of the data.
@@ -120,7 +124,13 @@ Result<PlyHeader> read_header(std::string_view& text) {
       property.name = take_word(line);
       is_good = is_good && value && !header.elements.empty() && ++property_count <= kPropertiesMax;
       if (is_good) header.elements.back().properties.push_back(property);
-    } else if (keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
+    } else if (keyword == "comment") {
+      // Anything else that a comment says is for people.
+      if (take_word(line) != "group" || header.group_names.size() == GroomLimits{}.group_count_max) continue;
+      const std::optional<double> group = parse_number<double>(take_word(line));
+      while (line.ends_with('\r')) line.remove_suffix(1);
+      if (group && line.size() > 1) header.group_names.emplace(*group, shown_group(line.substr(1)));
+    } else if (keyword != "obj_info" && !keyword.empty()) {
       is_good = false;
     }
     if (!is_good)
@@ -187,6 +197,7 @@ struct PlyParts {
   // Each point has one, or none has.
   std::vector<Vec3f> colours;
   std::vector<float> widths;
+  std::vector<double> groups;
   std::vector<double> strand_of;
   std::vector<std::array<std::uint32_t, 2>> edges;
   // The number of points of each strand, in their order.
@@ -203,6 +214,7 @@ struct PlyParts {
 constexpr std::array<std::string_view, 6> kStrandNames{"strand_id", "strand_idx", "strand_index",
                                                        "strand",    "hair_id",    "curve_id"};
 constexpr std::array<std::string_view, 2> kWidthNames{"width", "thickness"};
+constexpr std::array<std::string_view, 2> kGroupNames{"group_id", "group"};
 constexpr std::array<std::string_view, 7> kCountNames{"num_points", "point_count", "vertex_count", "num_vertices",
                                                       "count",      "length",      "n_points"};
 constexpr std::array<std::string_view, 5> kListNames{"vertex_indices", "vertex_index", "indices", "points", "vertices"};
@@ -280,6 +292,7 @@ class PlyRows {
       point[axis] = static_cast<float>(values_[columns_[static_cast<std::size_t>(axis)]]);
     if (const auto strand = element_.property(kStrandNames)) parts_.strand_of.push_back(values_[*strand]);
     if (const auto width = element_.property(kWidthNames)) parts_.widths.push_back(static_cast<float>(values_[*width]));
+    if (const auto group = element_.property(kGroupNames)) parts_.groups.push_back(values_[*group]);
     constexpr std::array<std::array<std::string_view, 2>, 3> kColours{{{"red", "r"}, {"green", "g"}, {"blue", "b"}}};
     Vec3f colour;
     for (int i = 0; i < 3; ++i) {
@@ -443,9 +456,10 @@ Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes) {
   const Result<PlyStrands> strands = find_strands(*parts);
   if (!strands) return Refusal(strands.error());
   CurveSet set;
-  // Colours and widths are used only where each vertex has one.
+  // Colours, widths and groups are used only where each vertex has one.
   const bool has_colours = parts->colours.size() == parts->points.size();
   const bool has_widths = parts->widths.size() == parts->points.size();
+  const bool has_groups = parts->groups.size() == parts->points.size();
   for (const std::size_t end : strands->end) {
     const std::size_t begin = set.begin.back();
     for (std::size_t i = begin; i < end; ++i) {
@@ -454,6 +468,12 @@ Result<ImportedStrands> decode_ply(std::span<const std::byte> bytes) {
       if (has_widths) set.widths.push_back(parts->widths[strands->vertices[i]]);
     }
     set.begin.push_back(static_cast<std::uint32_t>(end));
+    if (has_groups) {
+      // A strand is in the group of its root.
+      const double group = begin == end ? 0 : parts->groups[strands->vertices[begin]];
+      const auto named = header->group_names.find(group);
+      set.groups.push_back(named == header->group_names.end() ? numbered_group(group) : named->second);
+    }
   }
   Result<ImportedStrands> made = strands_of({&set, 1});
   if (made && !strands->note.empty()) made->doubts.push_back(strands->note);
