@@ -17,7 +17,8 @@ constexpr std::int32_t kIntegerMax = (1 << 23) - 1;
 constexpr std::size_t kRunsPerRowMin = 64;  // fewer runs do not pay for weights of their own
 constexpr double kWeightUnit = 4096;
 constexpr std::size_t kReferencesTriedMax = 2048;  // for each run
-constexpr std::size_t kRunsFittedMax = 16384;      // of a row; more of them change its weights in the last digit
+// A row's weights are fitted to so many of its runs. More of them change weights in the last digit.
+constexpr std::size_t kRunsFittedMax = 16384;
 constexpr std::size_t kNone = ~std::size_t{0};
 
 // The lowest 24 bits as a signed number.

@@ -32,7 +32,8 @@ struct MeasuredStrand {
   std::size_t file = 0, number = 0;
   std::vector<Vec3> points;
   double length = 0, reach = 0;  // the distance from the middle of all hair that a quarter of its samples exceed
-  std::optional<float> width;    // of the file, which is put back with the points
+  // Is the file's own, which is put back with the points.
+  std::optional<float> width;
   bool is_dropped = false;
 };
 
