@@ -38,11 +38,19 @@ void mutate_once(std::mt19937& random, std::vector<std::uint8_t>& bytes) {
   }
 }
 
+bool has_size_prefix(const std::vector<std::uint8_t>& bytes) {
+  std::uint32_t counted = 0;
+  if (bytes.size() < sizeof counted) return false;
+  std::memcpy(&counted, bytes.data(), sizeof counted);
+  return counted == bytes.size() - sizeof counted;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> mutated(std::mt19937& random, std::vector<std::uint8_t> bytes) {
+  const bool had_size_prefix = has_size_prefix(bytes);
   for (std::uint32_t n = 1 + random() % 4; n > 0; --n) mutate_once(random, bytes);
-  if (bytes.size() >= 4 && random() % 8 != 0) {
+  if (had_size_prefix && bytes.size() >= 4 && random() % 8 != 0) {
     const auto counted = static_cast<std::uint32_t>(bytes.size() - 4);
     std::memcpy(bytes.data(), &counted, 4);
   }
