@@ -26,7 +26,11 @@ Client::Client(const ClientContext& context, std::uint32_t number, std::uint32_t
       place_(place),
       slow_(slow),
       random_(context.seed, number),
-      interval_ns_(1e9 / context.pose_hz) {}
+      clock_{0, 1e9 / context.pose_hz} {
+  // Evenly over the clients: with a half, each second one has hands.
+  const auto with_hands = [&](std::uint32_t places) { return std::floor(places * context.touch_share); };
+  if (!slow && with_hands(place + 1) > with_hands(place)) toucher_.emplace(number);
+}
 
 void Client::join(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t intended_ns,
                   std::int64_t now_ns) {
@@ -34,7 +38,7 @@ void Client::join(std::uint32_t characters, const std::vector<LevelIndex>& level
     characters_.push_back(make_character(i + 1, levels));
     characters_.back().join_ns = intended_ns;
   }
-  phase_ns_ = intended_ns + static_cast<std::int64_t>(random_.unit() * interval_ns_);
+  clock_.phase_ns = intended_ns + static_cast<std::int64_t>(random_.unit() * clock_.interval_ns);
   begin(now_ns);
 }
 
@@ -65,6 +69,7 @@ void Client::begin(std::int64_t now_ns) {
 
 void Client::add_to_server(const Character& character) {
   protocol_->add_character(character.number, (*context_->grooms)[character.groom].hash, character.level);
+  if (context_->touch_share > 0) protocol_->allow_touch(character.number);
 }
 
 // Opens, closes or sends on the connection as the protocol client wants. Call it after anything that may change that.
@@ -122,6 +127,11 @@ void Client::on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) {
   if (state_ != State::leaving) state_ = State::active;
   started_ = true;
   if (context_->watcher) context_->watcher->on_welcome(number_);
+  if (toucher_) {
+    if (!welcome.resumed) toucher_->begin();
+    (*context_->hand_clocks)[welcome.session] = clock_;
+  }
+  hands_ns_.clear();
   tick_ns_ = 1'000'000'000 / std::max(1u, welcome.tick_rate_hz);
   tick_ = 0;
   for (auto& [member, other] : others_) other.arrival_ns = 0;
@@ -134,7 +144,7 @@ void Client::on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) {
     connection_->limit_reading(kSlowReadBytes);
     read_ns_ = now_ns + kSlowReadInterval_ns;
   }
-  context_->wake(number_, pose_time_ns(next_pose_));
+  context_->wake(number_, clock_.time_ns(next_pose_));
 }
 
 void Client::on_lost(std::string_view reason, std::int64_t now_ns) {
@@ -178,7 +188,7 @@ std::int64_t Client::act(std::int64_t now_ns) {
   if (state_ != State::leaving) pass_poses(now_ns);
   drive(now_ns);
   if (state_ == State::gone) return kNever_ns;
-  const std::int64_t pose_ns = state_ == State::leaving ? kNever_ns : pose_time_ns(next_pose_);
+  const std::int64_t pose_ns = state_ == State::leaving ? kNever_ns : clock_.time_ns(next_pose_);
   return std::min({pose_ns, begin_ns_, read_ns_, protocol_->next_deadline_ns()});
 }
 
@@ -186,16 +196,45 @@ std::int64_t Client::act(std::int64_t now_ns) {
 // before the first welcome; after it they are due whether or not there is a session to send them in.
 void Client::pass_poses(std::int64_t now_ns) {
   const bool can_send = state_ == State::active && connection_ && connection_->unsent_bytes() <= kUnsentBytesMax;
-  while (pose_time_ns(next_pose_) <= now_ns) {
-    const std::int64_t captured_ns = pose_time_ns(next_pose_);
+  while (clock_.time_ns(next_pose_) <= now_ns) {
+    const std::int64_t captured_ns = clock_.time_ns(next_pose_);
     if (!slow_ && started_) {
       context_->tally->record_lag(captured_ns, now_ns);
       context_->tally->count(captured_ns, &Counts::poses_intended, characters_.size());
       context_->tally->count(captured_ns, can_send ? &Counts::poses_sent : &Counts::poses_unsent, characters_.size());
     }
-    if (can_send) protocol_->push_poses(make_poses(next_pose_));
+    if (can_send) {
+      protocol_->push_poses(make_poses(next_pose_));
+      pass_hands(next_pose_);
+    }
     ++next_pose_;
   }
+}
+
+void Client::pass_hands(std::int64_t pose) {
+  if (!toucher_ || characters_.empty()) return;
+  const Character& own = characters_.front();
+  const Vec3 head = own.place + own.last_pose->bones[static_cast<std::size_t>(Bone::head)].position;
+  const std::int64_t captured_ns = clock_.time_ns(pose);
+  protocol_->push_hands(toucher_->move(captured_ns, head, *protocol_), captured_ns);
+  context_->tally->count(captured_ns, &Counts::hands_sent);
+}
+
+// Hands that were captured up to the sample are seen now, and had not been seen before it.
+void Client::on_hands(const HandsSeen& hands, std::int64_t now_ns) {
+  if (slow_) return;
+  const auto clock = context_->hand_clocks->find(hands.session);
+  if (clock == context_->hand_clocks->end()) return;
+  std::int64_t& seen_ns = hands_ns_.try_emplace(hands.session, hands.sample_time_local_ns).first->second;
+  const std::int64_t newest = clock->second.newest_at(hands.sample_time_local_ns);
+  for (std::int64_t pose = clock->second.newest_at(seen_ns) + 1; pose <= newest; ++pose)
+    context_->tally->record_hands(clock->second.time_ns(pose), now_ns);
+  seen_ns = std::max(seen_ns, hands.sample_time_local_ns);
+}
+
+void Client::on_held(std::uint32_t points, std::int64_t now_ns) {
+  context_->tally->count(now_ns, points > 0 ? &Counts::holds : &Counts::holds_empty);
+  context_->tally->count(now_ns, &Counts::held_points, points);
 }
 
 std::vector<wire::PoseSample> Client::make_poses(std::int64_t pose) {
@@ -207,7 +246,7 @@ std::vector<wire::PoseSample> Client::make_poses(std::int64_t pose) {
     wire::PoseSample& sample = samples[i];
     sample.character = character.number;
     sample.sequence = static_cast<std::uint32_t>(pose);
-    sample.capture_time_ns = pose_time_ns(pose);
+    sample.capture_time_ns = clock_.time_ns(pose);
     sample.teleport = step.teleport;
     sample.pose = *step.pose;
     for (RigidTransform& bone : sample.pose.bones) bone.position += character.place;
@@ -242,7 +281,11 @@ void Client::on_frame(const FrameSeen& frame, std::int64_t now_ns) {
     tick_ = frame.tick;
     tick_arrival_ns_ = now_ns;
   }
-  if (!own) return watch_other(frame, now_ns);
+  if (!own) {
+    if (toucher_ && frame.pose)
+      toucher_->see(frame.member, frame.pose->bones[static_cast<std::size_t>(Bone::head)].position);
+    return watch_other(frame, now_ns);
+  }
   if (frame.character > characters_.size()) return;
   Character& character = characters_[frame.character - 1];
   answer(character, frame, now_ns);
@@ -263,9 +306,9 @@ void Client::answer(Character& character, const FrameSeen& frame, std::int64_t n
     tally.record_gap(now_ns, frame.tick - character.tick, character.stride);
   character.tick = frame.tick;
   character.stride = std::max(1u, frame.stride);
-  const std::int64_t newest = std::min(newest_pose_at(frame.sample_time_local_ns), next_pose_ - 1);
+  const std::int64_t newest = std::min(clock_.newest_at(frame.sample_time_local_ns), next_pose_ - 1);
   for (std::int64_t pose = character.answered + 1; pose <= newest; ++pose)
-    tally.record_answer(pose_time_ns(pose), now_ns, 1);
+    tally.record_answer(clock_.time_ns(pose), now_ns, 1);
   character.answered = std::max(character.answered, newest);
   character.asleep = frame.asleep && character.last_pose != nullptr;
   if (character.asleep) {
@@ -331,11 +374,11 @@ void Client::settle(std::int64_t now_ns) {
 // Poses captured up to `until_ns`, and sent in this session, get no answer any more.
 void Client::give_up_poses(std::int64_t until_ns, std::int64_t now_ns, bool count) {
   if (slow_ || state_ != State::active) return;
-  const std::int64_t newest = std::min(newest_pose_at(until_ns), next_pose_ - 1);
+  const std::int64_t newest = std::min(clock_.newest_at(until_ns), next_pose_ - 1);
   for (Character& character : characters_) {
     if (count && !character.asleep) {
       for (std::int64_t pose = character.answered + 1; pose <= newest; ++pose)
-        context_->tally->record_unanswered(pose_time_ns(pose), now_ns, 1);
+        context_->tally->record_unanswered(clock_.time_ns(pose), now_ns, 1);
     }
     character.answered = std::max(character.answered, newest);
   }
@@ -347,15 +390,15 @@ void Client::close_connection() {
   read_ns_ = begin_ns_ = kNever_ns;
 }
 
-std::int64_t Client::pose_time_ns(std::int64_t pose) const {
-  return phase_ns_ + std::llround(static_cast<double>(pose) * interval_ns_);
+std::int64_t PoseClock::time_ns(std::int64_t pose) const {
+  return phase_ns + std::llround(static_cast<double>(pose) * interval_ns);
 }
 
-std::int64_t Client::newest_pose_at(std::int64_t time_ns) const {
-  auto pose = static_cast<std::int64_t>(std::floor(static_cast<double>(time_ns - phase_ns_) / interval_ns_));
+std::int64_t PoseClock::newest_at(std::int64_t at_ns) const {
+  auto pose = static_cast<std::int64_t>(std::floor(static_cast<double>(at_ns - phase_ns) / interval_ns));
   pose = std::max<std::int64_t>(pose, -1);
-  while (pose >= 0 && pose_time_ns(pose) > time_ns) --pose;
-  while (pose_time_ns(pose + 1) <= time_ns) ++pose;
+  while (pose >= 0 && time_ns(pose) > at_ns) --pose;
+  while (time_ns(pose + 1) <= at_ns) ++pose;
   return pose;
 }
 

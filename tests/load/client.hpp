@@ -2,12 +2,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
 #include <vector>
 
 #include "core/random.hpp"
+#include "tests/load/toucher.hpp"
 #include "tests/load/virtual_client.hpp"
 
 namespace hairnet::load {
@@ -57,6 +59,8 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   void on_groom_state(const wire::GroomHash&, wire::GroomState) override {}
   void on_refusal(std::string_view reason, std::int64_t now_ns) override;
   void on_frame(const FrameSeen& frame, std::int64_t now_ns) override;
+  void on_hands(const HandsSeen& hands, std::int64_t now_ns) override;
+  void on_held(std::uint32_t points, std::int64_t now_ns) override;
 
   void begin(std::int64_t now_ns);
   void drive(std::int64_t now_ns);
@@ -66,13 +70,11 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   void add_to_server(const Character& character);
   Character make_character(std::uint32_t number, const std::vector<LevelIndex>& levels) const;
   void pass_poses(std::int64_t now_ns);
+  void pass_hands(std::int64_t pose);
   [[nodiscard]] std::vector<wire::PoseSample> make_poses(std::int64_t pose);
   void answer(Character& character, const FrameSeen& frame, std::int64_t now_ns);
   void watch_other(const FrameSeen& frame, std::int64_t now_ns);
   void give_up_poses(std::int64_t until_ns, std::int64_t now_ns, bool count);
-  [[nodiscard]] std::int64_t pose_time_ns(std::int64_t pose) const;
-  [[nodiscard]] std::int64_t newest_pose_at(std::int64_t time_ns) const;  // captured at or before it; may be -1
-
   const ClientContext* context_;
   std::uint32_t number_, place_;
   bool slow_;
@@ -86,10 +88,9 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   bool meant_to_lose_ = false;
   // The index is number - 1.
   std::vector<Character> characters_;
-  // Is when pose 0 is captured.
-  std::int64_t phase_ns_ = 0;
-  double interval_ns_ = 0;
+  PoseClock clock_;
   std::int64_t next_pose_ = 0;
+  std::optional<Toucher> toucher_;
   // Is true once it has been welcomed.
   bool started_ = false;
   std::int64_t begin_ns_ = kNever_ns, read_ns_ = kNever_ns;
@@ -101,6 +102,8 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
     std::int64_t arrival_ns = 0;  // 0: asleep
   };
   std::unordered_map<std::uint32_t, Other> others_;  // by member
+  // The time of the last hands that were seen of a session.
+  std::unordered_map<std::uint64_t, std::int64_t> hands_ns_;
 };
 
 }  // namespace hairnet::load

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -60,6 +61,9 @@ class FakeServer final : public Connector {
   std::size_t connect_count = 0;
   // Are those of connections, in order.
   std::vector<std::uint32_t> hosts;
+  // Holds which sessions have pushed hands, and the kinds of requests about holds: take, drop, pin, unpin.
+  std::vector<std::uint64_t> with_hands;
+  std::vector<std::string> holds;
   // Holds when each was captured, and when it was pushed.
   std::vector<std::pair<std::int64_t, std::int64_t>> poses;
 
@@ -78,7 +82,7 @@ class FakeServer final : public Connector {
 
   // Connects again 600 ms after it lost its connection.
   struct FakeProtocolClient final : ProtocolClient {
-    explicit FakeProtocolClient(FakeServer& s) : server(&s) {}
+    explicit FakeProtocolClient(FakeServer& s) : server(&s), session(++s.session_count_) {}
     void offer(const EncodedGroom&) override {}
     void add_character(std::uint32_t character, const wire::GroomHash&, LevelIndex) override {
       characters.push_back(character);
@@ -88,12 +92,25 @@ class FakeServer final : public Connector {
       for (const wire::PoseSample& sample : samples)
         server->poses.emplace_back(sample.capture_time_ns, server->now_ns_);
     }
+    void push_hands(std::vector<Hand> hands, std::int64_t) override {
+      if (validate(hands).empty() && std::ranges::count(server->with_hands, session) == 0)
+        server->with_hands.push_back(session);
+    }
+    void allow_touch(std::uint32_t) override {}
+    void take_hold(const wire::TakeHold& hold) override {
+      if (wire::validate(hold).empty()) server->holds.emplace_back("take");
+      held = 20;
+    }
+    void let_go(const wire::LetGo& hold) override {
+      server->holds.emplace_back(std::array{"drop", "pin", "unpin"}[static_cast<std::size_t>(hold.release)]);
+    }
     void leave(std::int64_t) override { state = State::ended; }
     void poll(std::int64_t) override {}
     [[nodiscard]] std::int64_t next_deadline_ns() const override { return connected ? kNever_ns : retry_ns; }
     void tell(ProtocolEvents& events, std::int64_t now_ns) override {
       if (std::exchange(announced, state) == state) return;
       wire::Welcome welcome;
+      welcome.session = session;
       welcome.tick_rate_hz = 30;
       welcome.resumed = true;
       if (state == State::welcomed) events.on_welcome(welcome, now_ns);
@@ -121,6 +138,17 @@ class FakeServer final : public Connector {
         frame.character = character;
         events.on_frame(frame, now_ns);
       }
+      if (held > 0) events.on_held(std::exchange(held, 0), now_ns);
+      for (const std::uint64_t other : server->with_hands) {
+        if (other == session) continue;
+        events.on_hands({other, frame.sample_time_local_ns}, now_ns);
+        // Members have the numbers of their sessions here.
+        static const Pose kUpright;
+        frame.member = static_cast<std::uint32_t>(other);
+        frame.character = 0;
+        frame.pose = &kUpright;
+        events.on_frame(frame, now_ns);
+      }
     }
     void on_closed(std::int64_t now_ns) override {
       connected = false;
@@ -131,6 +159,8 @@ class FakeServer final : public Connector {
 
     enum class State : std::uint8_t { away, welcomed, lost, ended };
     FakeServer* server;
+    std::uint64_t session;
+    std::uint32_t held = 0;
     State state = State::away, announced = State::away;
     bool connected = false;
     std::int64_t retry_ns = 0;
@@ -142,6 +172,7 @@ class FakeServer final : public Connector {
   }
 
   std::vector<FakeClientConnection*> lines_;
+  std::uint64_t session_count_ = 0;
   std::int64_t next_tick_ns_ = 0;
   std::uint64_t tick_ = 100;
   std::int64_t now_ns_ = 0;

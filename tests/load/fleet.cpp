@@ -10,6 +10,7 @@ namespace hairnet::load {
 
 Fleet::Fleet(const Plan& plan, ClientContext context, std::int64_t begin_ns)
     : plan_(&plan), context_(std::move(context)), begin_ns_(begin_ns), schedule_(make_schedule(plan)) {
+  context_.hand_clocks = &hand_clocks_;
   context_.wake = [this](std::uint32_t client, std::int64_t at_ns) { wake(client, at_ns); };
 }
 

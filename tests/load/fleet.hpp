@@ -51,6 +51,7 @@ class Fleet {
 
   const Plan* plan_;
   ClientContext context_;
+  std::unordered_map<std::uint64_t, PoseClock> hand_clocks_;
   std::int64_t begin_ns_;
   std::vector<Action> schedule_;
   std::size_t next_action_ = 0;

@@ -29,6 +29,7 @@ class FleetTest : public testing::Test {
     context.seed = plan_.seed;
     context.grooms = &grooms_;
     context.motions = &motions_;
+    context.touch_share = plan_.touch_share;
     context.connector = &server_;
     context.first_host = first_host_;
     context.make_protocol_client = [this](std::uint32_t, std::uint32_t) { return server_.make_protocol_client(); };
@@ -79,6 +80,30 @@ TEST_F(FleetTest, counts_poses_and_frames_of_a_prompt_server) {
   EXPECT_NEAR(stage(1).frame_age.mean_ms(), 25.5, 1);
   EXPECT_LE(stage(1).jitter.max_ms(), 1.1);
   EXPECT_EQ(stage(0).counts.joins, 12u);
+}
+
+TEST_F(FleetTest, a_share_of_the_clients_has_hands_which_hold_hair_and_are_timed_at_the_others) {
+  plan({"steady:12s:clients=4,characters=1"});
+  run();
+  EXPECT_THAT(server_.with_hands, testing::IsEmpty());
+  EXPECT_EQ(stage(0).hands_latency.count(), 0u);
+
+  plan_.touch_share = 0.5;
+  run();
+  EXPECT_EQ(server_.with_hands.size(), 2u);
+  const Counts& counts = stage(0).counts;
+  EXPECT_NEAR(static_cast<double>(counts.hands_sent), 2 * 72 * 12, 2 * 72 + 4);
+  // The hands of one are seen by the three others.
+  EXPECT_NEAR(static_cast<double>(stage(0).hands_latency.count()), 3.0 * static_cast<double>(counts.hands_sent),
+              3 * 72);
+  EXPECT_GE(stage(0).hands_latency.min_ms(), 24.9);
+  EXPECT_LE(stage(0).hands_latency.max_ms(), 25 + 33.4 + 1.1);
+  EXPECT_NEAR(stage(0).hands_latency.mean_ms(), 25 + 33.3 / 2, 2);
+  // Each holds hair once in five seconds, and pins it each second time.
+  EXPECT_GE(counts.holds, 4u);
+  EXPECT_EQ(counts.held_points, 20 * counts.holds);
+  for (const char* kind : {"take", "pin", "unpin", "drop"})
+    EXPECT_GE(std::ranges::count(server_.holds, kind), 1) << kind;
 }
 
 TEST_F(FleetTest, stalled_server_delays_no_pose_and_its_stall_counts_as_latency) {

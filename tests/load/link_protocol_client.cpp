@@ -48,6 +48,14 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
   }
   void remove_character(std::uint32_t character) override { core_.send(wire::RemoveCharacter{character}); }
   void push_poses(std::vector<wire::PoseSample> poses) override { core_.push_poses(std::move(poses)); }
+  void push_hands(std::vector<Hand> hands, std::int64_t captured_ns) override {
+    core_.push_hands(std::move(hands), captured_ns);
+  }
+  void allow_touch(std::uint32_t character) override {
+    core_.send(wire::SetTouch{character, TouchAudience::everyone, {}});
+  }
+  void take_hold(const wire::TakeHold& hold) override { core_.send(hold); }
+  void let_go(const wire::LetGo& hold) override { core_.send(hold); }
   void leave(std::int64_t now_ns) override { core_.leave(now_ns); }
 
   void poll(std::int64_t now_ns) override { core_.poll(now_ns); }
@@ -64,6 +72,12 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
         events.on_groom_state(status->hash, status->state);
       else if (const auto* error = std::get_if<wire::Error>(&event))
         events.on_refusal(wire::to_string(error->reason), now_ns);
+      else if (const auto* held = std::get_if<wire::Held>(&event))
+        events.on_held(held->point_count, now_ns);
+      else if (const auto* room = std::get_if<wire::RoomHands>(&event)) {
+        for (const wire::RoomHands::Person& person : room->people)
+          events.on_hands({person.session, core_.to_local_ns(room->sample_time_ns)}, now_ns);
+      }
     }
   }
 

@@ -45,7 +45,7 @@ struct Given {
   std::optional<double> pose_hz;
   std::optional<std::uint32_t> room_size;
   std::optional<std::string> observe;
-  std::optional<double> hair_error_mm, frame_bytes_per_s;
+  std::optional<double> touch_share, hair_error_mm, frame_bytes_per_s;
   std::string token_file;
   bool find_capacity = false, list = false;
   CapacityOptions capacity;
@@ -61,7 +61,7 @@ void add_options(CLI::App& app, Options& o, Given& g) {
   app.add_option("--server-pid", o.server_pid, "a running server's process, for its CPU and memory")
       ->check(CLI::PositiveNumber);
   CLI::Option* plan = app.add_option("--plan", g.plan, "JSON file of the plan, or a report of an earlier run");
-  app.add_option("--preset", g.preset, "a plan of ours: smoke, crowd, rooms8, rooms32, hostile")->excludes(plan);
+  app.add_option("--preset", g.preset, "a plan of ours: smoke, crowd, rooms8, rooms32, touch, hostile")->excludes(plan);
   app.add_option("--stage", g.stages, "see below; several, in order; instead of the plan's")->allow_extra_args(false);
   app.add_option("--seed", g.seed, "of arrivals, motions, misdeeds (1)");
   app.add_option("--pose-hz", g.pose_hz, "poses a second of each character (72)")->check(in_range(1, 1000));
@@ -70,6 +70,9 @@ void add_options(CLI::App& app, Options& o, Given& g) {
       ->delimiter(',');
   app.add_option("--room-size", g.room_size, "clients of a room; 0: all in one (0)")
       ->check(CLI::Range(0u, kClientCountMax));
+  app.add_option("--touch-share", g.touch_share,
+                 "of the clients have hands, which stroke, hold and pin the hair of others; 0 to 1 (0)")
+      ->check(in_range(0, 1));
   app.add_option("--observe", g.observe, "all, or a number of nearest; 0: itself alone (all)");
   app.add_option("--hair-error", g.hair_error_mm,
                  "about the error of hair that clients ask for where a head fills the screen, mm (1)")
@@ -157,6 +160,7 @@ Result<Plan> make_plan(const Given& g) {
   if (!g.grooms.empty()) plan.grooms = g.grooms;
   if (!g.motions.empty()) plan.motions = g.motions;
   if (g.room_size) plan.room_size = *g.room_size;
+  if (g.touch_share) plan.touch_share = *g.touch_share;
   if (g.observe) plan.observe = *g.observe;
   if (g.hair_error_mm) plan.hair_error_mm = *g.hair_error_mm;
   if (g.frame_bytes_per_s) plan.frame_bytes_per_s = *g.frame_bytes_per_s;

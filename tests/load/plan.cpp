@@ -52,6 +52,9 @@ Result<void> read(const std::string& key, const Json& value, Plan& plan) {
     if (!value.is_number_unsigned() || value.get<std::uint64_t>() > kClientCountMax)
       return Refusal(fmt::format("is not a whole number of 0 to {}", kClientCountMax));
     plan.room_size = value.get<std::uint32_t>();
+  } else if (key == "touch_share") {
+    if (!value.is_number()) return Refusal("is not a number");
+    plan.touch_share = value.get<double>();
   } else if (key == "observe") {
     if (!value.is_string()) return Refusal("is not a text");
     plan.observe = value.get<std::string>();
@@ -62,7 +65,8 @@ Result<void> read(const std::string& key, const Json& value, Plan& plan) {
     plan.frame_bytes_per_s = value.get<double>();
   } else {
     return Refusal(
-        "unknown key; there are seed, pose_hz, grooms, motions, room_size, observe, hair_error_mm, frame_bytes_per_s, "
+        "unknown key; there are seed, pose_hz, grooms, motions, room_size, touch_share, observe, hair_error_mm, "
+        "frame_bytes_per_s, "
         "stages, require");
   }
   return {};
@@ -98,6 +102,7 @@ std::string settle(Plan& plan) {
   if (plan.stages.size() > 1000) return "a plan has at most 1000 stages";
   if (plan.grooms.empty() || plan.motions.empty()) return "a plan needs a groom and a motion";
   if (!(plan.pose_hz >= 1 && plan.pose_hz <= 1000)) return "pose_hz is not in 1 to 1000";
+  if (!(plan.touch_share >= 0 && plan.touch_share <= 1)) return "touch_share is not in 0 to 1";
   if (!is_observe(plan.observe)) return "observe is neither 'all' nor a number of nearest characters";
   if (!(plan.hair_error_mm >= 0 && plan.hair_error_mm <= 1000)) return "hair_error_mm is not in 0 to 1000";
   if (!(plan.frame_bytes_per_s >= 0 && plan.frame_bytes_per_s <= 1e9)) return "frame_bytes_per_s is not in 0 to 1e9";
@@ -138,6 +143,7 @@ std::string to_json_text(const Plan& plan) {
                   {"grooms", plan.grooms},
                   {"motions", plan.motions},
                   {"room_size", plan.room_size},
+                  {"touch_share", plan.touch_share},
                   {"observe", plan.observe},
                   {"hair_error_mm", plan.hair_error_mm},
                   {"frame_bytes_per_s", plan.frame_bytes_per_s},
@@ -162,6 +168,10 @@ const std::vector<Preset>& presets() {
         "room_size": 32,
         "stages": ["ramp:8s:clients=64,characters=1,level=high", "steady:15s",
                    "steady:15s:name=bad,slow=2,flood=1,malformed=2,silent=2,half_open=2"]})"},
+      {"touch", "rooms of 8 people, half of whom stroke, hold, pull and pin the hair of another, at 30 Hz", R"({
+        "room_size": 8, "pose_hz": 30, "touch_share": 0.5,
+        "stages": ["ramp:4s:clients=16,characters=1,level=high", "steady:20s:warm=2s"],
+        "require": ["errors==0", "holds>0", "frames_missed_share<0.01", "hands_latency_p99_ms<100"]})"},
       {"hostile",
        "16 people in rooms of 4 as witnesses, while others attack the server, each attack after a calm stage", R"({
         "room_size": 4,

@@ -17,6 +17,7 @@ struct Plan {
   std::vector<std::string> grooms{"made:bob"};  // files or made:STYLE; characters take them in turn
   std::vector<std::string> motions{"made:dance", "made:look_around", "made:nod", "made:walk"};  // likewise
   std::uint32_t room_size = 0;   // clients of a room; 0: all in one
+  double touch_share = 0;        // of the clients have hands, which touch and hold the hair of others
   std::string observe = "all";   // members that each client sees: all, or a number of nearest; 0: only its own
   double hair_error_mm = 1;      // see wire::Observe::error_m
   double frame_bytes_per_s = 0;  // a client; see wire::Observe::bytes_per_s

@@ -33,6 +33,12 @@ struct FrameSeen {
   std::span<const float> coefficients;  // m; empty when not decoded, or at rest
 };
 
+// The hands of one other person, as a client got them.
+struct HandsSeen {
+  std::uint64_t session = 0;
+  std::int64_t sample_time_local_ns = 0;  // as in FrameSeen
+};
+
 // The events of one client's protocol.
 class ProtocolEvents {
  public:
@@ -44,6 +50,9 @@ class ProtocolEvents {
   virtual void on_groom_state(const wire::GroomHash& groom, wire::GroomState state) = 0;
   virtual void on_refusal(std::string_view reason, std::int64_t now_ns) = 0;
   virtual void on_frame(const FrameSeen& frame, std::int64_t now_ns) = 0;
+  virtual void on_hands(const HandsSeen& hands, std::int64_t now_ns) = 0;
+  // The answer to take_hold, and with 0 points the end of a hold that was not let go.
+  virtual void on_held(std::uint32_t points, std::int64_t now_ns) = 0;
 
  protected:
   ~ProtocolEvents() = default;
@@ -59,6 +68,11 @@ class ProtocolClient {
   virtual void add_character(std::uint32_t character, const wire::GroomHash& groom, LevelIndex level) = 0;
   virtual void remove_character(std::uint32_t character) = 0;
   virtual void push_poses(std::vector<wire::PoseSample> poses) = 0;
+  virtual void push_hands(std::vector<Hand> hands, std::int64_t captured_ns) = 0;
+  // Lets everyone touch the character's hair.
+  virtual void allow_touch(std::uint32_t character) = 0;
+  virtual void take_hold(const wire::TakeHold& hold) = 0;
+  virtual void let_go(const wire::LetGo& hold) = 0;
   virtual void leave(std::int64_t now_ns) = 0;
 
   // Time-outs; due again at next_deadline_ns().

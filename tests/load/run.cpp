@@ -64,6 +64,7 @@ class Run {
     context_.seed = plan.seed;
     context_.pose_hz = plan.pose_hz;
     context_.room_size = plan.room_size;
+    context_.touch_share = plan.touch_share;
     context_.grooms = &assets.grooms;
     context_.motions = &assets.motions;
     context_.connector = connector_.get();

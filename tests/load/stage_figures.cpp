@@ -92,6 +92,13 @@ Figures make_figures(const StageInputs& inputs) {
   put_times(figures, "generator_lag", tally.lag);
   put_times(figures, "others_age", tally.others_age);
   put_times(figures, "others_interval", tally.others_interval);
+  put_times(figures, "hands_latency", tally.hands_latency);
+  if (counts.hands_sent > 0) {
+    figures["hands_sent"] = static_cast<double>(counts.hands_sent);
+    figures["holds"] = static_cast<double>(counts.holds);
+    figures["holds_empty"] = static_cast<double>(counts.holds_empty);
+    put_share(figures, "points_per_hold", static_cast<double>(counts.held_points), static_cast<double>(counts.holds));
+  }
   figures["pose_delay_ms"] = inputs.pose_delay_ms;
   figures["frames_undecodable"] = static_cast<double>(counts.frames_undecodable);
   figures["resumes"] = static_cast<double>(counts.resumes);
@@ -135,6 +142,10 @@ const std::vector<FigureName>& figure_names() {
       {"pose_delay_ms", "the server's own: it samples poses this far back, which is part of every latency"},
       {"others_age_p50_ms", "as frame_age, of every frame of other clients' characters"},
       {"others_interval_p50_ms", "from one frame of another's character to the next"},
+      {"hands_latency_p50_ms",
+       "with touch_share: a hand's intended capture to the arrival at another client of hands sampled at or after it, "
+       "and with them of the hair that they move"},
+      {"hands_sent", "samples of all hands of a client; holds of hair, holds_empty, points_per_hold"},
       {"jitter_p99_ms", "how far arrivals are from being as far apart as their ticks"},
       {"join_p99_ms", "from a client's intended arrival, or lost connection, to a character's first frame"},
       {"generator_lag_p99_ms", "from an intended time to the generator's doing it: above a bound nothing here counts"},

@@ -117,6 +117,10 @@ void Tally::record_frame_of_other(std::int64_t sampled_ns, std::int64_t arrived_
   if (before_ns > 0) stage.others_interval.record(arrived_ns - before_ns);
 }
 
+void Tally::record_hands(std::int64_t captured_ns, std::int64_t arrived_ns) {
+  at(captured_ns).hands_latency.record(arrived_ns - captured_ns);
+}
+
 void Tally::record_jitter(std::int64_t now_ns, std::int64_t deviation_ns) {
   at(now_ns).jitter.record(std::abs(deviation_ns));
 }

@@ -49,6 +49,10 @@ struct Counts {
   std::uint64_t content_bytes = 0;
   // Count characters: those whose first frame came, and those whose first frame never came.
   std::uint64_t joins = 0, joins_unanswered = 0;
+  // Counts samples of all hands of a client.
+  std::uint64_t hands_sent = 0;
+  // Count holds that hold hair, those of none or that ended by themselves, and the points of the former.
+  std::uint64_t holds = 0, holds_empty = 0, held_points = 0;
   // Are the sums of their times.
   double client_s = 0, character_s = 0;
   // Counts by reason.
@@ -73,6 +77,9 @@ struct StageTally {
   LatencyHistogram jitter;
   // Lasts between intended arrival and first frame.
   LatencyHistogram join;
+  // Lasts between a hand's intended capture and the arrival, at another client, of hands sampled at or after it; those
+  // clients get frames of hair that is moved by them at the same time.
+  LatencyHistogram hands_latency;
   // Says how late the generator itself does what is intended.
   LatencyHistogram lag;
 };
@@ -110,6 +117,7 @@ class Tally {
   void record_frame_age(std::int64_t sampled_ns, std::int64_t arrived_ns);
   // `before_ns`: when the one before it arrived; 0: there was none, or it was asleep.
   void record_frame_of_other(std::int64_t sampled_ns, std::int64_t arrived_ns, std::int64_t before_ns);
+  void record_hands(std::int64_t captured_ns, std::int64_t arrived_ns);
   void record_jitter(std::int64_t now_ns, std::int64_t deviation_ns);
   // How many were there since the last call.
   void note_population(std::int64_t now_ns, std::size_t clients, std::size_t characters);

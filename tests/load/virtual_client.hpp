@@ -5,6 +5,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "tests/load/client_connection.hpp"
@@ -24,10 +25,21 @@ class FrameWatcher {
   virtual void on_frame(std::uint32_t client, const FrameSeen& frame) = 0;
 };
 
+// The times of a client's poses, and of its hands, which are captured with them.
+struct PoseClock {
+  std::int64_t phase_ns = 0;  // when pose 0 is captured
+  double interval_ns = 0;
+
+  [[nodiscard]] std::int64_t time_ns(std::int64_t pose) const;
+  // Captured at or before it; may be -1.
+  [[nodiscard]] std::int64_t newest_at(std::int64_t time_ns) const;
+};
+
 // The data that all virtual clients share. Outlives them.
 struct ClientContext {
   std::uint64_t seed = 1;
   double pose_hz = 72;
+  double touch_share = 0;       // of the clients: these have hands
   std::uint32_t room_size = 0;  // clients; 0: one room for all
   const std::vector<EncodedGroom>* grooms = nullptr;
   const MotionBank* motions = nullptr;
@@ -37,6 +49,8 @@ struct ClientContext {
   std::function<std::unique_ptr<ProtocolClient>(std::uint32_t client, std::uint32_t place)> make_protocol_client;
   Tally* tally = nullptr;
   FrameWatcher* watcher = nullptr;  // may be null
+  // Those of the clients that have hands, by session, for all who see them.
+  std::unordered_map<std::uint64_t, PoseClock>* hand_clocks = nullptr;
   // Calls the client's act() at `at_ns`, or earlier if an earlier time was asked for before.
   std::function<void(std::uint32_t client, std::int64_t at_ns)> wake;
 

@@ -1,0 +1,66 @@
+#include "tests/load/toucher.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace hairnet::load {
+namespace {
+
+constexpr double kStrokes_hz = 0.4;
+// Hair is within this distance of the head joint, m: hands go through it.
+constexpr double kStroke_m = 0.13;
+constexpr double kBelow_m = 0.05;
+// Each cycle has a stroke, then a pull.
+constexpr double kCycle_s = 5, kHoldFrom_s = 2, kHoldUntil_s = 4, kPull_m = 0.06;
+constexpr float kHoldRadius_m = 0.06f;
+constexpr std::uint8_t kRightHand = 0, kLeftHand = 6;  // numbers of their first shapes
+
+// A palm and five fingers, along y.
+Hand hand_at(std::uint8_t first_number, const Vec3& place) {
+  Hand hand{first_number, {Quat::Identity(), place}, false, {{{-0.03, 0, 0}, {0.03, 0, 0}, 0.03}}};
+  for (int finger = 0; finger < 5; ++finger) {
+    const double x = -0.04 + 0.02 * finger;
+    hand.shapes.push_back({{x, 0.03, 0}, {x, 0.09, 0}, 0.008});
+  }
+  return hand;
+}
+
+Vec3 round_head(const Vec3& head, double turn, double distance_m) {
+  return head + Vec3(distance_m * std::sin(turn), -kBelow_m, -distance_m * std::cos(turn));
+}
+
+}  // namespace
+
+void Toucher::see(std::uint32_t member, const Vec3& head) {
+  if (!member_) member_ = member;
+  if (*member_ == member) head_ = head;
+}
+
+void Toucher::begin() {
+  hold_ = Hold::none;
+  member_.reset();
+}
+
+std::vector<Hand> Toucher::move(std::int64_t captured_ns, const Vec3& own_head, ProtocolClient& protocol) {
+  const double time_s = static_cast<double>(captured_ns) * 1e-9 + phase_s_;
+  const double turn = 2 * std::numbers::pi * kStrokes_hz * time_s, in_cycle_s = std::fmod(time_s, kCycle_s);
+  const Hand left = hand_at(kLeftHand, round_head(own_head, -turn, kStroke_m));
+  if (!member_) return {left};
+  const bool holds = in_cycle_s >= kHoldFrom_s && in_cycle_s < kHoldUntil_s;
+  // The hand stays where it takes hold, and moves away from there.
+  const double held_turn = turn - 2 * std::numbers::pi * kStrokes_hz * (in_cycle_s - kHoldFrom_s);
+  const double pulled = holds ? (in_cycle_s - kHoldFrom_s) / (kHoldUntil_s - kHoldFrom_s) : 0;
+  const Vec3 place = round_head(head_, holds ? held_turn : turn, kStroke_m + kPull_m * pulled);
+  if (holds && hold_ == Hold::none) {
+    protocol.take_hold({*member_, kRightHand, Vec3f::Zero(), kHoldRadius_m});
+    hold_ = Hold::taken;
+  } else if (!holds && hold_ == Hold::taken) {
+    // Pins would gather: each second hold unpins those before it.
+    if (++hold_count_ % 2 == 0) protocol.let_go({*member_, kRightHand, Release::unpin});
+    protocol.let_go({*member_, kRightHand, hold_count_ % 2 == 0 ? Release::drop : Release::pin});
+    hold_ = Hold::none;
+  }
+  return {hand_at(kRightHand, place), left};
+}
+
+}  // namespace hairnet::load
