@@ -318,9 +318,11 @@ hairnet_error hairnet_add_character(hairnet_room* room, const hairnet_groom* gro
 }
 
 hairnet_error hairnet_remove_character(hairnet_room* room, uint32_t own) {
-  if (c::own_room(room, own) == nullptr) return HAIRNET_NOT_THERE;
-  room->room->remove_character(own);
-  return HAIRNET_OK;
+  return c::guarded([&] {
+    if (c::own_room(room, own) == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
+    room->room->remove_character(own);
+    return hairnet_error{HAIRNET_OK};
+  });
 }
 
 hairnet_error hairnet_push_pose(hairnet_room* room, uint32_t own, const double pose[HAIRNET_POSE_NUMBERS],
@@ -348,9 +350,11 @@ hairnet_error hairnet_push_poses(hairnet_room* room, const uint32_t* own, const 
 hairnet_error hairnet_set_level(hairnet_room* room, uint32_t own, hairnet_level level) {
   // An enum of C may hold any integer; the conversion makes negative ones large.
   if (static_cast<unsigned>(level) > HAIRNET_RIGID) return HAIRNET_INVALID;
-  if (c::own_room(room, own) == nullptr) return HAIRNET_NOT_THERE;
-  room->room->set_level(own, static_cast<LevelIndex>(level));
-  return HAIRNET_OK;
+  return c::guarded([&] {
+    if (c::own_room(room, own) == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
+    room->room->set_level(own, static_cast<LevelIndex>(level));
+    return hairnet_error{HAIRNET_OK};
+  });
 }
 
 hairnet_error hairnet_set_appearance(hairnet_room* room, uint32_t own, const char* tag, size_t tag_size,
@@ -367,12 +371,17 @@ hairnet_error hairnet_set_appearance(hairnet_room* room, uint32_t own, const cha
 
 hairnet_error hairnet_set_material(hairnet_room* room, uint32_t own, const hairnet_material* material, char* error,
                                    size_t error_size) {
-  if (c::own_room(room, own) == nullptr) return c::no_such_character(error, error_size);
-  return c::done_or_error(room->room->set_material(own, c::scale_of(*material)), error, error_size);
+  return c::guarded(
+      [&] {
+        if (c::own_room(room, own) == nullptr) return c::no_such_character(error, error_size);
+        return c::done_or_error(room->room->set_material(own, c::scale_of(*material)), error, error_size);
+      },
+      error, error_size);
 }
 
 hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind, char* error, size_t error_size) {
-  return c::done_or_error(room->room->set_wind(c::wind_of(*wind)), error, error_size);
+  return c::guarded([&] { return c::done_or_error(room->room->set_wind(c::wind_of(*wind)), error, error_size); }, error,
+                    error_size);
 }
 
 void hairnet_get_wind(const hairnet_room* room, hairnet_wind* wind) {

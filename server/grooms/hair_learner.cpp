@@ -35,6 +35,7 @@ bool HairLearner::poll() {
     result = learn(job);
   } catch (const std::bad_alloc&) {
     result.detail = "the server has no memory left to learn it";
+    result.lacked_memory = true;
   }
   result.groom = job.groom;
   result.taken_ns = clock_ns() - begun_ns;

@@ -31,6 +31,8 @@ struct LearningResult {
   std::shared_ptr<const std::vector<std::uint8_t>> file;
   // Says in one line why it was refused; empty: it was dropped.
   std::string detail;
+  // It was not refused for what it is: it can be learnt once the server has memory again.
+  bool lacked_memory = false;
   // The learnt hair was in the groom's file, and was measured to be good.
   bool is_accepted = false;
   // Says in one line why that of the file was not taken; empty: it was taken, or there is none.

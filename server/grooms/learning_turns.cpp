@@ -2,6 +2,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <utility>
+
 #include "core/assert.hpp"
 #include "core/learnt/learnt_hair.hpp"
 #include "server/telemetry/log_hash.hpp"
@@ -36,7 +38,8 @@ std::optional<wire::GroomHash> LearningTurns::next(const std::function<std::size
   // Learning takes a processor for about a minute: by default only a server that is short of time does it.
   const bool is_wanted = when_ == Learning::always || (when_ == Learning::when_short && short_since_ns_ &&
                                                        now_ns - *short_since_ns_ >= kShortFor_ns);
-  if (!is_wanted || learning_) return std::nullopt;
+  if (std::exchange(has_lacked_memory_, false)) paused_until_ns_ = now_ns + kMemoryPause_ns;
+  if (!is_wanted || learning_ || now_ns < paused_until_ns_) return std::nullopt;
   std::optional<wire::GroomHash> next;
   std::size_t most = 0;
   for (const auto& [groom, was_learnt] : was_learnt_) {
@@ -62,6 +65,10 @@ bool LearningTurns::take(LearningResult& result) {
     HAIRNET_ASSERT(learning_ == result.groom);
     learning_.reset();
     const auto groom = was_learnt_.find(result.groom);
+    if (result.lacked_memory && groom != was_learnt_.end()) {
+      groom->second = false;
+      has_lacked_memory_ = true;
+    }
     if (groom == was_learnt_.end() || !note(result)) continue;
     // The groom may have been evicted and come back meanwhile: it has its learnt hair now.
     groom->second = true;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -13,9 +14,12 @@
 namespace hairnet::server {
 
 // Decides when hair is learnt, and of which groom: of one at a time, that with the most users first, and of each once.
-// A groom whose hair was refused is not tried again. Without a learner no hair is learnt. I/O thread.
+// A groom whose hair was refused is not tried again; where memory was lacking, nothing is learnt for kMemoryPause_ns.
+// Without a learner no hair is learnt. I/O thread.
 class LearningTurns {
  public:
+  static constexpr std::int64_t kMemoryPause_ns = 60'000'000'000;
+
   LearningTurns(Learning when, GroomCounters& counters) : when_(when), counters_(&counters) {}
   // `is_short`: the tick has too little time for the levels asked for.
   void learn_with(HairLearner& learner, std::function<bool()> is_short);
@@ -41,6 +45,9 @@ class LearningTurns {
   HairLearner* learner_ = nullptr;
   std::function<bool()> is_short_;
   std::optional<std::int64_t> short_since_ns_;
+  // Memory was lacking; the pause begins with the next call that has a time.
+  bool has_lacked_memory_ = false;
+  std::int64_t paused_until_ns_ = std::numeric_limits<std::int64_t>::min();
   // Has each groom that is ready; true: its hair was learnt or refused, or is being learnt.
   std::map<wire::GroomHash, bool> was_learnt_;
   // The groom of the job under way. It stays until the result has come, even if the groom is gone.

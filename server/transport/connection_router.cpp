@@ -145,10 +145,16 @@ bool ConnectionRouter::refuses_origin(std::string_view origin, std::string_view 
 asio::awaitable<void> ConnectionRouter::serve(std::shared_ptr<ByteStream> stream, bool is_proxied) {
   // Until route() knows the protocol, this one deadline covers the proxy's header and the first bytes together.
   stream->expires_after(options.opening_timeout);
+  // The entry goes with the handshake, also when that ends by an exception.
+  struct Removal {
+    decltype(pending)* from;
+    ByteStream* stream;
+    ~Removal() { from->erase(stream); }
+  };
+  const Removal removal{&pending, stream.get()};
   bool is_known = true;
   if (is_proxied) is_known = co_await read_proxy_header(*stream);
   if (is_known) co_await route(stream);
-  pending.erase(stream.get());
 }
 
 asio::awaitable<bool> ConnectionRouter::read_proxy_header(ByteStream& stream) {

@@ -10,6 +10,7 @@
 #include <ctime>
 #include <fstream>
 #include <limits>
+#include <new>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -133,12 +134,17 @@ asio::awaitable<void> QuicListener::receive(std::shared_ptr<UdpSocket> socket) {
     bool may_have_more = true;
     while (may_have_more && endpoint_) {
       const std::int64_t now_ns = channel::monotonic_ns();
-      may_have_more =
-          socket->receive([&](const quic::Path& path, std::uint8_t ecn, std::span<const std::uint8_t> bytes) {
-            if (endpoint_) endpoint_->receive(path, ecn, bytes, now_ns);
-          });
-      // One flush after a batch of packets writes all answers together.
-      if (endpoint_) flush();
+      // What needs memory that is not there is lost, as a datagram may be; the socket serves everyone else.
+      try {
+        may_have_more =
+            socket->receive([&](const quic::Path& path, std::uint8_t ecn, std::span<const std::uint8_t> bytes) {
+              if (endpoint_) endpoint_->receive(path, ecn, bytes, now_ns);
+            });
+        // One flush after a batch of packets writes all answers together.
+        if (endpoint_) flush();
+      } catch (const std::bad_alloc&) {
+        if (memory_log_.allow(now_ns)) spdlog::warn("event=datagrams_lost detail=\"no memory was left\"");
+      }
       // A flood of packets must not keep TCP connections and timers waiting.
       if (may_have_more) co_await asio::post(executor_, kAwaitable);
     }

@@ -66,6 +66,7 @@ class QuicListener final : public std::enable_shared_from_this<QuicListener>, pr
   // timer_ is due at this time; the largest number says that it waits for nothing.
   std::int64_t timer_ns_ = std::numeric_limits<std::int64_t>::max();
   bool flush_wanted_ = false;
+  LogThrottle memory_log_;
 };
 
 }  // namespace hairnet::server

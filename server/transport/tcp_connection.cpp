@@ -37,13 +37,17 @@ void TcpConnection::start(PacketSink* sink) {
 
 asio::awaitable<void> TcpConnection::read() {
   // Not cleared, so that the system provides memory only for the used part.
-  std::size_t buffer_bytes = kHelloPacketBytesMax;
-  auto buffer = std::make_unique_for_overwrite<std::uint8_t[]>(buffer_bytes);
+  std::size_t buffer_bytes = 0;
+  std::unique_ptr<std::uint8_t[]> buffer;
   while (!shut_) {
     // A stranger costs 16 KiB of buffer; only a session that has joined gets the larger one, which saves system calls.
-    if (is_joined_ && buffer_bytes < kReadBytes) {
-      buffer_bytes = kReadBytes;
-      buffer = std::make_unique_for_overwrite<std::uint8_t[]>(buffer_bytes);
+    if (const std::size_t wanted = is_joined_ ? kReadBytes : kHelloPacketBytesMax; buffer_bytes < wanted) {
+      buffer.reset(new (std::nothrow) std::uint8_t[wanted]);
+      if (!buffer) {
+        end("no memory was left");
+        co_return;
+      }
+      buffer_bytes = wanted;
     }
     const auto [error, count] = co_await stream_->async_read_some(asio::buffer(buffer.get(), buffer_bytes), kAwaitable);
     if (error) {

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <new>
+
+#include "core/modes/make_modes.hpp"
+#include "schema/wire/groom_file.hpp"
+
 namespace hairnet::server {
 namespace {
 
@@ -49,6 +54,27 @@ TEST_F(LearningTurnsTest, a_groom_that_has_left_memory_has_no_turn) {
   LearningTurns learning = turns(Learning::always);
   learning.erase(kTwoUsers);
   EXPECT_EQ(learning.next(user_count, 0), kOneUser);
+}
+
+TEST_F(LearningTurnsTest, hair_that_found_no_memory_is_tried_again_after_a_pause) {
+  HairLearnerDef def;
+  def.learn = [](const Groom&, const std::shared_ptr<const LevelSet>&,
+                 const BuildCallbacks&) -> Result<std::shared_ptr<const LearntHair>> { throw std::bad_alloc(); };
+  HairLearner without_memory(def);
+  LearningTurns learning = turns(Learning::always);
+  learning.learn_with(without_memory, [] { return true; });
+  ASSERT_EQ(learning.next(user_count, 0), kTwoUsers);
+  auto levels = std::make_shared<LevelSet>();
+  levels->modes = std::make_shared<const Modes>();
+  const auto file = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(Groom()));
+  learning.begin({kTwoUsers, levels, file});
+  ASSERT_TRUE(without_memory.poll());
+  LearningResult result;
+  EXPECT_FALSE(learning.take(result));
+  EXPECT_EQ(counters_.grooms_learnt_refused.value(), 1u);
+  EXPECT_EQ(learning.next(user_count, 1'000'000'000), std::nullopt);
+  EXPECT_EQ(learning.next(user_count, LearningTurns::kMemoryPause_ns), std::nullopt);
+  EXPECT_EQ(learning.next(user_count, 1'000'000'000 + LearningTurns::kMemoryPause_ns), kTwoUsers);
 }
 
 }  // namespace
