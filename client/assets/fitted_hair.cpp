@@ -61,7 +61,7 @@ Result<Groom> fitted_hair(const TriangleMesh& body) {
   groom.body = {};
   groom.body.mesh = body;
   generate_bone_weights(groom.body);
-  if (std::string fault = validate(groom); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = validate(groom); !error.empty()) return Refusal(std::move(error));
   return groom;
 }
 

@@ -7,8 +7,8 @@ namespace hairnet {
 Result<void> check_can_write(std::initializer_list<std::string_view> paths) {
   for (const std::string_view path : paths) {
     if (path.empty()) continue;
-    if (const std::string fault = fault_of_output(std::string(path)); !fault.empty())
-      return Refusal(std::string(path) + ": " + fault);
+    if (const std::string error = fault_of_output(std::string(path)); !error.empty())
+      return Refusal(std::string(path) + ": " + error);
   }
   return {};
 }

@@ -35,7 +35,7 @@ bool is_final(wire::GoodbyeReason reason);
 struct GroomFetched {
   wire::GroomHash hash{};
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;
-  std::string fault;
+  std::string error;
 };
 // What a link reports to its caller, in order.
 using Event =

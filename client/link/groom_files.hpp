@@ -55,7 +55,7 @@ class GroomFiles {
   }
   // Takes a file, which several grooms may have. Returns why it cannot be used; empty: it can.
   std::string take(const GroomFetched& fetched) {
-    if (!fetched.bytes) return fetched.fault;
+    if (!fetched.bytes) return fetched.error;
     Result<Known> decoded = decode_(*fetched.bytes);
     const auto known = decoded ? known_->keep(fetched.hash, std::move(*decoded)) : nullptr;
     for (auto& [groom, entry] : entries_) {

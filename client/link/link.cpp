@@ -195,7 +195,7 @@ struct Link::Impl {
       ServerStream::Read read = co_await c->stream->read();
       // The core has dropped this connection while the read was pending, and must not get its bytes.
       if (c->over) co_return;
-      if (!read.fault.empty()) co_return end(c, std::move(read.fault));
+      if (!read.error.empty()) co_return end(c, std::move(read.error));
       take(read.bytes, read.is_packet);
       look_again();
     }

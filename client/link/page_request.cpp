@@ -39,11 +39,11 @@ asio::awaitable<std::string> exchange(Socket& socket, std::string_view path, std
 
 asio::awaitable<PageRequest::Answer> PageRequest::get(std::string_view path) {
   Answer answer;
-  answer.fault = co_await socket_.open();
-  answer.is_reachable = answer.fault.empty();
+  answer.error = co_await socket_.open();
+  answer.is_reachable = answer.error.empty();
   if (!answer.is_reachable) co_return answer;
   answer.server = socket_.remote_address();
-  answer.fault = co_await exchange(socket_, path, answer.text);
+  answer.error = co_await exchange(socket_, path, answer.text);
   socket_.close();
   co_return answer;
 }

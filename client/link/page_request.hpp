@@ -12,7 +12,7 @@ namespace hairnet::link {
 class PageRequest {
  public:
   struct Answer {
-    std::string fault;         // one line, if there is no page
+    std::string error;         // one line, if there is no page
     bool is_reachable = true;  // false: the server does not answer at all, or is not the one that was meant
     std::string text;
     asio::ip::address server;

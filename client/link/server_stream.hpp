@@ -30,7 +30,7 @@ class ServerStream {
  public:
   struct Read {
     std::span<const std::uint8_t> bytes;  // valid until the next read
-    std::string fault;                    // one line, if the connection has ended
+    std::string error;                    // one line, if the connection has ended
     bool is_packet = false;               // exactly one; else a piece of a stream of packets
   };
 

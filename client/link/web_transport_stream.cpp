@@ -139,9 +139,9 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   asio::awaitable<std::string> read_page() {
     PageRequest::Answer answer = co_await page_.get(kWebTransportPage);
     failure_ = answer.is_reachable ? WebTransportFailure::absent : WebTransportFailure::unreachable;
-    if (!answer.fault.empty())
-      co_return answer.is_reachable ? "no WebTransport at " + options_.server.authority() + ": " + answer.fault
-                                    : answer.fault;
+    if (!answer.error.empty())
+      co_return answer.is_reachable ? "no WebTransport at " + options_.server.authority() + ": " + answer.error
+                                    : answer.error;
     Result<WebTransportPage> page = read_web_transport_page(answer.text);
     if (!page) co_return page.error();
     if (page->port == 0) co_return "the server at " + options_.server.authority() + " has no WebTransport";

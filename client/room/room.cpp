@@ -417,7 +417,7 @@ void Room::take(const link::GroomFetched& fetched) {
   // Its members may have left, or an own character may have added the same file.
   if (found == grooms_.end() || found->second.groom) return;
   KnownGroom& known = found->second;
-  known.error = fetched.fault;
+  known.error = fetched.error;
   if (fetched.bytes) {
     Result<Groom> groom = wire::decode_groom(*fetched.bytes);
     known.error = groom ? "" : groom.error();

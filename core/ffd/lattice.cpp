@@ -55,7 +55,7 @@ void expand_displacements(const LevelGeometry& geometry, std::span<const Vec3f> 
 }
 
 std::string validate(const LevelGeometry& geometry) {
-  if (std::string fault = validate_lattice(geometry.lattice); !fault.empty()) return fault;
+  if (std::string error = validate_lattice(geometry.lattice); !error.empty()) return error;
   if (!is_partition(geometry)) return "active and trimmed nodes are not the whole grid, each once and ascending";
   const auto& begin = geometry.trimmed_begin;
   if (begin.size() != geometry.trimmed_nodes.size() + 1 || begin.front() != 0 ||

@@ -26,8 +26,8 @@ std::string validate_strands(const Groom& groom, const GroomLimits& limits) {
     // Offsets that descend would make spans of negative length. The last offset is compared with the points in
     // validate_features.
     if (groom.strand_begin[s] > groom.strand_begin[s + 1]) return fault_at("strand", s, "offsets descend");
-    if (const std::string fault = fault_of(groom.strands[s], groom); !fault.empty())
-      return fault_at("strand", s, fault);
+    if (const std::string error = fault_of(groom.strands[s], groom); !error.empty())
+      return fault_at("strand", s, error);
   }
   for (std::size_t i = 0; i < groom.points.size(); ++i) {
     if (!within(groom.points[i], limits.coordinate_max_m))
@@ -111,10 +111,10 @@ void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& lin
 std::string validate(const Groom& groom, const GroomLimits& limits) {
   if (groom.strand_begin.empty()) return "strand offsets are missing";
   // The order matters: features index strands, groups and points, which are checked before them.
-  std::string fault = validate_strands(groom, limits);
-  if (fault.empty()) fault = validate(groom.materials, groom.group_names.size());
-  if (fault.empty()) fault = validate_features(groom, limits);
-  return fault.empty() ? validate_body(groom.body, limits) : fault;
+  std::string error = validate_strands(groom, limits);
+  if (error.empty()) error = validate(groom.materials, groom.group_names.size());
+  if (error.empty()) error = validate_features(groom, limits);
+  return error.empty() ? validate_body(groom.body, limits) : error;
 }
 
 }  // namespace hairnet

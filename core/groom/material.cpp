@@ -142,13 +142,13 @@ void MaterialSet::set(std::uint16_t group, const Material& material) {
 }
 
 std::string validate(const MaterialSet& materials, std::size_t group_count) {
-  if (std::string fault = validate(materials.base); !fault.empty()) return "material: " + fault;
+  if (std::string error = validate(materials.base); !error.empty()) return "material: " + error;
   for (std::size_t i = 0; i < materials.groups.size(); ++i) {
     const GroupMaterial& own = materials.groups[i];
     const std::string at = "material of group " + std::to_string(own.group) + ": ";
     if (own.group >= group_count) return at + "that group does not exist";
     if (i > 0 && own.group <= materials.groups[i - 1].group) return at + "groups are not ascending";
-    if (std::string fault = validate(own.material); !fault.empty()) return at + fault;
+    if (std::string error = validate(own.material); !error.empty()) return at + error;
   }
   return {};
 }

@@ -48,8 +48,8 @@ std::string validate(const MaterialScale& scale) {
   std::ranges::transform(kRanges, ranges.begin(), [&](const ScaleRange& range) {
     return NumberRange{range.name, double{scale.*range.value}, double{range.low}, double{range.high}};
   });
-  const std::string fault = out_of_range(ranges);
-  return fault.empty() ? fault : "material scale " + fault;
+  const std::string error = out_of_range(ranges);
+  return error.empty() ? error : "material scale " + error;
 }
 
 MaterialScale scale_between(const Material& built, const Material& wanted) {

@@ -73,9 +73,9 @@ std::string fault_of(const Cloth& cloth, const Groom& groom, const GroomLimits& 
   if (!cloth.root_distance_m.empty() && cloth.root_distance_m.size() != cloth.points.count())
     return "distances from the pins are neither none nor one a point";
   for (std::size_t i = 0; i < cloth.root_distance_m.size(); ++i) {
-    if (const std::string fault = out_of_range({{"distance from the pins (m)", cloth.root_distance_m[i], 0, 100}});
-        !fault.empty())
-      return fault_at("point", i, fault);
+    if (const std::string error = out_of_range({{"distance from the pins (m)", cloth.root_distance_m[i], 0, 100}});
+        !error.empty())
+      return fault_at("point", i, error);
   }
   return out_of_range({{"root length (m)", cloth.root_length_m, 0, 10},
                        {"opacity", cloth.opacity, 0, 1},
@@ -101,7 +101,7 @@ std::string validate_root_blends(const Groom& groom) {
   if (!groom.root_blends.empty() && groom.root_blends.size() != groom.group_names.size())
     return "root blends are neither none nor one a group";
   for (std::size_t g = 0; g < groom.root_blends.size(); ++g) {
-    if (const std::string fault = validate(groom.root_blends[g]); !fault.empty()) return fault_at("group", g, fault);
+    if (const std::string error = validate(groom.root_blends[g]); !error.empty()) return fault_at("group", g, error);
   }
   return {};
 }
@@ -112,7 +112,7 @@ std::string validate_clumps(const Groom& groom, const GroomLimits& limits) {
   std::size_t drawn_points = groom.points.size();
   for (std::size_t c = 0; c < groom.clumps.size(); ++c) {
     const Clump& clump = groom.clumps[c];
-    if (const std::string fault = fault_of(clump, groom, limits); !fault.empty()) return fault_at("clump", c, fault);
+    if (const std::string error = fault_of(clump, groom, limits); !error.empty()) return fault_at("clump", c, error);
     HAIRNET_ASSERT(clump.strand < groom.strand_count());
     // A few bytes of clumps could ask clients to draw very many points, so copies count towards the limit of points.
     drawn_points += clump.copy_count * groom.strand_points(clump.strand).size();
@@ -125,19 +125,19 @@ std::string validate_clumps(const Groom& groom, const GroomLimits& limits) {
 std::string validate_point_owners(const Groom& groom, const GroomLimits& limits) {
   Points points(groom);
   for (std::size_t i = 0; i < groom.threads.size(); ++i) {
-    std::string fault = points.take(groom.threads[i].points, 2, 1);
-    if (fault.empty()) fault = fault_of(groom.threads[i], groom);
-    if (!fault.empty()) return fault_at("thread", i, fault);
+    std::string error = points.take(groom.threads[i].points, 2, 1);
+    if (error.empty()) error = fault_of(groom.threads[i], groom);
+    if (!error.empty()) return fault_at("thread", i, error);
   }
   for (std::size_t i = 0; i < groom.cards.size(); ++i) {
-    std::string fault = points.take(groom.cards[i].points, 4, 2);
-    if (fault.empty()) fault = fault_of(groom.cards[i].properties, groom);
-    if (!fault.empty()) return fault_at("card", i, fault);
+    std::string error = points.take(groom.cards[i].points, 4, 2);
+    if (error.empty()) error = fault_of(groom.cards[i].properties, groom);
+    if (!error.empty()) return fault_at("card", i, error);
   }
   for (std::size_t i = 0; i < groom.cloths.size(); ++i) {
-    std::string fault = points.take(groom.cloths[i].points, 3, 1);
-    if (fault.empty()) fault = fault_of(groom.cloths[i], groom, limits);
-    if (!fault.empty()) return fault_at("cloth", i, fault);
+    std::string error = points.take(groom.cloths[i].points, 3, 1);
+    if (error.empty()) error = fault_of(groom.cloths[i], groom, limits);
+    if (!error.empty()) return fault_at("cloth", i, error);
   }
   return points.all_taken() ? "" : "strands, threads, cards and cloths do not cover the points";
 }
@@ -161,19 +161,19 @@ std::string validate_features(const Groom& groom, const GroomLimits& limits) {
     if (count > limits.fabric_count_max) return over_limit(name, count, limits.fabric_count_max);
   }
   if (groom.strand_begin.back() > groom.points.size()) return "strand offsets go beyond the points";
-  std::string fault = validate_root_blends(groom);
-  if (fault.empty()) fault = validate_clumps(groom, limits);
-  if (fault.empty()) fault = validate_point_owners(groom, limits);
+  std::string error = validate_root_blends(groom);
+  if (error.empty()) error = validate_clumps(groom, limits);
+  if (error.empty()) error = validate_point_owners(groom, limits);
   std::size_t tied_points = 0;
-  for (std::size_t k = 0; fault.empty() && k < groom.knots.size(); ++k) {
+  for (std::size_t k = 0; error.empty() && k < groom.knots.size(); ++k) {
     // Knots may name the same points, so their lists are bounded together.
     tied_points += groom.knots[k].points.size();
-    fault = fault_of(groom.knots[k], groom);
-    if (!fault.empty()) return fault_at("knot", k, fault);
+    error = fault_of(groom.knots[k], groom);
+    if (!error.empty()) return fault_at("knot", k, error);
   }
-  if (fault.empty() && tied_points > limits.point_count_max)
+  if (error.empty() && tied_points > limits.point_count_max)
     return over_limit("tied points", tied_points, limits.point_count_max);
-  return fault;
+  return error;
 }
 
 }  // namespace hairnet

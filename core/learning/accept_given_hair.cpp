@@ -87,7 +87,7 @@ Result<std::shared_ptr<const LearntHair>> accept_given_hair(const Groom& groom,
   set_weights(size, std::move(weights), *hair);
   // set_weights has stored zeros for hair that knows no wind.
   if (given.wind.weights.empty()) hair->wind.weights.clear();
-  if (std::string fault = judge(validation, *hair); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = judge(validation, *hair); !error.empty()) return Refusal(std::move(error));
   return hair;
 }
 

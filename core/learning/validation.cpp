@@ -79,7 +79,7 @@ std::string judge(const std::vector<LearntExamples>& validation, LearntHair& hai
   hair.wind.low_error = errors[1].low.mean();
   // An error that is NaN refuses as well.
   if (!(hair.wind.error <= hair.wind.low_error)) hair.wind.weights.clear();
-  if (std::string fault = validate(hair); !fault.empty()) return fault;
+  if (std::string error = validate(hair); !error.empty()) return error;
   if (hair.error <= hair.low_error) return {};
   const auto percent = [](float share) { return std::to_string(std::lround(100 * share)) + " %"; };
   return "learnt hair errs by " + percent(hair.error) + " of the motion, and the low level by " +

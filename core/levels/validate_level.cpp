@@ -71,7 +71,7 @@ std::string validate_counts(const Stiffeners& list) {
 
 // `weight_sum`: 0 for springs, 1 for attachments.
 std::string validate_stiffeners(const Stiffeners& list, double weight_sum, const Level& level) {
-  if (std::string fault = validate_counts(list); !fault.empty()) return fault;
+  if (std::string error = validate_counts(list); !error.empty()) return error;
   if (!all_within(list.weights, -kWeightMax, kWeightMax)) return "a weight is not finite, or too large";
   if (!all_within(list.stiffness, std::numeric_limits<float>::min())) return "a stiffness is not finite and positive";
   if (!all_within(list.damping, 0)) return "a damping is not finite, or negative";
@@ -123,19 +123,19 @@ std::string validate_contacts(const Level& level) {
 }  // namespace
 
 std::string validate(const Level& level) {
-  if (std::string fault = validate(level.geometry); !fault.empty()) return fault;
+  if (std::string error = validate(level.geometry); !error.empty()) return error;
   if (std::ranges::min(level.geometry.lattice.dims) < 3)
     return "lattice: fewer than the 3 nodes an axis of quadratic FFD";
   if (!within(level.displacement_max_m, std::numeric_limits<float>::min())) return "no bound on displacements";
-  if (std::string fault = validate_nodes(level); !fault.empty()) return fault;
-  if (std::string fault = validate_stiffeners(level.springs, 0, level); !fault.empty()) return "springs: " + fault;
-  if (std::string fault = validate_stiffeners(level.attachments, 1, level); !fault.empty())
-    return "attachments: " + fault;
+  if (std::string error = validate_nodes(level); !error.empty()) return error;
+  if (std::string error = validate_stiffeners(level.springs, 0, level); !error.empty()) return "springs: " + error;
+  if (std::string error = validate_stiffeners(level.attachments, 1, level); !error.empty())
+    return "attachments: " + error;
   // put_incidences numbers both in 16 bits.
   if (level.springs.count() + level.attachments.count() > std::numeric_limits<std::uint16_t>::max())
     return "stiffeners: more than have an index";
   if (!level.skin) return "no skin";
-  if (std::string fault = validate(*level.skin); !fault.empty()) return fault;
+  if (std::string error = validate(*level.skin); !error.empty()) return error;
   return validate_contacts(level);
 }
 

@@ -50,7 +50,7 @@ std::string validate(const std::vector<Hand>& hands) {
     if (!(std::abs(hand.place.rotation.norm() - 1) <= kTouchRotationTolerance))
       return "hand: its rotation is not of unit length";
     for (const HandShape& shape : hand.shapes) {
-      if (std::string fault = validate_shape(shape); !fault.empty()) return fault;
+      if (std::string error = validate_shape(shape); !error.empty()) return error;
     }
   }
   return {};

@@ -11,7 +11,7 @@ constexpr double kPlaceMax_m = 20'000;
 }  // namespace
 
 std::string validate(const TouchBody& body) {
-  if (std::string fault = validate(body.shape); !fault.empty()) return fault;
+  if (std::string error = validate(body.shape); !error.empty()) return error;
   // Written so that NaN fails.
   if (!(body.place.position.norm() <= kPlaceMax_m)) return "body: its place is not within 20 km";
   if (!(std::abs(body.place.rotation.norm() - 1) <= kTouchRotationTolerance))

@@ -148,8 +148,8 @@ std::string decode_hands(std::span<const std::uint8_t> bytes, std::vector<Hand>&
 std::vector<Hand> rounded_to_wire(std::span<const Hand> hands) {
   std::vector<Hand> out;
   // The way through the bytes is the only definition of rounding, so this cannot differ from what a receiver decodes.
-  const std::string fault = decode_hands(encode_hands(hands), out);
-  HAIRNET_ASSERT(fault.empty());
+  const std::string error = decode_hands(encode_hands(hands), out);
+  HAIRNET_ASSERT(error.empty());
   return out;
 }
 

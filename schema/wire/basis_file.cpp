@@ -130,7 +130,7 @@ Result<HairBasis> decode_basis(std::span<const std::uint8_t> bytes) {
   const auto* root = verified_root<fb::HairBasis>(aligned.bytes(), fb::HairBasisIdentifier());
   if (!root) return Refusal("not whole: no valid table of a basis");
   HairBasis out;
-  if (std::string fault = read_geometry(*root, out.geometry); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = read_geometry(*root, out.geometry); !error.empty()) return Refusal(std::move(error));
   Basis& basis = out.basis;
   basis.node_count = out.geometry.active_nodes.size();
   from_flatbuffer(*root->deviation_m(), basis.deviation_m);
@@ -139,8 +139,8 @@ Result<HairBasis> decode_basis(std::span<const std::uint8_t> bytes) {
   if (root->mode_planes()->size() != 2 * 3 * basis.node_count * basis.mode_count())
     return Refusal("a basis whose modes have another number of nodes");
   read_planes(span_of(root->mode_planes()), basis);
-  if (std::string fault = validate(basis); !fault.empty()) return Refusal(std::move(fault));
-  if (std::string fault = read_skin(*root->skin(), out.skin); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = validate(basis); !error.empty()) return Refusal(std::move(error));
+  if (std::string error = read_skin(*root->skin(), out.skin); !error.empty()) return Refusal(std::move(error));
   return out;
 }
 

@@ -169,8 +169,8 @@ std::string read_indices(const fb::Groom& in, const flatbuffers::Vector<std::uin
 
 std::string read_cloths(const fb::Groom& in, PointCounter& points, Groom& out) {
   std::vector<std::uint32_t> indices;
-  std::string fault = read_indices(in, in.cloth_triangles(), in.cloth_triangle_planes(), indices);
-  if (!fault.empty()) return "cloths: " + fault;
+  std::string error = read_indices(in, in.cloth_triangles(), in.cloth_triangle_planes(), indices);
+  if (!error.empty()) return "cloths: " + error;
   Pieces<std::uint32_t> triangles(indices);
   Pieces distances(span_of(in.cloth_root_distances()));
   for (const fb::Cloth& c : structs(in.cloths())) {
@@ -186,8 +186,8 @@ std::string read_cloths(const fb::Groom& in, PointCounter& points, Groom& out) {
 
 std::string read_knots(const fb::Groom& in, Groom& out) {
   std::vector<std::uint32_t> indices;
-  std::string fault = read_indices(in, in.knot_points(), in.knot_point_planes(), indices);
-  if (!fault.empty()) return "knots: " + fault;
+  std::string error = read_indices(in, in.knot_points(), in.knot_point_planes(), indices);
+  if (!error.empty()) return "knots: " + error;
   Pieces<std::uint32_t> points(indices);
   for (const fb::Knot& k : structs(in.knots())) {
     Knot& knot = out.knots.emplace_back();
@@ -262,8 +262,8 @@ std::string read_features(const fb::Groom& in, Groom& out) {
   if (!is_aligned_or_absent(in.clumps()) || !is_aligned_or_absent(in.threads()) || !is_aligned_or_absent(in.cards()) ||
       !is_aligned_or_absent(in.cloths()) || !is_aligned_or_absent(in.knots()))
     return "clumps, threads, cards, cloths or knots are not aligned";
-  std::string fault = read_root_blends(in, out);
-  if (!fault.empty()) return fault;
+  std::string error = read_root_blends(in, out);
+  if (!error.empty()) return error;
   for (const fb::Clump& c : structs(in.clumps()))
     out.clumps.push_back({c.strand(), c.copy_count(), c.radius_m(), c.tip_radius_m()});
   // Threads, cards and cloths own points in this order, as point_runs() walks over them.
@@ -272,8 +272,8 @@ std::string read_features(const fb::Groom& in, Groom& out) {
     out.threads.push_back(from_flatbuffer(t, points.take(t.point_count())));
   for (const fb::HairCard& s : structs(in.cards()))
     out.cards.push_back({points.take(s.point_count()), from_flatbuffer(s.properties())});
-  fault = read_cloths(in, points, out);
-  return fault.empty() ? read_knots(in, out) : fault;
+  error = read_cloths(in, points, out);
+  return error.empty() ? read_knots(in, out) : error;
 }
 
 }  // namespace hairnet::wire

@@ -197,7 +197,7 @@ std::string read_materials(const fb::Groom& in, const GroomLimits& limits, Mater
 
 std::string decode_triangles(std::span<const std::uint8_t> planes, std::vector<std::array<std::uint32_t, 3>>& out) {
   std::vector<std::uint32_t> indices;
-  if (std::string fault = decode_indices(planes, indices); !fault.empty()) return fault;
+  if (std::string error = decode_indices(planes, indices); !error.empty()) return error;
   if (indices.size() % 3 != 0) return "triangles are not 3 numbers each";
   out.resize(indices.size() / 3);
   if (!out.empty()) std::memcpy(out.data(), indices.data(), indices.size() * sizeof(indices[0]));
@@ -214,10 +214,10 @@ std::string read_body(const fb::Groom& in, Body& out) {
   } else {
     // A vertex has three coordinates of three bytes. A rest that is no whole vertex is refused by decode_points().
     const std::span<const std::uint8_t> vertices = span_of(in.vertex_planes());
-    std::string fault = decode_points({}, {}, vertices, whole_body(vertices.size() / 9), out.mesh.vertices);
-    if (fault.empty()) fault = decode_triangles(span_of(in.triangle_planes()), out.mesh.triangles);
-    if (fault.empty()) fault = decode_bone_weights(span_of(in.bone_weight_planes()), out.bone_weights);
-    if (!fault.empty()) return "body: " + fault;
+    std::string error = decode_points({}, {}, vertices, whole_body(vertices.size() / 9), out.mesh.vertices);
+    if (error.empty()) error = decode_triangles(span_of(in.triangle_planes()), out.mesh.triangles);
+    if (error.empty()) error = decode_bone_weights(span_of(in.bone_weight_planes()), out.bone_weights);
+    if (!error.empty()) return "body: " + error;
   }
   const fb::Joints& joints = *in.joints();
   out.joints = {from_flatbuffer(joints.head()), from_flatbuffer(joints.neck()), from_flatbuffer(joints.left_shoulder()),
@@ -257,16 +257,16 @@ Result<T> with_table(std::span<const std::uint8_t> bytes, const Read& read) {
 
 Result<Groom> read_groom(const fb::Groom& root, const GroomLimits& limits) {
   Groom groom;
-  std::string fault = read_names(root, limits, groom);
-  if (fault.empty()) fault = read_strands(root, groom);
-  if (fault.empty()) fault = read_materials(root, limits, groom.materials);
-  if (fault.empty()) fault = read_features(root, groom);
+  std::string error = read_names(root, limits, groom);
+  if (error.empty()) error = read_strands(root, groom);
+  if (error.empty()) error = read_materials(root, limits, groom.materials);
+  if (error.empty()) error = read_features(root, groom);
   // Points come after the features, since threads, cards and cloths say how many there are. validate() comes last: it
   // may then assume that all counts agree.
-  if (fault.empty()) fault = read_points(root, groom);
-  if (fault.empty()) fault = read_body(root, groom.body);
-  if (fault.empty()) fault = validate(groom, limits);
-  if (!fault.empty()) return Refusal(std::move(fault));
+  if (error.empty()) error = read_points(root, groom);
+  if (error.empty()) error = read_body(root, groom.body);
+  if (error.empty()) error = validate(groom, limits);
+  if (!error.empty()) return Refusal(std::move(error));
   return groom;
 }
 
@@ -287,8 +287,8 @@ Result<std::shared_ptr<const LearntHair>> decode_learnt_of_groom(std::span<const
   return with_table<Learnt>(bytes, [](const fb::Groom& root) -> Result<Learnt> {
     if (!root.learnt()) return nullptr;
     auto hair = std::make_shared<LearntHair>();
-    if (std::string fault = read_learnt(*root.learnt(), root.learnt_wind(), *hair); !fault.empty())
-      return Refusal(std::move(fault));
+    if (std::string error = read_learnt(*root.learnt(), root.learnt_wind(), *hair); !error.empty())
+      return Refusal(std::move(error));
     return hair;
   });
 }

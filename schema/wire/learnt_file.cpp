@@ -25,7 +25,7 @@ Result<LearntHair> decode_learnt(std::span<const std::uint8_t> bytes) {
   if (!root) return Refusal("not whole: no valid table of learnt hair");
   LearntHair out;
   // The file has no wind: a client evaluates learnt hair in still air only.
-  if (std::string fault = read_learnt(*root, nullptr, out); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = read_learnt(*root, nullptr, out); !error.empty()) return Refusal(std::move(error));
   return out;
 }
 

@@ -21,11 +21,11 @@ constexpr std::size_t kRevokedTokensFileBytesMax = std::size_t{64} << 20;
 const std::string& RevokedTokensFile::poll(RevokedTokens& tokens, std::int64_t now_ns) {
   if (now_ns < due_ns_) return fault_;
   due_ns_ = now_ns + kLookInterval_ns;
-  std::string fault = read(tokens);
-  if (is_read_ && !fault.empty() && fault != fault_)  // before, the start is refused
-    spdlog::error("event=revoked_tokens_failed file={} detail={} count={}", log_text(path_), log_text(fault),
+  std::string error = read(tokens);
+  if (is_read_ && !error.empty() && error != fault_)  // before, the start is refused
+    spdlog::error("event=revoked_tokens_failed file={} detail={} count={}", log_text(path_), log_text(error),
                   tokens.count());
-  fault_ = std::move(fault);
+  fault_ = std::move(error);
   return fault_;
 }
 

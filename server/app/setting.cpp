@@ -22,8 +22,8 @@ const char* kind_name(std::size_t kind) {
 
 template <class T>
 bool parse(const std::string& word, T& value) {
-  const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), value);
-  return fault == std::errc() && end == word.data() + word.size();
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc() && end == word.data() + word.size();
 }
 
 bool parse_boolean(const std::string& word, bool& value) {
@@ -76,7 +76,7 @@ std::string check(const Setting& s, Setting::Value& value) {
   return in_range ? std::string() : fmt::format("{} is not in {}", to_toml(value), range(s));
 }
 
-bool parse_words(const Setting& s, const std::vector<std::string>& words, Setting::Value& value, std::string& fault) {
+bool parse_words(const Setting& s, const std::vector<std::string>& words, Setting::Value& value, std::string& error) {
   const Setting::Kind kind = s.kind();
   // The present value gives the kind to parse into.
   value = s.get();
@@ -98,13 +98,13 @@ bool parse_words(const Setting& s, const std::vector<std::string>& words, Settin
         value);
   }
   if (!parsed) {
-    fault = fmt::format("'{}' is not {}", fmt::join(words, " "),
+    error = fmt::format("'{}' is not {}", fmt::join(words, " "),
                         kind == Setting::Kind::boolean ? "on or off" : kind_name(static_cast<std::size_t>(kind)));
     return false;
   }
-  fault = check(s, value);
+  error = check(s, value);
   HAIRNET_ASSERT(static_cast<Setting::Kind>(value.index()) == kind);
-  return fault.empty();
+  return error.empty();
 }
 
 std::string to_toml(const Setting::Value& value) {

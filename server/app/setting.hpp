@@ -37,12 +37,12 @@ struct Setting {
   [[nodiscard]] std::string name() const { return section + "." + key; }
 };
 
-// Returns an empty string when the value is valid; else the fault, without the setting's name. Converts an integer
+// Returns an empty string when the value is valid; else the error, without the setting's name. Converts an integer
 // `value` to a number where the setting is a number.
 std::string check(const Setting& setting, Setting::Value& value);
-// Parses and checks the words of a flag as a value of the setting's kind. On failure returns false and sets `fault`.
+// Parses and checks the words of a flag as a value of the setting's kind. On failure returns false and sets `error`.
 bool parse_words(const Setting& setting, const std::vector<std::string>& words, Setting::Value& value,
-                 std::string& fault);
+                 std::string& error);
 // The value in TOML: text in quotes, a triple as an array.
 std::string to_toml(const Setting::Value& value);
 

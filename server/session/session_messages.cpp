@@ -302,10 +302,10 @@ struct Session::MessageHandler {
     if (Refused refused = check(add)) return refused;
     if (Refused refused = context.grooms.retain(session.id(), add.groom, now_ns)) return refused;
     if (add.state) {
-      if (std::string fault = wire::validate(*add.state); !fault.empty()) {
+      if (std::string error = wire::validate(*add.state); !error.empty()) {
         // The character is added without the state: its hair starts at rest.
         counters.requests_refused_hair_state.add();
-        session.refuse({ErrorReason::state_invalid, std::move(fault)}, now_ns, add.character, add.groom);
+        session.refuse({ErrorReason::state_invalid, std::move(error)}, now_ns, add.character, add.groom);
         add.state.reset();
       }
     }
@@ -365,13 +365,13 @@ struct Session::MessageHandler {
   }
   Refused operator()(wire::SetMaterial& set) {
     if (Refused refused = check_own(set.character, "set_material")) return refused;
-    if (std::string fault = validate(set.scale); !fault.empty())
-      return {ErrorReason::material_invalid, std::move(fault)};
+    if (std::string error = validate(set.scale); !error.empty())
+      return {ErrorReason::material_invalid, std::move(error)};
     return put(set);
   }
   Refused operator()(wire::SetWind& set) {
     if (Refused refused = check_right(may_set_wind(identity, context), "set the wind")) return refused;
-    if (std::string fault = validate(set.wind); !fault.empty()) return {ErrorReason::wind_invalid, std::move(fault)};
+    if (std::string error = validate(set.wind); !error.empty()) return {ErrorReason::wind_invalid, std::move(error)};
     if (Refused refused = put(set)) return refused;
     if (context.fleet) {
       context.winds[identity.room] = {set.wind, session.id()};
@@ -391,7 +391,7 @@ struct Session::MessageHandler {
   }
   // The tick knows whose the member is, and so whether the session may touch it.
   Refused operator()(wire::TakeHold& hold) {
-    if (std::string fault = wire::validate(hold); !fault.empty()) return {ErrorReason::touch_invalid, std::move(fault)};
+    if (std::string error = wire::validate(hold); !error.empty()) return {ErrorReason::touch_invalid, std::move(error)};
     return put(hold);
   }
   Refused operator()(wire::LetGo& let_go) {
@@ -402,8 +402,8 @@ struct Session::MessageHandler {
   Refused operator()(wire::SetProps& set) {
     if (Refused refused = check_right(may_set_props(identity, context), "set props")) return refused;
     for (const wire::Prop& prop : set.props) {
-      if (std::string fault = wire::validate(prop); !fault.empty())
-        return {ErrorReason::touch_invalid, std::move(fault)};
+      if (std::string error = wire::validate(prop); !error.empty())
+        return {ErrorReason::touch_invalid, std::move(error)};
     }
     if (Refused refused = put(set)) return refused;
     context.props.set(identity.room, set, context.limits.room_count_max);
@@ -412,8 +412,8 @@ struct Session::MessageHandler {
   }
   Refused operator()(wire::Moderate& request) { return moderate(request, identity, context, now_ns); }
   Refused operator()(wire::Observe& observe) {
-    if (std::string fault = wire::validate(observe); !fault.empty())
-      return {ErrorReason::observe_invalid, std::move(fault)};
+    if (std::string error = wire::validate(observe); !error.empty())
+      return {ErrorReason::observe_invalid, std::move(error)};
     return put(std::move(observe));
   }
   Refused operator()(wire::ReportImportance& report) { return put(std::move(report)); }

@@ -76,7 +76,7 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
       co_await until_readable();
       if (!events_) co_return;
       const link::ServerStream::Read read = co_await stream_->read();
-      fault = read.fault;
+      fault = read.error;
       if (!fault.empty()) break;
       const bool is_valid = co_await take(read);
       if (!is_valid) fault = "the server sent a size that no packet has";

@@ -23,9 +23,9 @@ std::string decimal(double x, int digits) {
 
 // Limits keep later arithmetic finite, and refuse flags in the wrong unit: a root length of 20, meant as millimetres.
 std::string check(const GroomDef& def) {
-  if (std::string fault = validate(def.placement); !fault.empty()) return fault;
+  if (std::string error = validate(def.placement); !error.empty()) return error;
   if (def.body_placement) {
-    if (std::string fault = validate(*def.body_placement); !fault.empty()) return "body: " + fault;
+    if (std::string error = validate(*def.body_placement); !error.empty()) return "body: " + error;
   }
   if (!(def.hairs_in_all > 0 && def.hairs_in_all <= 1e7)) return "the count of hairs must be in (0, 1e7]";
   if (!(def.root_length_m >= 0 && def.root_length_m <= 10)) return "the root length must be in [0, 10] m";
@@ -221,7 +221,7 @@ void warn_of_counts(const Counts& counts, std::size_t strand_count, std::vector<
 }  // namespace
 
 Result<ImportedGroom> assemble_groom(const GroomDef& def) {
-  if (std::string fault = check(def); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = check(def); !error.empty()) return Refusal(std::move(error));
   ImportedGroom imported;
   Groom& groom = imported.groom;
   groom.name = def.name;
@@ -266,8 +266,8 @@ Result<ImportedGroom> assemble_groom(const GroomDef& def) {
   }
   // A wrong unit often shows first as coordinates beyond the limits of a groom. The misfit then explains the error
   // better.
-  if (std::string fault = validate(groom); !fault.empty())
-    return Refusal(misfit.empty() ? fault : misfit + "; " + fault);
+  if (std::string error = validate(groom); !error.empty())
+    return Refusal(misfit.empty() ? error : misfit + "; " + error);
   return imported;
 }
 

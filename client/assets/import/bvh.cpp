@@ -165,7 +165,7 @@ Result<RestPose> parse_rest_pose(std::string_view text) {
 }
 
 Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import, const Body* body) {
-  if (std::string fault = check(import); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = check(import); !error.empty()) return Refusal(std::move(error));
   const Result<BvhFile> file = decode_bvh_file(text);
   if (!file) return Refusal(file.error());
   const Result<JointOfBone> joints = find_joints(*file, import);

@@ -190,7 +190,7 @@ std::string make_strands(std::span<const CurveSet> sets, ImportedStrands& strand
 
 Result<ImportedStrands> strands_of(std::span<const CurveSet> sets) {
   ImportedStrands strands;
-  if (std::string fault = make_strands(sets, strands); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = make_strands(sets, strands); !error.empty()) return Refusal(std::move(error));
   return strands;
 }
 

@@ -59,11 +59,11 @@ class BodyReader {
       : file_(std::move(file)), nodes_(gltf::elements(member(file_.json(), "nodes"))) {}
 
   Result<ImportedBody> read() {
-    std::string fault = place_nodes();
-    for (std::size_t n = 0; fault.empty() && n < nodes_.size(); ++n) {
-      if (is_in_scene_[n]) fault = read_node(n);
+    std::string error = place_nodes();
+    for (std::size_t n = 0; error.empty() && n < nodes_.size(); ++n) {
+      if (is_in_scene_[n]) error = read_node(n);
     }
-    if (!fault.empty()) return Refusal(fault);
+    if (!error.empty()) return Refusal(error);
     if (body_.mesh.triangles.empty()) return Refusal("not a body: its scene has no triangles");
     if (other_primitives_ > 0)
       body_.notes.push_back(counted(other_primitives_, "part") + " of points or lines left out");
@@ -146,14 +146,14 @@ class BodyReader {
     // glTF ignores the transform of a node with a skin: the joints alone place its vertices.
     const Skin* skin = nullptr;
     if (const auto s = whole(member(nodes_[n], "skin"))) {
-      if (std::string fault = read_skin(*s); !fault.empty()) return name_of(n) + ": " + fault;
+      if (std::string error = read_skin(*s); !error.empty()) return name_of(n) + ": " + error;
       skin = &skins_.at(*s);
     }
     for (const Json& primitive : gltf::elements(member(mesh, "primitives"))) {
       // One small mesh may be used by millions of nodes; the limit bounds the work.
       if (++primitive_count_ > kPrimitivesMax) return "it has too many meshes: join them";
-      if (std::string fault = read_primitive(primitive, worlds_[n], skin); !fault.empty())
-        return name_of(n) + ": " + fault;
+      if (std::string error = read_primitive(primitive, worlds_[n], skin); !error.empty())
+        return name_of(n) + ": " + error;
     }
     return {};
   }
@@ -215,14 +215,14 @@ class BodyReader {
       moved_by.weights.push_back(*weights);
     }
     const std::size_t first = body_.mesh.vertices.size();
-    if (std::string fault = room_for(positions->count, 0); !fault.empty()) return fault;
+    if (std::string error = room_for(positions->count, 0); !error.empty()) return error;
     for (std::size_t v = 0; v < positions->count; ++v) {
       const Vec3 x(positions->at(v, 0), positions->at(v, 1), positions->at(v, 2));
       // Weights decide for each vertex, so linear blend skinning happens here once and bones are generated anew for the
       // groom.
       const Result<Mat4> moved = skin ? blended(moved_by, *skin, v, world) : world;
       if (!moved) return moved.error();
-      if (std::string fault = add_vertex(*moved, x); !fault.empty()) return fault;
+      if (std::string error = add_vertex(*moved, x); !error.empty()) return error;
     }
     // A mirrored part is wound the other way round.
     return read_triangles(primitive, mode, first, !skin && world.topLeftCorner<3, 3>().determinant() < 0);
@@ -269,7 +269,7 @@ class BodyReader {
     }
     const std::size_t count = indices ? indices->count : vertex_count;
     const std::size_t triangles = mode == 4 ? count / 3 : std::max<std::size_t>(count, 2) - 2;
-    if (std::string fault = room_for(0, triangles); !fault.empty()) return fault;
+    if (std::string error = room_for(0, triangles); !error.empty()) return error;
     for (std::size_t t = 0; t < triangles; ++t) {
       std::array<std::size_t, 3> corners{3 * t, 3 * t + 1, 3 * t + 2};
       // Every second triangle of a strip has the other winding, which the swap of two corners mends.
@@ -297,10 +297,10 @@ class BodyReader {
     if (!bytes) return bytes.error();
     const Result<TriangleMesh> mesh = decode_draco(*bytes, *position);
     if (!mesh) return mesh.error();
-    if (std::string fault = room_for(mesh->vertices.size(), mesh->triangles.size()); !fault.empty()) return fault;
+    if (std::string error = room_for(mesh->vertices.size(), mesh->triangles.size()); !error.empty()) return error;
     const auto first = static_cast<std::uint32_t>(body_.mesh.vertices.size());
     for (const Vec3f& x : mesh->vertices) {
-      if (std::string fault = add_vertex(world, x.cast<double>()); !fault.empty()) return fault;
+      if (std::string error = add_vertex(world, x.cast<double>()); !error.empty()) return error;
     }
     for (const auto& [a, b, c] : mesh->triangles) body_.mesh.triangles.push_back({first + a, first + b, first + c});
     return {};

@@ -166,7 +166,7 @@ Result<Placement> place_parts(const HairParts& parts, const KnownPlacement& know
   std::vector<std::string> doubts;
   Result<Placement> alone = guess_placement(parts.strands, known, &doubts);
   if (!alone) return Refusal(file + alone.error());
-  if (std::string fault = validate(*alone); !fault.empty()) return Refusal(file + fault);
+  if (std::string error = validate(*alone); !error.empty()) return Refusal(file + error);
   for (const std::string& doubt : doubts) remarks.doubts.push_back(file + doubt);
   if (!parts.body) return alone;
   // Flags for the body are an order: it is then used even where it does not seem to fit.

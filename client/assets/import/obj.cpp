@@ -119,15 +119,15 @@ Result<ImportedStrands> decode_obj_strands(std::string_view text) {
   for (std::size_t line_number = 1; !text.empty(); ++line_number) {
     std::string_view line = take_line(text);
     const std::string_view keyword = take_word(line);
-    std::string fault;
+    std::string error;
     if (keyword == "v") {
-      fault = read_vertex(line, vertices);
+      error = read_vertex(line, vertices);
     } else if (keyword == "l") {
-      fault = lines.read(line, vertices.size(), group);
+      error = lines.read(line, vertices.size(), group);
     } else if (keyword == "o" || keyword == "g") {
       group = take_word(line);
     }
-    if (!fault.empty()) return Refusal("line " + std::to_string(line_number) + ": " + fault);
+    if (!error.empty()) return Refusal("line " + std::to_string(line_number) + ": " + error);
   }
   lines.join_edges(vertices.size());
   ImportedStrands strands;
@@ -155,13 +155,13 @@ Result<TriangleMesh> decode_obj(std::string_view text) {
   for (std::size_t line_number = 1; !text.empty(); ++line_number) {
     std::string_view line = take_line(text);
     const std::string_view keyword = take_word(line);
-    std::string fault;
+    std::string error;
     if (keyword == "v") {
-      fault = read_vertex(line, mesh.vertices);
+      error = read_vertex(line, mesh.vertices);
     } else if (keyword == "f") {
-      fault = read_face(line, mesh);
+      error = read_face(line, mesh);
     }
-    if (!fault.empty()) return Refusal("line " + std::to_string(line_number) + ": " + fault);
+    if (!error.empty()) return Refusal("line " + std::to_string(line_number) + ": " + error);
   }
   if (mesh.vertices.empty()) return Refusal("not a mesh: no vertices (lines that begin with v)");
   if (mesh.triangles.empty()) return Refusal("not a mesh: no faces (lines that begin with f)");

@@ -242,12 +242,12 @@ class PlyRows {
     if (is_edges && !has({"vertex1", "vertex2"})) return "its edges have no vertex1 and vertex2";
     for (std::uint64_t row = 0; row < element_.count; ++row) {
       if (!read_row()) return "truncated, or no number, in " + shown(element_.name) + ' ' + std::to_string(row);
-      std::string fault;
+      std::string error;
       if (is_points) take_point();
-      if (is_edges) fault = take_edge();
-      if (is_strands) fault = take_strand();
-      if (element_.name == "face" && parts_.wants_faces) fault = take_face();
-      if (!fault.empty()) return shown(element_.name) + ' ' + std::to_string(row) + ": " + fault;
+      if (is_edges) error = take_edge();
+      if (is_strands) error = take_strand();
+      if (element_.name == "face" && parts_.wants_faces) error = take_face();
+      if (!error.empty()) return shown(element_.name) + ' ' + std::to_string(row) + ": " + error;
     }
     return {};
   }
@@ -358,7 +358,7 @@ Result<PlyParts> read_parts(const PlyHeader& header, PlyValues in, bool wants_fa
     if (element.count > (in.remaining() + 1) / element.row_bytes(header.form))
       return Refusal("truncated: " + std::to_string(element.count) + " of " + shown(element.name) + " do not fit in " +
                      std::to_string(in.remaining()) + " bytes");
-    if (std::string fault = PlyRows(element, in, parts).read(); !fault.empty()) return Refusal(std::move(fault));
+    if (std::string error = PlyRows(element, in, parts).read(); !error.empty()) return Refusal(std::move(error));
   }
   return parts;
 }

@@ -34,8 +34,8 @@ std::string read_points(ByteReader& in, std::size_t gap_bytes, ImportedStrands& 
   strands.points.reserve(strands.strand_begin.back());
   for (std::size_t s = 0; s < strands.strand_count(); ++s) {
     const std::size_t count = strands.strand_begin[s + 1] - strands.strand_begin[s];
-    std::string fault = append_points(in, s, count, gap_bytes, strands.points);
-    if (!fault.empty()) return fault;
+    std::string error = append_points(in, s, count, gap_bytes, strands.points);
+    if (!error.empty()) return error;
   }
   return {};
 }

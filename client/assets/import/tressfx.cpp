@@ -61,8 +61,8 @@ Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes) {
   ImportedStrands strands;
   strands.strand_begin.reserve(std::size_t{strand_count} + 1);
   for (std::uint32_t s = 1; s <= strand_count; ++s) strands.strand_begin.push_back(s * strand_points);
-  if (const std::string fault = read_points(positions, layout->gap_bytes, strands); !fault.empty())
-    return Refusal(fault);
+  if (const std::string error = read_points(positions, layout->gap_bytes, strands); !error.empty())
+    return Refusal(error);
   return strands;
 }
 

@@ -30,7 +30,7 @@ Result<ImportedStrands> decode_usc_data(std::span<const std::byte> bytes) {
     if (count > kMax || !in.has(count, 3 * sizeof(float)))
       return Refusal("truncated: strand " + std::to_string(s) + " says it has " + std::to_string(count) +
                      " vertices, in " + std::to_string(in.remaining()) + " bytes");
-    if (const std::string fault = read_strand(in, count, 0, strands); !fault.empty()) return Refusal(fault);
+    if (const std::string error = read_strand(in, count, 0, strands); !error.empty()) return Refusal(error);
   }
   if (in.remaining() != 0)
     return Refusal("too long: " + std::to_string(in.remaining()) + " bytes follow the last strand");

@@ -128,8 +128,8 @@ Result<ImportedBody> decode_usd_body(std::span<const std::byte> bytes) {
       ++hidden;
       continue;
     }
-    if (std::string fault = add_mesh(prim, states[p], body.mesh); !fault.empty())
-      return Refusal(shown(prim.name) + ": " + fault);
+    if (std::string error = add_mesh(prim, states[p], body.mesh); !error.empty())
+      return Refusal(shown(prim.name) + ": " + error);
   }
   if (body.mesh.triangles.empty())
     return Refusal("no mesh: " +

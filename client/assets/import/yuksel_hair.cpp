@@ -85,7 +85,7 @@ Result<ImportedStrands> decode_yuksel_hair(std::span<const std::byte> bytes) {
     strands.strand_begin.push_back(static_cast<std::uint32_t>(end));
   }
   if (end != header->point_count) return Refusal(points_do_not_add_up(end, header->point_count));
-  if (const std::string fault = read_points(in, 0, strands); !fault.empty()) return Refusal(fault);
+  if (const std::string error = read_points(in, 0, strands); !error.empty()) return Refusal(error);
   const bool has_thickness = (header->arrays & kThicknessBit) != 0;
   if (has_thickness || known_width(header->default_thickness) > 0) {
     for (std::uint32_t i = 0; i < header->point_count; ++i)

@@ -211,7 +211,7 @@ Result<Motion> make_motion(std::string_view name, const MotionOptions& options) 
     for (const Recipe& r : kRecipes) known += (known.empty() ? "" : ", ") + std::string(r.name.name);
     return Refusal("no made motion is called '" + std::string(name) + "'; there are " + known);
   }
-  if (std::string fault = fault_of(options); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = fault_of(options); !error.empty()) return Refusal(std::move(error));
 
   const double duration_s = options.duration_s > 0 ? options.duration_s : recipe->duration_s;
   // One pose more than intervals, so the clip lasts exactly `duration_s`.

@@ -101,7 +101,7 @@ std::string check(const SimulateOptions& simulate, const ReplayOptions& replay) 
   }
   if (!replay.trace.empty() || replay.character) return "--trace and --character go with --replay";
   if (simulate.groom.empty()) return "--groom is required (or --replay)";
-  if (std::string fault = validate(simulate.wind); !fault.empty()) return fault;
+  if (std::string error = validate(simulate.wind); !error.empty()) return error;
   const bool is_steady = simulate.wind.gust_ratio == 0 && simulate.wind.turbulence_rms_m_per_s == 0;
   if (!simulate.dump_model.empty() && !is_steady)
     return "--dump-model holds a steady wind: leave out --gust and --turbulence";

@@ -41,7 +41,7 @@ Result<void> ReplayedWorld::take(const wire::RecordingHeader& header) {
   // WorldDef is asserted by the World: what a file says must be checked here first.
   def.environment.gravity = Vec3(header.gravity.data());
   if (!def.environment.gravity.allFinite()) return Refusal("the header's gravity is not finite");
-  if (const std::string fault = validate(header.wind); !fault.empty()) return Refusal("the header's " + fault);
+  if (const std::string error = validate(header.wind); !error.empty()) return Refusal("the header's " + error);
   simulation_.emplace(def, header.wind);
   return {};
 }
@@ -163,7 +163,7 @@ Result<void> ReplayedWorld::prepare(const wire::RecordedTick& tick) {
   }
   for (const wire::RecordedMaterial& change : tick.materials) {
     if (Result<void> known = is_known(change.character, "sets the material of"); !known) return known;
-    if (const std::string fault = validate(change.scale); !fault.empty()) return Refusal(fault);
+    if (const std::string error = validate(change.scale); !error.empty()) return Refusal(error);
   }
   for (const wire::RecordedStride& change : tick.strides) {
     if (Result<void> known = is_known(change.character, "sets the stride of"); !known) return known;
@@ -175,7 +175,7 @@ Result<void> ReplayedWorld::prepare(const wire::RecordedTick& tick) {
     if (Result<void> known = is_known(state.character, "sets the state of"); !known) return known;
   }
   for (const wire::RecordedWind& change : tick.winds) {
-    if (const std::string fault = validate(change.wind); !fault.empty()) return Refusal(fault);
+    if (const std::string error = validate(change.wind); !error.empty()) return Refusal(error);
     if (change.room >= kEnvironmentCountMax) return Refusal("a room of too high an index");
   }
   for (const wire::RecordedPose& pose : tick.poses) {

@@ -325,7 +325,7 @@ void draw_controls(ViewState& state, Controls& controls) {
     const std::string& status =
         controls.room != nullptr && controls.busy.empty() ? controls.room->status() : controls.busy;
     if (!status.empty()) ImGui::TextWrapped("%s", status.c_str());
-    if (!state.fault.empty()) ImGui::TextWrapped("%s", state.fault.c_str());
+    if (!state.error.empty()) ImGui::TextWrapped("%s", state.error.c_str());
     // The hint goes once some hair has been touched.
     if (controls.world != nullptr && !state.hand.has_touched())
       ImGui::TextUnformatted("Take hold of the hair with the mouse.");

@@ -48,7 +48,7 @@ struct ViewState {
   // The direction of the wind while its speed is 0, degrees.
   float still_wind_deg = 0;
   // The error of the last request; one line.
-  std::string fault;
+  std::string error;
 };
 
 // The parts of a window that its controls draw and change. Either `world` or `room` is set, by the kind of the source.

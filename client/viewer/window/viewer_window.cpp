@@ -143,10 +143,10 @@ class ViewerWindow {
 
   // A scene that cannot be made leaves the old one.
   void fill(Result<std::vector<LocalCharacter>> characters, LocalWorld& world) {
-    state_.fault = characters ? "" : characters.error();
+    state_.error = characters ? "" : characters.error();
     if (!characters) return;
     // Ticks and characters are numbered from the beginning again, and a trace must count from one.
-    if (const Result<void> traced = recorder_.stop_trace(); !traced) state_.fault = traced.error();
+    if (const Result<void> traced = recorder_.stop_trace(); !traced) state_.error = traced.error();
     world.remove_all();
     // The average of pictures would follow heads that are gone.
     drawer_.picture.cut();
@@ -247,7 +247,7 @@ class ViewerWindow {
     drawer_.pixels.resize(std::size_t{4} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, drawer_.pixels.data());
-    if (const Result<void> added = recorder_.add_picture(drawer_.pixels, now_ns); !added) state_.fault = added.error();
+    if (const Result<void> added = recorder_.add_picture(drawer_.pixels, now_ns); !added) state_.error = added.error();
   }
 
   // Panels and keys only ask; here the files are begun and ended.
@@ -258,7 +258,7 @@ class ViewerWindow {
       note(recorder_.has_trace() ? recorder_.stop_trace() : recorder_.start_trace(), "");
   }
 
-  void note(const Result<void>& done, const char* otherwise) { state_.fault = done ? otherwise : done.error(); }
+  void note(const Result<void>& done, const char* otherwise) { state_.error = done ? otherwise : done.error(); }
 
   void take_timings(const LocalWorld& world) {
     for (const LocalTick& tick : world.ticks()) {

@@ -10,6 +10,8 @@ import { SlowLine } from "./slowLine";
 // A tenth of a usual home's line, and a room of five with few strands, because the levels of usual hair take minutes.
 const kBitsPerS = 1e6;
 const kOneWayMs = 25;
+/** A server with sanitizers builds the levels of all five hairstyles in some minutes. */
+const kBuildMs = 400_000;
 const kStyles = ["long_straight", "bob", "long_curly", "ponytail", "wavy"];
 const kCentral = 2;
 /** What may pass before the first hair: more than the page and one groom, less than the page and three. */
@@ -37,14 +39,18 @@ beforeAll(async () => {
     const { bytes } = makeGroomFile(style);
     actors.push(await Actor.join(server.address, "five", bytes, [0.6 * (n - kCentral), 1.6, 0]));
   }
-  await until("the server has built all levels", async () => {
-    const [grooms, waiting] = await Promise.all(
-      ["hairnet_grooms", "hairnet_grooms_waiting"].map((each) => server.metric(each)),
-    );
-    return grooms === kStyles.length && waiting === 0;
-  });
+  await until(
+    "the server has built all levels",
+    async () => {
+      const [grooms, waiting] = await Promise.all(
+        ["hairnet_grooms", "hairnet_grooms_waiting"].map((each) => server.metric(each)),
+      );
+      return grooms === kStyles.length && waiting === 0;
+    },
+    kBuildMs,
+  );
   await browser.start({ width: 1280, height: 720 });
-});
+}, kBuildMs + 60_000);
 afterAll(async () => {
   for (const actor of actors) actor.leave();
   await browser.dispose();

@@ -322,12 +322,12 @@ TEST(LinkCore, grooms_of_others_come_in_pieces_and_are_checked) {
 
   d.core.request_groom(hash);
   d.send(piece(1, 300));  // a piece is missing
-  EXPECT_FALSE(d.event<GroomFetched>()->fault.empty());
+  EXPECT_FALSE(d.event<GroomFetched>()->error.empty());
   d.core.request_groom(hash);
   wire::GroomData wrong = piece(0, 1000);
   wrong.bytes[10] ^= 1;
   d.send(wrong);
-  EXPECT_THAT(d.event<GroomFetched>()->fault, HasSubstr("hash"));
+  EXPECT_THAT(d.event<GroomFetched>()->error, HasSubstr("hash"));
   d.send(piece(0, 1000));  // not asked for
   EXPECT_FALSE(d.event<GroomFetched>());
 }

@@ -443,7 +443,7 @@ TEST_F(LinkStream, ends_when_the_system_refuses_to_send_to_a_closed_udp_port) {
   bool is_open = true;
   for (int n = 0; n < 100 && is_open; ++n) is_open = result_of(stream->write(packet, true));
   EXPECT_FALSE(is_open) << "nobody reads, so only sending can tell";
-  EXPECT_THAT(result_of(stream->read()).fault, HasSubstr("nothing listens on its UDP port"));
+  EXPECT_THAT(result_of(stream->read()).error, HasSubstr("nothing listens on its UDP port"));
 }
 
 TEST_F(LinkStream, that_rests_is_not_given_up_and_loses_nothing) {
@@ -457,7 +457,7 @@ TEST_F(LinkStream, that_rests_is_not_given_up_and_loses_nothing) {
   std::size_t bytes = 0;
   while (bytes < kChunkBytes) {
     const ServerStream::Read read = result_of(stream->read());
-    ASSERT_EQ(read.fault, "");
+    ASSERT_EQ(read.error, "");
     bytes += read.bytes.size();
   }
   EXPECT_TRUE(result_of(stream->write(wire::encode_packet({1, wire::PoseBatch{}}), false)));
@@ -485,7 +485,7 @@ TEST_F(LinkStream, drops_the_oldest_datagrams_where_too_many_came_at_once) {
   std::vector<std::uint32_t> numbers;
   for (std::size_t n = 0; n < kKept; ++n) {
     const ServerStream::Read read = result_of(stream->read());
-    ASSERT_EQ(read.fault, "");
+    ASSERT_EQ(read.error, "");
     ASSERT_TRUE(read.is_packet && read.bytes.size() == sizeof(std::uint32_t));
     std::memcpy(&numbers.emplace_back(), read.bytes.data(), sizeof(std::uint32_t));
   }
