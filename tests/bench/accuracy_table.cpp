@@ -10,17 +10,21 @@
 namespace hairnet::bench {
 namespace {
 
+// The iterations of conjugate gradient that a row compares lie around those that are shipped (kLevelIterations).
 constexpr std::array kIterations{4, 6, 8, 12, 16, 24};
+// These are factors of the material's stiffness.
 constexpr std::array kStiffness{0.2f, 1.0f, 5.0f};
 struct Rate {
   double hz;
   int substeps;
 };
 constexpr std::array<Rate, 4> kRates{{{25, 1}, {25, 2}, {60, 1}, {90, 1}}};
+// A step costs the same at any rate, so that times are taken at one.
 constexpr double kTimedRate_hz = 60;
+// The paper has 16 iterations of conjugate gradient, without a preconditioner.
 constexpr int kPaperIterations = 16;
 
-// Holds how long a step of one character takes, us. Steps cost the same at any length and stiffness.
+// Holds how long a step of one character takes, in microseconds. Steps cost the same at any length and stiffness.
 struct StepTimes {
   std::array<double, kIterations.size()> crowd{};
   double naive = 0;

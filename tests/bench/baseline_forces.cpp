@@ -50,7 +50,8 @@ void add_nodes(const PlainLevel& level, const PlainInput& input, const NodeVecto
   }
 }
 
-// core/solver/spring.hpp
+// This is the law of core/solver/spring.hpp, written again. The numbers are kStiffStrain = 0.02, kStiffening = 2,
+// kBucklingStrain = 0.05 and kBuckling = 0.9 there.
 void add_springs(const PlainLevel& level, double h, const NodeVectors& P, const NodeVectors& P_dot,
                  BaselineSystem& system) {
   const PlainStiffeners& springs = level.springs;
@@ -82,7 +83,7 @@ void add_attachments(const PlainLevel& level, double h, const NodeVectors& P, co
   }
 }
 
-// core/skin/skin_distance_field.hpp
+// Interpolates like skin_distance() of core/skin/skin_distance_field.hpp, written again in plain numbers.
 double skin_distance(const PlainSkinDistanceField& field, const Vector3d& point, Vector3d* gradient = nullptr) {
   const Vector3d at = (point - vector_at(field.origin)) / field.cell_m;
   Vector3d within, t;
@@ -110,7 +111,8 @@ double skin_distance(const PlainSkinDistanceField& field, const Vector3d& point,
   return value + field.cell_m * (at - within).norm();
 }
 
-// See core/solver/contact.hpp.
+// This is the law of core/solver/contact.hpp, written again. The numbers are kContactDepth_m = 0.05,
+// kContactStiffnessDepth_m = 0.01 and kContactRecovery_m_per_s = 0.4.
 void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVectors& P, const NodeVectors& P_dot,
                   BaselineSystem& system) {
   const double h = input.step_s, slope_of_u = 6 / (0.05 * 0.05 * 0.05);
@@ -132,6 +134,7 @@ void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVe
       const PlainSkinDistanceField& field = level.skin[f];
       const PlainBone& bone = input.bones[f];
       const double limit = static_cast<double>(field.limit[p]);
+      // The limit kContactNever_m = -1 means that the point cannot reach this skin.
       if (limit <= -1) continue;
       const Vector3d at = point(bone.to_rest_before, from);
       const Vector3d travel = point(bone.to_rest, with_head + h * velocity) - at;

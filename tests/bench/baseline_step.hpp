@@ -76,7 +76,8 @@ class BaselineStep {
 
 struct BaselineSettings {
   int iterations = 16;
-  double relative_residual = 0;  // may end the iterations before
+  // The iterations end earlier when the residual is below this share of the load.
+  double relative_residual = 0;
 };
 
 #define HAIRNET_BASELINE_API __attribute__((visibility("default")))

@@ -29,6 +29,7 @@ struct Moment {
   std::vector<float> coefficients;
 };
 
+// Steps one character through each motion, and returns its hair after each tick but those of the lead-in.
 std::vector<Moment> moments_of(const Subject& subject, const std::shared_ptr<const LevelSet>& levels,
                                const Modes& modes, LevelIndex level, double duration_s) {
   std::vector<Moment> moments;
@@ -52,6 +53,7 @@ std::vector<Moment> moments_of(const Subject& subject, const std::shared_ptr<con
   return moments;
 }
 
+// Returns the shortest time of `body`, divided by the number of things that it handles.
 double ns_each(const char* name, std::size_t count, int repetitions, const std::function<void()>& body) {
   std::vector<TimedRun> runs;
   runs.push_back({name, [] {}, body});

@@ -10,11 +10,15 @@ namespace hairnet::bench {
 namespace {
 
 constexpr std::size_t kPlayers = 3;
+// Iterations are so many that every solver converges; the baselines have no preconditioner and need more.
 constexpr int kConverged = 1000, kBaselineConverged = 20'000;
 constexpr double kResidual = 1e-10;
-constexpr double kBaselineOff_m = 1e-6, kOff_m = 2e-5;  // in double; in float
+// These are the largest distances from the reference: of the baselines, which work in double, and of our solver, which
+// works in float.
+constexpr double kBaselineOff_m = 1e-6, kOff_m = 2e-5;
 
-// A few characters and one frame; no step has an energy limit from an earlier one.
+// Returns a few characters with one frame each. The reference has no limit of energy, so these steps have none from an
+// earlier one.
 Workload some_of(const Workload& cast) {
   Workload some{cast.frame_s, 1, {}};
   for (std::size_t c = 0; c < std::min(kPlayers, cast.characters.size()); ++c) {

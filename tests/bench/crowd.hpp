@@ -14,7 +14,8 @@ struct CrowdSpec {
   LevelIndex level = LevelIndex::high;
   std::size_t count = 0;
   double rate_hz = 25;
-  int substeps = 0, iterations = 0;  // as WorldDef: 0 is as shipped
+  // As in WorldDef, 0 means what is shipped.
+  int substeps = 0, iterations = 0;
   std::size_t threads = 1;
 };
 
@@ -24,7 +25,8 @@ class Crowd {
   // `run_s`: how much of the motion will be stepped. `motion` must outlive it.
   Crowd(std::shared_ptr<const LevelSet> levels, const Motion& motion, const CrowdSpec& spec, double run_s);
 
-  double tick();  // one tick; the seconds that World::step took
+  // Steps one tick, and returns the seconds that World::step took.
+  double tick();
   [[nodiscard]] std::string hash() const;
   [[nodiscard]] std::uint32_t stepped() const { return report_.stepped; }  // in the last tick
   [[nodiscard]] std::uint32_t resets() const { return resets_; }

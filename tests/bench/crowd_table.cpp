@@ -18,10 +18,12 @@ namespace {
 
 constexpr std::array kRates_hz{25.0, 60.0, 90.0};
 constexpr int kPaperIterations = 16, kIterationsMax = 64;
+// Memory and caches are warm after this time, and the hair moves.
 constexpr double kWarmUp_s = 1;
+// The naive step takes so much longer that few characters are enough.
 constexpr std::size_t kNaiveCharacters = 16;
 
-// Builds only the measured levels; crowds do not change theirs.
+// Builds only the two levels that are measured, since crowds do not change theirs.
 std::shared_ptr<const LevelSet> build_both(const Groom& groom) {
   auto set = std::make_shared<LevelSet>();
   for (const LevelIndex index : {LevelIndex::high, LevelIndex::low}) {
@@ -32,7 +34,8 @@ std::shared_ptr<const LevelSet> build_both(const Groom& groom) {
 }
 
 struct Run {
-  double tick_s = 0;  // the least of some ticks, after a second
+  // Is the shortest of some ticks after the warm-up.
+  double tick_s = 0;
   std::string hash;
 };
 
@@ -70,6 +73,7 @@ void measure_level(const Subject& subject, const Options& o, const std::shared_p
     const double naive_s = naive_step_s(subject, level, rate_hz, shipped, o.repetitions);
     const CutOffError error(subject, level, rate_hz, 1, o.duration_s);
     const int equal = error.iterations_for(error.of_naive(kPaperIterations), kIterationsMax);
+    // "as CG-16" has as many of our iterations as err no more than 16 of the naive step.
     struct Setting {
       const char* name;
       int substeps, iterations;

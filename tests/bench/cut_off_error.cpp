@@ -74,6 +74,7 @@ int CutOffError::iterations_for(double error, int most) const {
 
 int CutOffError::naive_iterations_for(double error, int most) const {
   int iterations = 16;
+  // Each try steps whole motions, so the count grows by a quarter instead of by one.
   while (iterations < most && !(of_naive(iterations) <= error)) iterations += iterations / 4;
   return std::min(iterations, most);
 }

@@ -18,6 +18,7 @@ namespace hairnet::bench {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+// A time is the shortest of at least so many runs, which together take at least kMeasure_s.
 constexpr int kRunsMin = 50;
 constexpr double kMeasure_s = 0.2;
 
@@ -28,6 +29,7 @@ struct Hair {
   RestTangents rest;
 };
 
+// Picks whole strands, evenly from all, until there are about as many points as asked for.
 Hair pick_strands(const Groom& groom, std::size_t point_count) {
   const std::vector<float> blend = root_blend(groom);
   const RestTangents rest = rest_tangents(groom, blend);
@@ -44,7 +46,8 @@ Hair pick_strands(const Groom& groom, std::size_t point_count) {
   return hair;
 }
 
-// A wave of a few centimetres and a different few millimetres at each node.
+// Displaces the nodes by a wave of a few centimetres, and each by other few millimetres, so that no two nodes are
+// equal.
 std::vector<Vec3f> lively_displacements(const Lattice& lattice) {
   std::vector<Vec3f> displacements;
   for (std::uint32_t n = 0; n < lattice.node_count(); ++n) {
@@ -75,11 +78,13 @@ std::uint64_t hash_bits(std::span<const Vec3f> vectors, std::uint64_t hash) {
   return hash;
 }
 
+// Returns the largest distance from the exact vectors, or NaN when one is not a number.
 double error_max(std::span<const Vec3f> vectors, std::span<const Vec3> exact) {
   double error = 0;
   for (std::size_t p = 0; p < vectors.size(); ++p) {
     const double off = (vectors[p].cast<double>() - exact[p]).norm();
-    if (!(off <= error)) error = off;  // a NaN stays
+    // The comparison is written so that a NaN is taken, and stays.
+    if (!(off <= error)) error = off;
   }
   return error;
 }

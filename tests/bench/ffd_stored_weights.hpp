@@ -16,7 +16,8 @@ class StoredWeights {
  private:
   std::size_t weights_per_point_;
   std::vector<Vec3f> points_;
-  std::vector<FfdWeight> weights_;  // delta multiplied in
+  // The weights are multiplied by the points' delta.
+  std::vector<FfdWeight> weights_;
 };
 
 }  // namespace hairnet::bench

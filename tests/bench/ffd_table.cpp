@@ -10,7 +10,8 @@
 namespace hairnet::bench {
 namespace {
 
-constexpr double kOff_max = 1e-4;  // m, and of tangents a share: float against double
+// The limit is in metres for points and a share for tangents; it allows for floats against the reference in doubles.
+constexpr double kOff_max = 1e-4;
 
 void measure_level(const Subject& subject, LevelIndex index, Report& report) {
   const auto level = build_level(subject.groom, kLevelSpecs[static_cast<std::size_t>(index)]);

@@ -8,7 +8,8 @@
 namespace hairnet::bench {
 namespace {
 
-constexpr double kRate_hz = 50;  // a frame is one step of the shipped length
+// A frame of this rate is one step of the longest shipped length (kStepMax_s).
+constexpr double kRate_hz = 50;
 
 }  // namespace
 

@@ -13,6 +13,7 @@
 namespace hairnet::bench {
 namespace {
 
+// The paper's Table 1 has frames of 1/25 s and 16 iterations without a preconditioner.
 constexpr double kRate_hz = 25;
 constexpr int kPaperIterations = 16, kIterationsMax = 64;
 
@@ -20,8 +21,10 @@ struct Cell {
   int nodes_per_axis;
   std::size_t attachments, springs;
   bool contact;
-  double paper_ms;  // Pentium 4, 3 GHz
+  // Is the paper's time on a Pentium 4 of 3 GHz.
+  double paper_ms;
 };
+// These are the rows of the paper's Table 1.
 constexpr Cell kCells[] = {{10, 0, 0, false, 1.1},     {10, 0, 0, true, 5.2},      {10, 50, 200, true, 10.1},
                            {10, 100, 400, true, 13.8}, {10, 200, 800, true, 21.4}, {5, 0, 0, false, 0.1},
                            {5, 0, 0, true, 0.2},       {5, 50, 200, true, 2.1},    {5, 100, 400, true, 3.8},
@@ -36,6 +39,7 @@ Level build(const Groom& groom, const Cell& cell) {
   return level;
 }
 
+// Returns whether one of our levels has the size of this cell.
 bool is_shipped(const Cell& cell) {
   return std::ranges::any_of(kLevelSpecs, [&](const LevelSpec& spec) {
     return cell.contact && spec.dims[0] == cell.nodes_per_axis && spec.spring_count == cell.springs;
@@ -107,7 +111,7 @@ std::vector<TimedRun> time_all(std::vector<Variant>& variants, int repetitions, 
   return laps;
 }
 
-// A crowd's lattices are those of the single kernel to the last bit.
+// Fails the report where a crowd's lattices differ from those of the single kernel in any bit.
 void check_hashes(const std::vector<Variant>& variants, const std::string& where, Report& report) {
   const auto hash_of = [&](const char* name) {
     return std::ranges::find(variants, name, &Variant::name)->performer->hash();

@@ -33,7 +33,8 @@ class PlainModel {
 // A step's input in plain numbers, which point into it.
 class PlainStep {
  public:
-  PlainStep(const Level& level, const StepInput& input);  // still air
+  // Asserts that the air is still.
+  PlainStep(const Level& level, const StepInput& input);
   [[nodiscard]] PlainInput input() const;
 
  private:

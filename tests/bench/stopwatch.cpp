@@ -10,9 +10,10 @@
 namespace hairnet::bench {
 namespace {
 
+// Google Benchmark repeats a run until this much time has passed, and counts that as one repetition.
 constexpr double kRepetition_s = 0.05;
 
-// The program prints its own tables.
+// Discards the report of Google Benchmark, as the program prints its own tables.
 class NoReport final : public benchmark::BenchmarkReporter {
  public:
   bool ReportContext(const Context&) override { return true; }

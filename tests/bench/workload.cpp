@@ -6,6 +6,7 @@
 namespace hairnet::bench {
 namespace {
 
+// After this time the hair moves as in the middle of a motion.
 constexpr double kLeadIn_s = 1;
 
 // One frame like in the service: substeps of the shipped length.

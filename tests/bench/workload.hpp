@@ -10,7 +10,8 @@ namespace hairnet::bench {
 // One character in the middle of a lively motion: its lattice after one second of the motion, and the frames to come.
 struct BenchCharacter {
   LatticeState state;
-  std::vector<Pose> poses;  // at the start of the first frame, and at the end of each
+  // Holds the poses at the start of the first frame and at the end of each.
+  std::vector<Pose> poses;
 };
 
 // The characters of a benchmark; each starts at a different time of the motion.

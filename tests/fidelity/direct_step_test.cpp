@@ -20,7 +20,7 @@ struct Case {
 
 class DirectSteps : public testing::TestWithParam<Case> {};
 
-// Away from rest, among balls and in wind, so that every force acts.
+// The lattice starts away from rest, in contact with the metaballs of a body and in wind, so that every force acts.
 TEST_P(DirectSteps, are_those_of_the_reference) {
   Groom groom = support::make_head_of_hair(60);
   groom.body = support::make_plain_body();
@@ -50,6 +50,8 @@ TEST_P(DirectSteps, are_those_of_the_reference) {
 
   WorldLattice expected = to_world(*level, input.from.head(), state), direct = expected;
   const WorldLattice before = expected;
+  // The reference iterates until the relative residual is near the precision of a double, so that its own error is
+  // far below the bound of 1e-8.
   reference_step(*level, input, expected, 1e-13);
   DirectStep solver(*level);
   ASSERT_TRUE(solver.step(input, direct));
@@ -59,11 +61,14 @@ TEST_P(DirectSteps, are_those_of_the_reference) {
     error = std::max(error, (direct.P_dot[i] - expected.P_dot[i]).norm());
     EXPECT_NEAR((direct.P[i] - expected.P[i]).norm(), 0, 1e-9);
   }
+  // The velocities must change much, in m/s, or equal results would prove little.
   EXPECT_GT(moved, 0.1);
   EXPECT_LT(error, 1e-8 * moved);
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, DirectSteps,
+                         // The counts of springs and attachments are upper limits. 100 000 are more than the groom
+                         // has, so none is left out.
                          testing::Values(Case{"all_springs", {{6, 6, 6}, 100'000, 100'000}, 0.1},
                                          Case{"few_springs", {{6, 6, 6}, 50, 10}, 0.1},
                                          Case{"steady_head", {{4, 5, 6}, 100, 20}, 0}),

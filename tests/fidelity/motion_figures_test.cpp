@@ -10,7 +10,8 @@
 #include "tests/fidelity/motion_sets.hpp"
 #include "tests/support/case_name.hpp"
 
-// What one sees of hair in motions of every day: the measures of hairnet-fidelity motion on few strands.
+// Bounds the visible faults of hair in everyday motions, such as walking. The measures are those of `hairnet-fidelity
+// motion`, on fewer strands.
 namespace hairnet::fidelity {
 namespace {
 
@@ -31,6 +32,7 @@ constexpr Bounds kBounds[] = {
     {"side_step", 0.001, 0.01, 1.31, 2.14, 0.0125},   {"turn_on_spot", 0.001, 0.005, 1.1, 1.25, 0.023, 0.0025, 0.00006},
     {"late_nod", 0.001, 0.005, 1.04, 1.21, 0.0034},
 };
+// Limits the length of drawn strands over that of their design.
 constexpr double kDrawnLength_p99 = 1.02;
 constexpr double kRestDeepShareMax = 0, kRestInvertedShareMax = 0;
 
@@ -65,13 +67,16 @@ INSTANTIATE_TEST_SUITE_P(Made, EverydayHair,
 
 TEST(LoopedMotion, continues_at_the_place_and_heading_of_its_end) {
   Motion motion = make_motion("dance").value();
-  motion.poses.resize(200);  // in the middle of a turn
+  // The cut is in the middle of a turn, where a jump of the heading would show.
+  motion.poses.resize(200);
   motion.teleports.resize(200);
   const double length_s = motion.duration_s();
   const Motion all = looped(motion, 12);
   EXPECT_GE(all.duration_s(), 12);
   for (std::size_t i = 1; i < all.poses.size(); ++i) {
     const RigidTransform &a = all.poses[i - 1].head(), &b = all.poses[i].head();
+    // A loop that began again at the first pose's position and heading would jump there. The bounds are above any
+    // speed of the dance.
     ASSERT_LT((b.position - a.position).norm() * all.rate_hz, 3) << "m/s at pose " << i;
     ASSERT_LT(a.rotation.angularDistance(b.rotation) * all.rate_hz, 15) << "rad/s at pose " << i;
   }
@@ -115,6 +120,7 @@ TEST(DeepPoints, are_those_that_a_plain_look_at_every_point_finds) {
         << "at tick " << tick;
     found += count;
   }
+  // Some points must have become too deep, or the comparison would be of zeros.
   EXPECT_GT(found, 0u);
 }
 

@@ -21,6 +21,7 @@ void decode(std::span<const std::uint8_t> bytes) {
   require(has_pose, "a pose without the coefficients, too");
   require(is_valid(got.pose), "a pose that is valid");
   require(got.coefficients.size() == code.mode_count(), "a coefficient for each mode");
+  // The largest coefficient is 2^19 of the coarsest steps, 4096 m.
   const auto is_small = [](float c) { return std::abs(c) <= 5000; };
   require(std::ranges::all_of(got.coefficients, is_small), "coefficients that are finite");
   codec::EncodedFrame encoded;

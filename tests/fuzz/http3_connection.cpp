@@ -9,17 +9,19 @@ namespace {
 
 using namespace hairnet;
 
+// So many different streams fit the four bits that name one.
 constexpr std::size_t kStreamsMax = 16;
 
-// What a client does beside the common steps.
+// These are the steps of a client beside the common ones: the end of a stream that is done, and the end of the session.
 enum ClientStep : unsigned { kClosed = fuzz::kCommonSteps, kCloseSession };
 
-// The kind and the stream: of both directions, 0, 2, 4, 6, ... and the server's own 3.
+// Three bits of the head are the kind, and four choose one of the client's streams 0, 2, 4, 6 and so on. The highest
+// bit stands for stream 3, the server's own.
 fuzz::StreamStep read_head(std::uint8_t head) {
   return {head & 7u, head & 0x80 ? 3 : 2 * (head >> 3 & 0xf), {}};
 }
 
-// `piece_bytes`: how many bytes of a stream come at a time.
+// Feeds the steps to a new connection, `piece_bytes` bytes of a stream at a time.
 void run(const std::vector<fuzz::StreamStep>& steps, std::size_t piece_bytes, http3::RecordingOwner& owner) {
   http3::Connection connection(owner);
   connection.start(3);

@@ -9,12 +9,12 @@ namespace {
 
 using namespace hairnet;
 
-// The kind and the stream.
+// Three bits of the head choose the kind, and the other five are the stream.
 fuzz::StreamStep read_head(std::uint8_t head) {
   return {(head & 7u) % fuzz::kCommonSteps, head >> 3, {}};
 }
 
-// `piece_bytes`: how many bytes of a stream come at a time.
+// Feeds the steps to a new session, `piece_bytes` bytes of a stream at a time.
 void run(const std::vector<fuzz::StreamStep>& steps, std::size_t piece_bytes, link::RecordingHttp3Owner& owner) {
   link::Http3Session session(owner, "localhost:7420", "/wt");
   session.start();

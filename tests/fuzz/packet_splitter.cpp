@@ -9,6 +9,7 @@
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace hairnet;
   if (size == 0) return 0;
+  // The limit is far below that of the protocol, so that short inputs reach it.
   constexpr std::size_t kPacketBytesMax = 4096;
   const std::span<const std::uint8_t> stream(data + 1, size - 1);
   const auto split = [&](std::size_t piece_bytes, std::vector<std::uint8_t>& packets) {

@@ -9,7 +9,7 @@
 
 #include "tests/fuzz/target.hpp"
 
-// What the other end of an HTTP/3 connection does, step by step, as random bytes say.
+// Reads random bytes as steps of the other end of an HTTP/3 connection.
 namespace hairnet::fuzz {
 
 struct StreamStep {
@@ -18,10 +18,11 @@ struct StreamStep {
   std::int64_t stream = 0;  // QUIC's number
   std::span<const std::uint8_t> bytes;
 };
-// The common kinds: bytes of a stream, its last ones, its reset, a wish that no more is sent there, a datagram.
+// The common kinds are bytes of a stream, its last bytes, its reset, the request to stop sending there, and a datagram.
 enum CommonStep : unsigned { kBytes, kLastBytes, kReset, kStop, kDatagram, kCommonSteps };
 
-// `read_head` says kind and stream by the first byte of each step. The second one is the number of bytes that follow.
+// Each step has a head byte, from which `read_head` takes the kind and the stream, and then the number of bytes that
+// follow.
 inline std::vector<StreamStep> read_stream_steps(std::span<const std::uint8_t> input,
                                                  StreamStep (*read_head)(std::uint8_t)) {
   std::vector<StreamStep> steps;
@@ -35,7 +36,7 @@ inline std::vector<StreamStep> read_stream_steps(std::span<const std::uint8_t> i
   return steps;
 }
 
-// Which streams have ended: a QUIC connection passes nothing on behind that.
+// Says which streams have ended. QUIC passes nothing on behind the end of a stream, so the fuzzer must not either.
 using EndedStreams = std::map<std::int64_t, bool>;
 
 // Does a common step. `piece_bytes`: how many bytes of a stream come at a time.

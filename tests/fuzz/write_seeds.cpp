@@ -51,9 +51,10 @@ void append(Bytes& stream, const Bytes& packet) {
 }
 
 void add_packet_seeds(Folder& packets, Folder& streams) {
-  // The shortest of the tries are kept.
+  // The two shortest of twelve random packets of a kind become seeds: short seeds make fuzzing quick.
   constexpr std::size_t kPacketsEach = 2, kTries = 12;
   wire::RandomMessages random(1);
+  // The first byte sets the length of the pieces of the stream (packet_splitter.cpp); any value will do.
   Bytes stream{13};
   for (std::size_t kind = 0; kind < wire::kMessageKinds; ++kind) {
     std::vector<Bytes> of_kind;
@@ -89,6 +90,7 @@ void add_link_seeds(Folder& folder) {
     for (const wire::Message& message : messages) append(stream, wire::encode_packet({1'000'000'000, message}));
     folder.add(stream);
   };
+  // These are the bits of the first byte that link_core.cpp reads.
   constexpr std::uint8_t kPrologue = 8, kResumed = 16, kLongPieces = 7;
   const wire::Goodbye draining{wire::GoodbyeReason::server_draining, ""};
   const wire::Error refused{wire::ErrorReason::groom_invalid, 0, link_groom(), ""};

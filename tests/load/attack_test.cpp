@@ -94,16 +94,20 @@ TEST_F(AttackTest, rate_is_that_of_events_whatever_the_calls) {
   int count = 0;
   for (std::int64_t now_ns = kSecond_ns; now_ns < 3 * kSecond_ns; now_ns += 37'000'000)
     while (rate.take(now_ns)) ++count;
+  // Two seconds have 200 events. The calls come every 37 ms, so up to four events are due after the last one.
   EXPECT_NEAR(count, 200, 5);
   EXPECT_FALSE(never.take(kSecond_ns));
   count = 0;
-  while (rate.take(100 * kSecond_ns)) ++count;  // not 97 seconds at once
+  // Who has not called for more than a second gets one event, not all of the 97 seconds at once: a generator that
+  // stalled must not flood the server afterwards.
+  while (rate.take(100 * kSecond_ns)) ++count;
   EXPECT_EQ(count, 1);
 }
 
 TEST_F(AttackTest, session_adds_its_characters_and_sends_all_their_poses) {
   SessionAttack attack;
   attack.room = "attack";
+  // A packet has at most 1024 poses (kPosesPerPacket), so 1500 need two.
   attack.characters = 1500;
   attack.pose_hz = 30;
   AttackSession session(context_, 9, attack);
@@ -131,6 +135,7 @@ TEST_F(AttackTest, resuming_session_closes_when_it_has_its_characters_and_at_eac
   first.session = 77;
   first.secret.fill(5);
   welcome(session, first);
+  // The session waits for its last character, number 3, before it closes the connection.
   wire_.answer(wire::CharacterAdded{2, {}, LevelIndex::rigid, 1}, kSecond_ns);
   EXPECT_EQ(wire_.open_count, 1u);
   wire_.answer(wire::CharacterAdded{3, {}, LevelIndex::rigid, 2}, kSecond_ns);
@@ -153,7 +158,9 @@ TEST_F(AttackTest, observer_reads_little_and_churn_adds_and_removes) {
   AttackSession session(context_, 9, attack);
   welcome(session);
   for (int i = 0; i < 9; ++i) session.act(2 * kSecond_ns + i * kSecond_ns / 10);
+  // It reads ten times a second (kReads_hz), and so 100 of 1000 bytes at a time.
   EXPECT_EQ(wire_.readable, 100u);
+  // Nine calls at 10 Hz are nine events, additions and removals in turn, beside the first two characters.
   EXPECT_THAT(wire_.all<wire::AddCharacter>(), SizeIs(2 + 5));
   EXPECT_THAT(wire_.all<wire::RemoveCharacter>(), SizeIs(4));
 }
@@ -166,6 +173,7 @@ TEST_F(AttackTest, appearances_change_in_turn_within_the_protocol) {
   welcome(session);
   for (int i = 0; i < 10; ++i) session.act(2 * kSecond_ns + i * kSecond_ns / 10);
   const auto set = wire_.all<wire::SetAppearance>();
+  // The ten calls span 0.9 s, which have some 28 changes at 30 Hz.
   EXPECT_NEAR(static_cast<double>(set.size()), 30, 3);
   std::set<std::uint32_t> characters;
   std::set<std::string> tags;
@@ -181,6 +189,7 @@ TEST_F(AttackTest, appearances_change_in_turn_within_the_protocol) {
 TEST_F(AttackTest, bad_appearances_are_what_a_server_must_refuse) {
   SessionAttack attack;
   attack.characters = 1;
+  // The ten calls below span 0.9 s, which make some 900 packets.
   attack.bad_appearance_hz = 1000;
   AttackSession session(context_, 9, attack);
   welcome(session);
@@ -196,17 +205,18 @@ TEST_F(AttackTest, bad_appearances_are_what_a_server_must_refuse) {
       EXPECT_GT(set->character, 1u);
     }
   });
-  // They name characters that it does not have.
+  // A third of the packets name characters that the session does not have.
   EXPECT_GT(errors[wire::DecodeError::none], 200);
-  // The tags have too many bytes.
+  // Two thirds have tags of too many bytes.
   EXPECT_GT(errors[wire::DecodeError::invalid], 400);
   errors.erase(wire::DecodeError::none);
   errors.erase(wire::DecodeError::invalid);
-  // Others are damaged.
+  // Every 256th packet has random bytes, which fail to decode in other ways.
   EXPECT_FALSE(errors.empty());
 }
 
 TEST_F(AttackTest, upload_sends_from_the_wanted_offset_and_then_another_groom) {
+  // The server says that it has the first 100 000 of 300 000 bytes, as after an interrupted upload.
   AttackUpload upload(context_, 9, make_rubbish(300'000), 1);
   welcome(upload);
   ASSERT_THAT(wire_.messages(), SizeIs(2));  // Hello and GroomOffer
@@ -241,6 +251,7 @@ TEST_F(AttackTest, offers_stay_without_their_bytes) {
 }
 
 TEST_F(AttackTest, socket_sends_its_bytes_once_and_comes_again) {
+  // The bytes are more than one piece of 64 KiB. The socket stays open for 5 s, then connects again a second later.
   const auto bytes = std::make_shared<const std::vector<std::uint8_t>>(100'000, std::uint8_t{3});
   AttackSocket socket(context_, 9, SocketAttack{bytes, false, 5});
   socket.act(kSecond_ns);
@@ -256,6 +267,7 @@ TEST_F(AttackTest, socket_sends_its_bytes_once_and_comes_again) {
 
 // A groom that the decoder refuses would attack nothing but the decoder.
 TEST_F(AttackTest, grooms_are_valid_within_the_default_limits) {
+  // This is the default of GroomStoreLimits::groom_bytes_max.
   constexpr std::size_t kServerGroomBytesMax = 64u << 20;
   for (const auto& bytes : {make_zigzag_groom(), make_body_groom(), make_big_groom()}) {
     EXPECT_LE(bytes.size(), kServerGroomBytesMax);
@@ -279,6 +291,7 @@ TEST_F(AttackTest, hands_are_valid_unless_they_are_meant_to_be_bad) {
     EXPECT_EQ(validate(batch.hands->hands), "");
     for (const Hand& hand : batch.hands->hands) shapes += hand.shapes.size();
   }
+  // Each message has the most shapes that the protocol allows.
   EXPECT_GE(shapes, kHandShapesMax);
   ASSERT_THAT(wire_.all<wire::TakeHold>(), SizeIs(testing::Ge(1u)));
   EXPECT_EQ(wire_.all<wire::TakeHold>()[0].member, 7u);
@@ -286,6 +299,8 @@ TEST_F(AttackTest, hands_are_valid_unless_they_are_meant_to_be_bad) {
   EXPECT_EQ(wire_.all<wire::SetTouch>()[0].audience, TouchAudience::everyone);
   EXPECT_THAT(wire_.all<wire::SetProps>(), SizeIs(testing::Ge(1u)));
 
+  // The attack has eight holds at once (kHeldAtOnce) and then releases and takes in turn. A release must name a hold
+  // that exists, and must not come in the tick of its own hold.
   std::set<std::pair<std::uint32_t, std::uint8_t>> taken;
   std::size_t releases = 0;
   for (const wire::Message& message : wire_.messages()) {
@@ -296,6 +311,7 @@ TEST_F(AttackTest, hands_are_valid_unless_they_are_meant_to_be_bad) {
       EXPECT_THAT(taken, testing::Not(testing::IsEmpty())) << "in the same tick it would hold nothing";
     }
   }
+  // The second has 60 events: eight holds, then some 26 releases.
   EXPECT_GT(releases, 10u);
   wire_.answer(wire::Held{7, 3, 12}, 3 * kSecond_ns);
   wire_.answer(wire::Held{7, 3, 0}, 3 * kSecond_ns);
@@ -318,6 +334,8 @@ TEST_F(AttackTest, bad_touches_are_refused_and_none_ends_its_session) {
       EXPECT_NE(wire::validate(*hold), "");
     }
   });
+  // The 0.9 s have some 360 bad messages at 400 Hz, a quarter of them with damaged hands. A few of those are valid by
+  // chance.
   EXPECT_GT(bad_hands, 70);
 }
 

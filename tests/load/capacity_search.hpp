@@ -14,8 +14,10 @@ class CapacitySearch {
   struct Limits {
     std::uint32_t first = 16;
     std::uint32_t most = 100'000;
-    double resolution = 0.05;   // share of the answer by which it may be too low
-    std::uint32_t granule = 1;  // probes are multiples of it (characters of a client)
+    // Is the share of the answer by which the answer may be too low.
+    double resolution = 0.05;
+    // Probes are multiples of this number, the characters of one client.
+    std::uint32_t granule = 1;
     std::uint32_t probe_count_max = 30;
   };
   struct Probe {
@@ -41,8 +43,10 @@ class CapacitySearch {
 
   Limits limits_;
   std::uint32_t most_ = 0;
-  std::uint32_t good_ = 0;            // the largest that passed and has not failed since
-  std::optional<std::uint32_t> bad_;  // the least that did not
+  // Is the largest count that passed and has not failed since.
+  std::uint32_t good_ = 0;
+  // Is the smallest count that failed.
+  std::optional<std::uint32_t> bad_;
   std::uint32_t capacity_ = 0;
   std::vector<Probe> probes_;
   std::optional<Probe> next_;

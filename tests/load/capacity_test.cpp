@@ -5,7 +5,7 @@
 namespace hairnet::load {
 namespace {
 
-// Probes until the search is over; `holds` returns whether that many pass.
+// Probes until the search is over. `holds` returns whether the server passes with that many characters.
 template <class Holds>
 CapacitySearch search(const CapacitySearch::Limits& limits, Holds holds) {
   CapacitySearch search(limits);
@@ -19,8 +19,10 @@ TEST(CapacitySearch, finds_a_known_capacity_within_its_resolution) {
     CapacitySearch::Limits limits;
     const auto found = search(limits, [&](std::uint32_t n) { return n <= known; });
     EXPECT_LE(found.capacity(), known);
+    // The answer may be 5 % too low (Limits::resolution), or one character.
     EXPECT_GE(found.capacity() + std::max(1.0, 0.05 * known), known) << known;
     EXPECT_TRUE(found.probes().back().confirms);
+    // A search by doubling and bisection must end well before Limits::probe_count_max, which is 30.
     EXPECT_LE(found.probes().size(), 25u);
     EXPECT_FALSE(found.reached_most());
   }
@@ -32,6 +34,7 @@ TEST(CapacitySearch, keeps_to_whole_clients) {
   const auto found = search(limits, [](std::uint32_t n) { return n <= 1000; });
   for (const auto& probe : found.probes()) EXPECT_EQ(probe.characters % 24, 0u);
   EXPECT_LE(found.capacity(), 1000u);
+  // The largest multiple of 24 below 1000 is 984. The resolution of 5 % leaves out two more multiples at most.
   EXPECT_GE(found.capacity(), 936u);
 }
 
@@ -45,7 +48,8 @@ TEST(CapacitySearch, ends_when_no_load_passes_or_every_load_passes) {
 }
 
 TEST(CapacitySearch, load_that_passes_once_and_fails_later_is_not_the_answer) {
-  // 400 to 500 pass every other time only.
+  // A load of 400 to 500 characters passes every other time only. The search must confirm its answer with a second
+  // pass.
   int turn = 0;
   const auto found = search({}, [&](std::uint32_t n) { return n < 400 || (n <= 500 && turn++ % 2 == 0); });
   EXPECT_GT(found.capacity(), 0u);
@@ -57,6 +61,7 @@ TEST(CapacitySearch, load_that_passes_once_and_fails_later_is_not_the_answer) {
 TEST(CapacitySearch, is_bounded_against_a_server_that_is_never_sure) {
   int turn = 0;
   const auto found = search({}, [&](std::uint32_t) { return turn++ % 2 == 0; });
+  // Limits::probe_count_max is 30.
   EXPECT_LE(found.probes().size(), 30u);
 }
 
@@ -68,7 +73,8 @@ Options capacity_options() {
   return options;
 }
 
-// A server whose latency rises with its characters, and a generator that is late above some.
+// Stands for a server whose latency is proportional to its characters, and for a generator that lags by 50 ms, beyond
+// its limit, when there are more than `generator_limit` characters.
 Prober fake_prober(double ms_per_character, double generator_limit) {
   return [=](const Plan& plan) -> Result<RunResult> {
     RunResult result;
@@ -111,6 +117,8 @@ TEST(FindCapacity, finds_where_the_threshold_fails) {
   Report report;
   ASSERT_TRUE(find_capacity(capacity_options(), fake_prober(0.1, 1e9), report));
   ASSERT_TRUE(report.capacity);
+  // The latency reaches the threshold of 50 ms at 500 characters. The answer may be 5 % lower, in whole clients of
+  // eight characters.
   EXPECT_LT(report.capacity->capacity, 500u);
   EXPECT_GE(report.capacity->capacity, 470u);
   EXPECT_FALSE(report.capacity->limited_by_generator);
@@ -121,6 +129,7 @@ TEST(FindCapacity, finds_where_the_threshold_fails) {
 
 TEST(FindCapacity, reports_when_the_generator_was_the_limit) {
   Report report;
+  // The generator is late above 200 characters, long before the server reaches its threshold.
   ASSERT_TRUE(find_capacity(capacity_options(), fake_prober(0.1, 200), report));
   EXPECT_LE(report.capacity->capacity, 200u);
   EXPECT_TRUE(report.capacity->limited_by_generator);

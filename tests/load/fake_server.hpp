@@ -12,8 +12,8 @@
 
 namespace hairnet::load {
 
-// A server in the test's own time: welcomes at once, and answers every tick with a frame of each character, sampled
-// `pose_delay_ns` before; unless it stalls, when nothing comes of it.
+// A server in simulated time. Each tick it sends a frame of every character, sampled kPoseDelay_ns before the tick; the
+// first tick of a connection is the welcome. It sends nothing while it is stalled.
 class FakeServer final : public Connector {
  public:
   static constexpr std::int64_t kTick_ns = 33'333'333, kPoseDelay_ns = 25'000'000;
@@ -27,7 +27,7 @@ class FakeServer final : public Connector {
   }
   std::unique_ptr<ProtocolClient> make_protocol_client() { return std::make_unique<FakeProtocolClient>(*this); }
 
-  // What has become due by now: connections open, ticks are answered.
+  // Does what is due by now: opens connections and sends the frames of ticks.
   void pump(std::int64_t now_ns) {
     now_ns_ = now_ns;
     const std::vector<FakeClientConnection*> lines = lines_;
@@ -59,12 +59,12 @@ class FakeServer final : public Connector {
 
   bool stalled = false;
   std::size_t connect_count = 0;
-  // Are those of connections, in order.
+  // Holds the hosts that clients connected from, in the order of their connections.
   std::vector<std::uint32_t> hosts;
   // Holds which sessions have pushed hands, and the kinds of requests about holds: take, drop, pin, unpin.
   std::vector<std::uint64_t> with_hands;
   std::vector<std::string> holds;
-  // Holds when each was captured, and when it was pushed.
+  // Holds for each pose when it was captured, and when it was pushed.
   std::vector<std::pair<std::int64_t, std::int64_t>> poses;
 
  private:

@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::int64_t kStep_ns = 1'000'000;
 
+// Runs load clients against a fake server in simulated time. The server has 30 ticks a second and samples each pose
+// 25 ms late (FakeServer::kTick_ns, kPoseDelay_ns). The clients send 72 poses a second, the default of a plan.
 class FleetTest : public testing::Test {
  protected:
   void plan(const std::vector<std::string>& stages, std::uint64_t seed = 1) {
@@ -62,7 +64,9 @@ TEST_F(FleetTest, counts_poses_and_frames_of_a_prompt_server) {
   plan({"ramp:2s:clients=4,characters=3", "steady:10s"});
   run();
   const Counts& counts = stage(1).counts;
+  // Four clients with three characters each are there for 10 s.
   EXPECT_NEAR(counts.character_s, 120, 0.1);
+  // A character may have two poses or frames more or fewer at the edges of the stage.
   EXPECT_NEAR(static_cast<double>(counts.poses_intended), 12 * 72 * 10, 24);
   EXPECT_NEAR(static_cast<double>(counts.frames), 12 * 30 * 10, 24);
   EXPECT_EQ(counts.frames_missed, 0u);
@@ -72,6 +76,7 @@ TEST_F(FleetTest, counts_poses_and_frames_of_a_prompt_server) {
   EXPECT_EQ(counts.poses_unsent, 0u);
   EXPECT_TRUE(counts.errors.empty());
   EXPECT_EQ(counts.frames_by_level[2], counts.frames);
+  // Each frame of the fake server has 600 bytes.
   EXPECT_EQ(counts.content_bytes, counts.frames * 600);
   // A pose waits for the sampling delay and for the next tick: between 25 ms and 25 ms and a tick, and one step.
   EXPECT_GE(stage(1).latency.min_ms(), 24.9);
@@ -113,13 +118,19 @@ TEST_F(FleetTest, stalled_server_delays_no_pose_and_its_stall_counts_as_latency)
   const std::uint64_t intended = stage(0).counts.poses_intended;
 
   run([this](std::int64_t now_ns) { server_.stalled = now_ns >= 4'000'000'000 && now_ns < 5'000'000'000; });
-  EXPECT_EQ(server_.poses, prompt);  // captured and sent at the same times
+  // The clients capture and send at the same times as before: the stall slows no client down.
+  EXPECT_EQ(server_.poses, prompt);
   EXPECT_EQ(stage(0).counts.poses_intended, intended);
+  // The longest wait is the stall of 1 s. The sampling delay and a tick, 58 ms, come on top.
   EXPECT_NEAR(stage(0).latency.max_ms(), 1000, 80);
-  // A tenth of all poses were captured while it stalled, and waited half of it on average: none is left out.
+  // A tenth of all poses was captured during the stall of 1 s, and waited for 500 ms on average. If they were left out,
+  // the quantile would be that of a prompt server.
   EXPECT_NEAR(stage(0).latency.quantile_ms(0.95), 500, 100);
   EXPECT_EQ(stage(0).latency.count(), stage(0).counts.poses_answered + stage(0).counts.poses_unanswered);
+  // Poses without an answer count only after 250 ms (kAnswerWait_ns), so some of the last half second may be missing
+  // here.
   EXPECT_GE(stage(0).latency.count() + 10 * 72 / 2, intended);
+  // Each of the ten characters misses the 30 frames of the second.
   EXPECT_NEAR(static_cast<double>(stage(0).counts.frames_missed), 10 * 30, 20);
   EXPECT_NEAR(static_cast<double>(stage(0).counts.gap_ticks_max), 30, 1);
 }
@@ -127,6 +138,8 @@ TEST_F(FleetTest, stalled_server_delays_no_pose_and_its_stall_counts_as_latency)
 TEST_F(FleetTest, poses_without_an_answer_count_with_their_waiting_time) {
   plan({"steady:6s:clients=2,characters=1"});
   run([this](std::int64_t now_ns) { server_.stalled = now_ns >= 3'000'000'000; });
+  // The server stalls for the last 3 s. Poses of the last 250 ms (kAnswerWait_ns) may still be answered, and do not
+  // count.
   EXPECT_NEAR(static_cast<double>(stage(0).counts.poses_unanswered), 2 * 72 * (3 - 0.25), 10);
   EXPECT_NEAR(stage(0).latency.max_ms(), 3000, 80);
 }
@@ -135,6 +148,7 @@ TEST_F(FleetTest, server_that_welcomes_no_client_has_unanswered_joins) {
   plan({"steady:3s:clients=4,characters=2"});
   run([this](std::int64_t) { server_.stalled = true; });
   EXPECT_EQ(stage(0).counts.joins, 0u);
+  // Each of the eight characters waits for its join.
   EXPECT_EQ(stage(0).counts.joins_unanswered, 8u);
   EXPECT_GT(stage(0).join.max_ms(), 2000);
 }
@@ -146,7 +160,9 @@ TEST_F(FleetTest, lost_connections_are_errors_and_clients_return) {
   });
   EXPECT_EQ(stage(1).counts.errors.at("closed_reset"), 3u);
   EXPECT_EQ(server_.connect_count, 6u);
-  EXPECT_GT(stage(1).counts.poses_unsent, 3u * 72 / 2 - 10);  // half a second at least
+  // A fake client connects again 600 ms after its loss: poses of more than half a second and less than a second are
+  // not sent.
+  EXPECT_GT(stage(1).counts.poses_unsent, 3u * 72 / 2 - 10);
   EXPECT_LT(stage(1).counts.poses_unsent, 3u * 72);
   EXPECT_EQ(stage(1).counts.joins, 3u);
   EXPECT_EQ(stage(1).counts.poses_intended, stage(1).counts.poses_sent + stage(1).counts.poses_unsent);
@@ -158,7 +174,8 @@ TEST_F(FleetTest, reconnect_storm_reconnects_its_share_without_errors) {
   EXPECT_EQ(server_.connect_count, 12u);
   EXPECT_TRUE(stage(1).counts.errors.empty());
   EXPECT_EQ(stage(1).counts.joins, 4u);
-  EXPECT_GT(stage(1).join.min_ms(), 600);  // the time that they were away
+  // A client is away for 600 ms, and is welcomed at the next tick.
+  EXPECT_GT(stage(1).join.min_ms(), 600);
   EXPECT_LT(stage(1).join.max_ms(), 750);
   EXPECT_EQ(stage(1).counts.resumes, 4u);
 }
@@ -174,13 +191,14 @@ TEST_F(FleetTest, generator_that_sleeps_reports_it) {
   context.make_protocol_client = [this](std::uint32_t, std::uint32_t) { return server_.make_protocol_client(); };
   context.tally = &*tally_;
   Fleet fleet(plan_, context, 0);
+  // The generator stands still once, from 2 s to 2.4 s.
   for (std::int64_t now_ns = 0; now_ns < 5'000'000'000; now_ns += now_ns == 2'000'000'000 ? 400 * kStep_ns : kStep_ns) {
     server_.pump(now_ns);
     fleet.advance(now_ns);
   }
   EXPECT_GT(tally_->lag().max_ms(), 350);
   EXPECT_LT(tally_->lag().quantile_ms(0.5), 1.1);
-  // Late, but with the times they were meant to be captured at.
+  // Poses that are sent late still have the times at which they were meant to be captured.
   std::int64_t last_ns = 0;
   std::size_t late = 0;
   for (const auto& [captured_ns, pushed_ns] : server_.poses) {
@@ -188,6 +206,7 @@ TEST_F(FleetTest, generator_that_sleeps_reports_it) {
     late += pushed_ns - captured_ns > 100'000'000 ? 1 : 0;
     last_ns = std::max(last_ns, captured_ns);
   }
+  // The poses of the first 300 ms of the 400 ms are sent more than 100 ms late.
   EXPECT_NEAR(static_cast<double>(late), 3 * 72 * 0.3, 6);
 }
 

@@ -32,8 +32,10 @@ class FrameCheck final : public FrameWatcher {
   [[nodiscard]] bool looks_at(std::uint32_t client, std::uint32_t character) const;
   struct Subject {
     std::uint64_t tick = 0;
-    std::uint64_t welcome = 0;  // after which it was
-    bool returned = false;      // and is not yet on the level that it was on before
+    // Is the client's number of welcomes at its last frame.
+    std::uint64_t welcome = 0;
+    // The client is back after a loss, and the character is not yet on the level that it had before.
+    bool returned = false;
     Pose pose;
     std::int64_t rest_since_ns = 0;
     LevelIndex level = LevelIndex::rigid;

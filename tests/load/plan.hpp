@@ -14,15 +14,23 @@ namespace hairnet::load {
 struct Plan {
   std::uint64_t seed = 1;
   double pose_hz = 72;
-  std::vector<std::string> grooms{"made:bob"};  // files or made:STYLE; characters take them in turn
-  std::vector<std::string> motions{"made:dance", "made:look_around", "made:nod", "made:walk"};  // likewise
-  std::uint32_t room_size = 0;   // clients of a room; 0: all in one
-  double touch_share = 0;        // of the clients have hands, which touch and hold the hair of others
-  std::string observe = "all";   // members that each client sees: all, or a number of nearest; 0: only its own
-  double hair_error_mm = 1;      // see wire::Observe::error_m
-  double frame_bytes_per_s = 0;  // a client; see wire::Observe::bytes_per_s
+  // Each is a file or made:STYLE. Characters take the grooms in turn.
+  std::vector<std::string> grooms{"made:bob"};
+  // Each is a file or made:NAME. Characters take the motions in turn.
+  std::vector<std::string> motions{"made:dance", "made:look_around", "made:nod", "made:walk"};
+  // Is the number of clients in a room; 0 means one room for all.
+  std::uint32_t room_size = 0;
+  // This share of the clients has hands, which touch and hold the hair of other clients' characters.
+  double touch_share = 0;
+  // Says which members each client sees: all, or a number of nearest ones. 0 means its own only.
+  std::string observe = "all";
+  // Is the permitted error of hair, as in wire::Observe::error_m.
+  double hair_error_mm = 1;
+  // Limits the bytes of frames for a client, as in wire::Observe::bytes_per_s.
+  double frame_bytes_per_s = 0;
   std::vector<Stage> stages;
-  std::vector<std::string> requirements;  // thresholds of the plan itself, beside those of the command line
+  // Holds thresholds of the plan itself, beside those of the command line.
+  std::vector<std::string> requirements;
 
   [[nodiscard]] double duration_s() const;
   [[nodiscard]] bool has_attacks() const;

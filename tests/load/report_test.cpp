@@ -48,6 +48,7 @@ std::string markup_fault(std::string_view html) {
 
 Report sample_report() {
   Report report;
+  // These are the characters that HTML must escape.
   report.command = "hairnet-load --stage <b>&\"'";
   report.machine = "a machine";
   report.outcome_text = "all <2> thresholds met";
@@ -70,6 +71,7 @@ Report sample_report() {
     WindowFigures window;
     window.begin_s = i;
     window.duration_s = 1;
+    // A window without an answered pose has no latency. The page must leave the gap out, and never print "nan".
     window.latency_p99_ms = i % 7 == 0 ? std::nan("") : 30 + i;
     window.frames = 100;
     window.frames_by_level = {10, 20, 30, 40, 0};
@@ -182,7 +184,8 @@ TEST(LiveView, draws_a_screen_of_fixed_height_and_a_line_of_one) {
   RunProgress progress;
   progress.duration_s = 10;
   const auto height = std::ranges::count(to_screen(progress), '\n');
-  progress.time_s = 25;  // past the end
+  // This time is past the end, which a late run may reach.
+  progress.time_s = 25;
   progress.characters = 100'000;
   progress.latest.frames = 5;
   progress.latest.frames_by_level = {1, 1, 1, 1, 1};
@@ -198,7 +201,8 @@ TEST(BadClient, packets_repeat_with_the_seed_and_most_are_refused) {
     EXPECT_EQ(packet, make_bad_packet(b, 1'000'000'000 + i));
     refused += wire::decode_packet(packet).error != wire::DecodeError::none ? 1 : 0;
   }
-  EXPECT_GT(refused, 150);  // the rest is for the server's own judgement
+  // At least half of the packets must fail to decode. The others decode, and the server itself must refuse them.
+  EXPECT_GT(refused, 150);
 }
 
 int exit_code_of(std::vector<const char*> words) {

@@ -21,7 +21,7 @@ std::size_t count(const std::vector<Action>& schedule, Action::Kind kind) {
   return static_cast<std::size_t>(std::ranges::count(schedule, kind, &Action::kind));
 }
 
-// How many are there at a time, by the actions alone.
+// Counts the well-behaved clients that have joined and not left by `time_s`.
 std::size_t population(const std::vector<Action>& schedule, double time_s) {
   std::set<std::uint32_t> there;
   for (const Action& action : schedule) {
@@ -46,6 +46,7 @@ TEST(Schedule, ramps_evenly_then_stays_and_goes_down_again) {
 TEST(Schedule, spike_comes_at_once) {
   const auto schedule = make_schedule(plan_of({"steady:5s:clients=10", "spike:5s:clients=60"}));
   EXPECT_EQ(population(schedule, 4.99), 10u);
+  // All 50 new clients join within 30 ms of the stage's beginning.
   EXPECT_EQ(population(schedule, 5.03), 60u);
 }
 
@@ -59,7 +60,9 @@ TEST(Schedule, churn_keeps_the_population_and_its_rate) {
   const auto schedule = make_schedule(plan_of({"ramp:1s:clients=50", "steady:1000s:churn=2"}));
   for (const double time_s : {10.0, 500.0, 999.0}) EXPECT_EQ(population(schedule, time_s), 50u) << time_s;
   const double left = static_cast<double>(count(schedule, Action::Kind::leave) + count(schedule, Action::Kind::vanish));
-  EXPECT_NEAR(left, 2000, 5 * std::sqrt(2000.0));  // Poisson
+  // Departures are Poisson with a mean of 2 Hz x 1000 s. The bound is five standard deviations.
+  EXPECT_NEAR(left, 2000, 5 * std::sqrt(2000.0));
+  // Both ways to go, with a goodbye and without one, must be common.
   EXPECT_GT(count(schedule, Action::Kind::leave), left / 3);
   EXPECT_GT(count(schedule, Action::Kind::vanish), left / 3);
 }
@@ -82,6 +85,7 @@ TEST(Schedule, reconnect_storm_takes_each_client_of_its_share_once) {
   std::set<std::uint32_t> lost;
   for (const Action& action : schedule) {
     if (action.kind != Action::Kind::lose_connection) continue;
+    // A storm comes in the middle of its stage: at 1 s + 10 s / 2.
     EXPECT_EQ(action.at_ns, 6'000'000'000);
     lost.insert(action.client);
   }
@@ -96,6 +100,7 @@ TEST(Schedule, misbehaving_clients_come_beside_other_clients_and_go) {
   EXPECT_EQ(joined[Misbehaviour::slow], 2);
   EXPECT_EQ(joined[Misbehaviour::flood], 3);
   EXPECT_EQ(population(schedule, 1.9), 20u);
+  // The two slow and three flooding clients leave, because the second stage has none.
   EXPECT_EQ(count(schedule, Action::Kind::leave) + count(schedule, Action::Kind::vanish), 5u);
 }
 

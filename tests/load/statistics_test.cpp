@@ -31,6 +31,7 @@ TEST(LatencyHistogram, quantiles_equal_those_of_sorted_times_within_a_bin) {
   std::ranges::sort(sorted_ms);
   for (const double share : {0.001, 0.1, 0.5, 0.9, 0.99, 0.999}) {
     const double exact = sorted_ms[static_cast<std::size_t>(std::ceil(share * 20'000)) - 1];
+    // The histogram has 4096 logarithmic bins between 1 us and 1000 s, so a bin is 0.51 % wide.
     EXPECT_THAT(histogram.quantile_ms(share), DoubleNear(exact, 0.0055 * exact)) << share;
   }
   EXPECT_DOUBLE_EQ(histogram.quantile_ms(1), histogram.max_ms());
@@ -46,12 +47,14 @@ TEST(LatencyHistogram, is_zero_when_empty_and_takes_any_time) {
   for (const std::int64_t time_ns : {std::int64_t{-5}, std::int64_t{0}, std::int64_t{1} << 62})
     histogram.record(time_ns);
   EXPECT_EQ(histogram.count(), 3u);
+  // The bins end at 1000 s, but the largest quantile is the exact maximum, 2^62 ns.
   EXPECT_GT(histogram.quantile_ms(1), 1e9);
 }
 
 TEST(LatencyHistogram, merged_histograms_equal_one_recorded_together) {
   LatencyHistogram a, b, both;
   for (int i = 1; i <= 100; ++i) {
+    // One third of the times goes to `b`, so the two parts differ in size.
     (i % 3 ? a : b).record(i * kMs);
     both.record(i * kMs);
   }
@@ -74,6 +77,7 @@ TEST(LatencyHistogram, tail_falls_to_zero) {
   EXPECT_EQ(tail.back().second, 0);
 }
 
+// The first stage lasts 10 s, whose first 2 s are a warm-up that is not measured. The second one follows for 10 s.
 Plan two_stages() {
   Plan plan;
   plan.stages.push_back(parse_stage("steady:10s:warm=2s", nullptr).value());
@@ -86,18 +90,24 @@ TEST(Tally, counts_events_in_their_windows) {
   constexpr std::int64_t kBegin = 1'000'000 * kMs;
   Tally tally(two_stages(), kBegin);
   const auto at = [](double s) { return kBegin + static_cast<std::int64_t>(s * 1e9); };
-  tally.count(at(1), &Counts::frames_missed, 5);  // warm-up: does not count
+  // The warm-up does not count.
+  tally.count(at(1), &Counts::frames_missed, 5);
   tally.count(at(3), &Counts::frames_missed, 2);
   tally.count(at(12), &Counts::frames_missed, 3);
-  tally.count(at(25), &Counts::frames_missed, 9);  // after the end: does not count
-  tally.count(at(2), &Counts::frames_missed, 1);   // time may go back: an edge is the later part's
-  tally.record_answer(at(9.9), at(12), 1);         // the stage that the pose was captured in
+  // Nothing counts after the end of the last stage.
+  tally.count(at(25), &Counts::frames_missed, 9);
+  // Times may come out of order. An event at the edge of two parts belongs to the later part.
+  tally.count(at(2), &Counts::frames_missed, 1);
+  // An answer belongs to the stage in which its pose was captured, here the first one.
+  tally.record_answer(at(9.9), at(12), 1);
   tally.record_unanswered(at(15), at(20), 2);
   EXPECT_EQ(tally.stage(0).counts.frames_missed, 3u);
   EXPECT_EQ(tally.stage(1).counts.frames_missed, 3u);
   EXPECT_EQ(tally.stage(0).latency.count(), 1u);
+  // The answer came 12 s - 9.9 s after the capture.
   EXPECT_NEAR(tally.stage(0).latency.max_ms(), 2100, 1e-6);
   EXPECT_EQ(tally.stage(1).counts.poses_unanswered, 2u);
+  // A pose without an answer counts as late as it has waited, 20 s - 15 s.
   EXPECT_NEAR(tally.stage(1).latency.max_ms(), 5000, 1e-6);
 }
 
@@ -107,7 +117,9 @@ TEST(Tally, windows_cover_the_run_and_sum_to_it) {
   for (int ms = 0; ms < 20'000; ms += 10) {
     tally.note_population(ms * kMs, 2, 8);
     tally.record_frame(ms * kMs, LevelIndex::medium, 2, 10, false, true);
-    tally.record_answer(std::max(0, ms - 3000) * kMs, ms * kMs, 1);  // answers three seconds late
+    // Each answer comes three seconds after the capture of its pose, so it arrives in a later window than that of the
+    // capture.
+    tally.record_answer(std::max(0, ms - 3000) * kMs, ms * kMs, 1);
     ++frames;
     tally.advance(ms * kMs);
   }
@@ -125,6 +137,8 @@ TEST(Tally, windows_cover_the_run_and_sum_to_it) {
   EXPECT_EQ(tally.stage(1).counts.frames_by_stride[1], tally.stage(1).counts.frames);
 }
 
+// The counts are round numbers, so that each figure below can be checked by mental arithmetic: 980 + 20 frames, 10 s,
+// 100 character-seconds and 50 client-seconds.
 TEST(StageFigures, are_rates_of_counts) {
   StageTally tally;
   tally.counts.frames = 980;
@@ -132,6 +146,7 @@ TEST(StageFigures, are_rates_of_counts) {
   tally.counts.frames_by_level[0] = 245;
   tally.counts.frames_by_level[static_cast<std::size_t>(LevelIndex::rigid)] = 735;
   tally.counts.bytes_in = 10'000;
+  // These are five bytes for each of the 980 frames.
   tally.counts.content_bytes = 4'900;
   tally.counts.character_s = 100;
   tally.counts.client_s = 50;
@@ -158,8 +173,10 @@ TEST(StageFigures, are_rates_of_counts) {
   EXPECT_DOUBLE_EQ(figures.at("error.refused"), 4);
   EXPECT_DOUBLE_EQ(figures.at("generator_cpu_cores"), 0.2);
   EXPECT_DOUBLE_EQ(figures.at("generator_cpu_us_per_character_s"), 20'000);
+  // Quantiles are exact to one bin of the histogram, 0.51 %.
   EXPECT_NEAR(figures.at("latency_p99_ms"), 40, 0.3);
   EXPECT_NEAR(figures.at("latency_p999_ms"), 90, 0.5);
+  // Nobody sampled the server here, so the figure must be absent, not zero.
   EXPECT_EQ(figures.count("server_cpu_cores"), 0u);
 }
 
@@ -194,6 +211,7 @@ TEST(Requirement, refuses_invalid_requirements) {
 
 TEST(Requirement, applies_to_all_measured_stages_or_to_one) {
   const Figures good{{"x", 1}}, bad{{"x", 9}};
+  // The middle member says whether the stage is measured.
   const std::vector<NamedFigures> stages{{"ramp", false, &bad}, {"steady", true, &good}, {"storm", true, &bad}};
   const auto judged = [&](const char* text) { return judge({parse_requirement(text).value()}, stages); };
   const auto all = judged("x<5");
@@ -234,8 +252,10 @@ TEST(Tally, gaps_count_missed_frames_by_stride) {
   plan.stages.resize(1);
   plan.stages[0].duration_s = 10;
   Tally tally(plan, 0);
-  tally.record_gap(1, 2, 2);  // none missed
+  // Every second tick has a frame, so a gap of two ticks misses none.
+  tally.record_gap(1, 2, 2);
   EXPECT_EQ(tally.stage(0).counts.gap_ticks_max, 1u);
+  // With a stride of two, a gap of eight ticks misses the frames of ticks 2, 4 and 6.
   tally.record_gap(1, 8, 2);
   EXPECT_EQ(tally.stage(0).counts.gap_ticks_max, 7u);
   EXPECT_EQ(tally.stage(0).counts.frames_missed, 3u);
@@ -243,16 +263,19 @@ TEST(Tally, gaps_count_missed_frames_by_stride) {
 
 TEST(ProcessSampler, reads_names_with_spaces_and_parentheses) {
   const auto line =
+      // The fields 14 and 15 of proc(5) are the processor time in ticks: 250 for the program, 150 for the system.
       parse_stat_line("42 (a (b) c) S 1 42 42 0 -1 4194560 100 0 0 0 250 150 0 0 20 0 4 0 1000 100000 500 184", 100);
   ASSERT_TRUE(line);
   EXPECT_EQ(line->name, "a (b) c");
   EXPECT_EQ(line->parent, 1);
+  // (250 + 150) ticks are 4 s at 100 ticks a second.
   EXPECT_DOUBLE_EQ(line->cpu_s, 4);
   for (const char* bad : {"", "42", "42 (x", "42 (x) S 1 2", ")(", "42 (x)"})
     EXPECT_FALSE(parse_stat_line(bad, 100)) << bad;
 }
 
 TEST(ProcessSampler, treats_an_ended_process_as_none) {
+  // A zombie (Z) and a dead process (X) still have a line, with their last figures.
   for (const char* ended : {"42 (x) Z 1 42 42 0 -1 4227084 100 0 0 0 250 150 0 0 20 0 1 0 1000 0 0 184",
                             "42 (x) X 1 42 42 0 -1 4227084 100 0 0 0 250 150 0 0 20 0 1 0 1000 0 0 184"})
     EXPECT_FALSE(parse_stat_line(ended, 100)) << ended;
@@ -272,7 +295,9 @@ TEST(ProcessSampler, sees_this_process_and_no_ended_one) {
   EXPECT_GE(use.cpu_s, 0.05);
   double threads_s = 0;
   for (const auto& [name, cpu_s] : use.thread_cpu_s) threads_s += cpu_s;
+  // The system counts in ticks, usually of 10 ms, and the whole and its threads are read one after the other.
   EXPECT_NEAR(threads_s, use.cpu_s, 0.03);
+  // No process has this number: the largest of Linux is 2^22.
   EXPECT_FALSE(sample_process(0x3fffffff));
 }
 
@@ -282,12 +307,16 @@ TEST(Exposition, reads_samples_and_their_growth) {
       "hairnet_tick_seconds_sum 1.5\nhairnet_tick_seconds_count 100\nhairnet_rooms 3\n");
   const Exposition to = parse_exposition(
       "hairnet_ticks_total 160\r\nhairnet_tick_seconds_sum 1.8\nhairnet_tick_seconds_count 160\nhairnet_rooms 2\n"
+      // The label has a brace and a number, and a time stamp follows the value: neither may be taken for the value.
+      // The last two lines are no samples.
       "hairnet_refused_total{reason=\"a } b 7\",x=\"y\"} 5 1700000000000\nnonsense\nhalf \n");
   EXPECT_EQ(from.size(), 4u);
   const Exposition grown = exposition_between(from, to);
   EXPECT_DOUBLE_EQ(grown.at("hairnet_ticks_total"), 60);
+  // A gauge has its later value, not its growth.
   EXPECT_DOUBLE_EQ(grown.at("hairnet_rooms"), 2);
   EXPECT_DOUBLE_EQ(grown.at("hairnet_refused_total{reason=\"a } b 7\",x=\"y\"}"), 5);
+  // The mean is that of the time between: (1.8 s - 1.5 s) / (160 - 100).
   EXPECT_NEAR(grown.at("hairnet_tick_seconds_mean"), 0.005, 1e-12);
 }
 
@@ -295,6 +324,7 @@ TEST(Exposition, accepts_only_a_valid_answer) {
   EXPECT_EQ(http_body("HTTP/1.1 200 OK\r\nContent-Type: text/plain\r\n\r\nx 1\n"), "x 1\n");
   EXPECT_EQ(http_body("HTTP/1.1 404 Not Found\r\n\r\nx 1\n"), "");
   EXPECT_EQ(http_body("\x20\x00\x00\x00HNET"), "");
+  // An empty answer is what a connection that closes at once gives.
   EXPECT_EQ(http_body(""), "");
 }
 
@@ -311,6 +341,8 @@ TEST(FrameCheck, finds_each_kind_of_fault) {
       frame.sample_time_local_ns = i * 33 * kMs;
       frame.pose = &pose;
       frame.coefficients = hair;
+      // Frame 250 has the fault. Head and hair have then been at rest for 8.25 s, and `moves_at_rest` is checked
+      // after 5 s.
       if (i == 250) change(frame, pose, hair);
       check.on_frame(0, frame);
     }
@@ -325,14 +357,18 @@ TEST(FrameCheck, finds_each_kind_of_fault) {
             Names{"pose_invalid"});
   EXPECT_EQ(failures_of([](FrameSeen& frame, Pose&, auto&) { frame.tick = 7; }), Names{"tick_went_back"});
   EXPECT_EQ(failures_of([](FrameSeen& frame, Pose& pose, auto& hair) {
-              pose.bones[0].position.x() += 1;  // it may move, but not that far
+              // The head moves, so hair may move too, but 11 m are above the bound of 10 m.
+              pose.bones[0].position.x() += 1;
               hair[2] = 11;
               frame.coefficients = hair;
             }),
             Names{"beyond_bound"});
+  // Hair at rest may move by 5 mm from frame to frame, not by 20 mm.
   EXPECT_EQ(failures_of([](FrameSeen&, Pose&, auto& hair) { hair[0] += 0.02f; }), Names{"moves_at_rest"});
 }
 
+// The server goes away after frame 249, when head and hair have been at rest for more than 5 s. Frames 250 to 254 are
+// rigid, until the levels are there again. Then the hair must be where it was.
 TEST(FrameCheck, expects_resting_hair_unchanged_when_the_server_is_back) {
   const auto failures_of = [](float jump_m) {
     FrameCheck check(1, 1);
@@ -347,13 +383,15 @@ TEST(FrameCheck, expects_resting_hair_unchanged_when_the_server_is_back) {
       frame.sample_time_local_ns = i * 33 * kMs;
       frame.discontinuous = i % 250 == 0;
       if (i == 255) hair[1] += jump_m;
-      const bool is_back = i < 250 || i >= 255;  // its levels had to be brought first
+      // The character has its former level again from frame 255 on.
+      const bool is_back = i < 250 || i >= 255;
       frame.level = is_back ? LevelIndex::low : LevelIndex::rigid;
       frame.coefficients = is_back ? std::span<const float>(hair) : std::span<const float>();
       check.on_frame(0, frame);
     }
     return check.failures();
   };
+  // The limit is kRestMotionMax_m of frame_check.cpp, 5 mm.
   EXPECT_TRUE(failures_of(0.0045f).empty());
   EXPECT_EQ(failures_of(0.0055f).at("moves_at_rest"), 1u);
 }
@@ -366,6 +404,8 @@ TEST(FrameCheck, checks_its_share_only) {
   frame.tick = 1;
   frame.character = 1;
   for (std::uint32_t client = 0; client < 4000; ++client) check.on_frame(client, frame);
+  // A quarter of 4000 characters is chosen by chance: the standard deviation is 27, and 150 is more than five of
+  // them.
   EXPECT_NEAR(static_cast<double>(check.checked()), 1000, 150);
 }
 

@@ -21,17 +21,19 @@ inline constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max
 class FrameWatcher {
  public:
   virtual ~FrameWatcher() = default;
-  virtual void on_welcome(std::uint32_t client) = 0;  // the first and each later time
+  // Is called at the first welcome of a client and at each later one.
+  virtual void on_welcome(std::uint32_t client) = 0;
   virtual void on_frame(std::uint32_t client, const FrameSeen& frame) = 0;
 };
 
 // The times of a client's poses, and of its hands, which are captured with them.
 struct PoseClock {
-  std::int64_t phase_ns = 0;  // when pose 0 is captured
+  // Is the time at which pose 0 is captured.
+  std::int64_t phase_ns = 0;
   double interval_ns = 0;
 
   [[nodiscard]] std::int64_t time_ns(std::int64_t pose) const;
-  // Captured at or before it; may be -1.
+  // Returns the number of the newest pose captured at or before `time_ns`. It is -1 before the first pose.
   [[nodiscard]] std::int64_t newest_at(std::int64_t time_ns) const;
 };
 
@@ -39,17 +41,22 @@ struct PoseClock {
 struct ClientContext {
   std::uint64_t seed = 1;
   double pose_hz = 72;
-  double touch_share = 0;       // of the clients: these have hands
-  std::uint32_t room_size = 0;  // clients; 0: one room for all
+  // This share of the clients has hands.
+  double touch_share = 0;
+  // Is the number of clients in a room; 0 means one room for all.
+  std::uint32_t room_size = 0;
   const std::vector<EncodedGroom>* grooms = nullptr;
   const MotionBank* motions = nullptr;
   Connector* connector = nullptr;
-  std::uint32_t first_host = 0;  // each client has a loopback address of its own, from this one on; 0: it has none
-  // `place`: its index among the clients, which decides its room.
+  // Each client has a loopback address of its own, counted from this one. 0 means that clients have no address of
+  // their own.
+  std::uint32_t first_host = 0;
+  // `place` is the index of the client among the clients, which decides its room.
   std::function<std::unique_ptr<ProtocolClient>(std::uint32_t client, std::uint32_t place)> make_protocol_client;
   Tally* tally = nullptr;
-  FrameWatcher* watcher = nullptr;  // may be null
-  // Those of the clients that have hands, by session, for all who see them.
+  // May be null.
+  FrameWatcher* watcher = nullptr;
+  // Holds the clocks of the clients that have hands, by session. Clients that see the hands read them.
   std::unordered_map<std::uint64_t, PoseClock>* hand_clocks = nullptr;
   // Calls the client's act() at `at_ns`, or earlier if an earlier time was asked for before.
   std::function<void(std::uint32_t client, std::int64_t at_ns)> wake;
@@ -67,7 +74,8 @@ class VirtualClient {
   virtual void lose_connection(std::int64_t intended_ns, std::int64_t now_ns) = 0;
   // Leaves, and counts everything that is still unanswered.
   virtual void leave(bool politely, std::int64_t now_ns) = 0;
-  [[nodiscard]] virtual bool gone() const = 0;  // has left, and may be destroyed
+  // Returns whether the client has left, and may be destroyed.
+  [[nodiscard]] virtual bool gone() const = 0;
   // 0 for a client that does not count.
   [[nodiscard]] virtual std::size_t character_count() const = 0;
   [[nodiscard]] virtual bool counts() const = 0;

@@ -14,7 +14,8 @@
 // Writes small Alembic archives of any shape, also of shapes that no program writes.
 namespace hairnet::test {
 
-// The container. Words refer to what is written already.
+// Writes the container of an archive, whose groups and data refer to parts that were written before. A reference is an
+// offset; its highest bit marks data.
 class OgawaWriter {
  public:
   static constexpr std::uint64_t kEmptyData = std::uint64_t{1} << 63;
@@ -70,7 +71,7 @@ inline void append_text(AbcBytes& bytes, const std::string& text) {
   for (const char c : text) bytes.push_back(static_cast<std::byte>(c));
 }
 
-// What tells the values of a sample apart, before them. The reader does not look at it.
+// Returns the key before a sample's values, by which archives tell samples apart. The reader does not look at it.
 inline AbcBytes sample_key() {
   return AbcBytes(16, std::byte{0x5a});
 }
@@ -83,6 +84,7 @@ AbcBytes sample_of(const std::vector<Number>& values) {
 }
 
 template <class Number>
+// Returns the number of a type in the format: 11 is a double, 10 a float, and 1 to 8 are integers by size and sign.
 constexpr unsigned type_of() {
   if constexpr (std::is_same_v<Number, double>) return 11;
   if constexpr (std::is_same_v<Number, float>) return 10;
@@ -201,11 +203,14 @@ class AbcWriter {
     return out_.group(words);
   }
 
-  // Numbers of 4 bytes always, and metadata from the table where they are there.
+  // Appends a property's header. Its numbers always have 4 bytes; its metadata is an index into the table where the
+  // table has them.
   void append_header(const AbcProp& prop, AbcBytes& headers) const {
     std::uint32_t info = prop.kind | 2u << 2 | prop.type << 4 | prop.extent << 12;
     const bool is_constant = prop.last_changed == 0,
                is_plain = prop.first_changed == 1 && prop.last_changed + 1 == prop.sample_count;
+    // The flags say what follows: 0x100 the number of a time sampling, 0x200 the first and the last sample that change.
+    // 0x800 says that all samples are equal.
     if (prop.times > 0) info |= 0x100;
     if (is_constant) info |= 0x800;
     if (!is_constant && !is_plain) info |= 0x200;
@@ -280,7 +285,8 @@ inline AbcObj curves(const std::string& name, const std::vector<std::int32_t>& c
           {}};
 }
 
-// Operations, each with its hint, and the values of them all, for each sample.
+// Makes a transform from operations, each with its hint in the lower four bits, and the values of all of them for each
+// sample.
 inline AbcObj xform(const std::string& name, const std::vector<std::uint8_t>& operations,
                     const std::vector<std::vector<double>>& values, std::vector<AbcObj> children, bool inherits = true,
                     std::vector<AbcProp> more = {}) {

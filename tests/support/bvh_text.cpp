@@ -14,10 +14,13 @@ using Joint = DeepMimicJoint;
 
 struct BvhJoint {
   const char* name;
-  int depth;  // a joint's parent is the last one before it that is less deep
+  // A joint's parent is the last joint before it that is less deep.
+  int depth;
   Vec3 offset;
-  std::optional<Joint> turns_with;  // nothing: rigid with its parent
-  std::optional<Vec3> end;          // end site of a joint without children
+  // Without a joint to turn with, it is rigid with its parent.
+  std::optional<Joint> turns_with;
+  // Is the end site of a joint without children.
+  std::optional<Vec3> end;
 };
 
 // Offsets in metres from DeepMimic's data/characters/humanoid3d.txt; the head's joint above the neck's is ours.
@@ -47,7 +50,7 @@ std::string numbers(const Vec3& v) {
   return text;
 }
 
-// Degrees a, b, c with rotation = Rz(a) Rx(b) Ry(c).
+// Returns the degrees a, b and c with rotation = Rz(a) Rx(b) Ry(c), the order of channels that the hierarchy states.
 Vec3 euler_zxy_deg(const Quat& rotation) {
   const Mat3 m = rotation.toRotationMatrix();
   const double b = std::asin(std::clamp(m(2, 1), -1.0, 1.0));
@@ -58,6 +61,7 @@ Vec3 euler_zxy_deg(const Quat& rotation) {
   return Vec3(a, b, c) * (180 / std::numbers::pi);
 }
 
+// Closes the braces of all joints that are deeper than `depth`.
 void close_to(int depth, int open, std::string& out) {
   for (; open > depth; --open) out += std::string(static_cast<std::size_t>(open - 1), '\t') + "}\n";
 }

@@ -28,7 +28,8 @@ Named(const char*, Value) -> Named<Value>;
 template <class Value>
 std::string case_text(const Value& value) {
   if constexpr (std::convertible_to<Value, std::string_view>) {
-    return std::string(std::string_view(value));  // GoogleTest would print quotes
+    // GoogleTest would print quotes around the text.
+    return std::string(std::string_view(value));
   } else {
     return testing::PrintToString(value);
   }

@@ -7,7 +7,7 @@
 
 namespace hairnet::support {
 
-// Where the contact points of a character's hair are, world, m.
+// Returns where the contact points of a character's hair are, in world space, in metres.
 inline std::vector<Vec3> contact_places(const LatticeView& hair) {
   const ContactPoints& contacts = hair.model->contacts;
   std::vector<Vec3> places;

@@ -30,7 +30,8 @@ struct Clip {
   std::string name;
   double rate_hz = 0;
   std::vector<Pose> poses;
-  std::size_t lead_in_ticks = 0;  // the motion itself starts after these: keep them out of any figure
+  // The motion itself starts after these ticks; no measurement may include them.
+  std::size_t lead_in_ticks = 0;
 
   [[nodiscard]] std::size_t tick_count() const { return poses.size() - 1; }
 };

@@ -29,10 +29,11 @@ std::uint32_t u32_at(const Bytes& bytes, std::size_t at) {
   return number;
 }
 
-// A packed file in pieces. The stream comes last, after its size; padding may follow.
+// Takes a packed file apart. The compressed stream comes last, after its size, and up to 7 bytes of padding may follow.
 class PackedFile {
  public:
   explicit PackedFile(const Bytes& file) : head_(file) {
+    // The size of the stream is the number that leads to the end of the file, but for the padding.
     std::size_t at = 12;
     while (at + 4 + u32_at(file, at) > file.size() || at + 4 + u32_at(file, at) + 8 <= file.size()) ++at;
     head_.resize(at + 4);
@@ -62,7 +63,8 @@ class PackedFile {
   std::size_t size_ = 0;
 };
 
-// The file of a table in which a vector of bytes is other. `corrupt` gets its place; its size is the number before.
+// Returns the file of a table in which a vector of bytes was corrupted. `corrupt` gets the vector's place; the number
+// before that place is its size.
 Bytes with_vector(Bytes table, const Bytes& vector, auto corrupt) {
   const auto found = std::search(table.begin(), table.end(), vector.begin(), vector.end());
   HAIRNET_ASSERT(found != table.end());
@@ -76,7 +78,8 @@ std::vector<std::uint32_t> tied_points(const Groom& groom) {
   return tied;
 }
 
-// Many strands, threads, cards and knots; enough tied points to be found in the file.
+// Draws a random groom that has threads, cards and at least 8 tied points, so that their bytes are found in the file at
+// one place only.
 Groom make_groom() {
   RandomMessages random(12);
   Groom groom = random.groom(100);
@@ -104,7 +107,7 @@ void add_streams(const Bytes& good, std::vector<CorruptedGroom>& all) {
   add("bytes after the stream", kOtherSize, [](Bytes& stream) { stream.resize(stream.size() + 100, 0x55); });
   add("a second stream", kOtherSize,
       [&](Bytes& stream) { stream.insert(stream.end(), file.stream().begin(), file.stream().end()); });
-  // After the two bytes of its header the stream begins with a block of a kind that there is not.
+  // A zlib stream has a header of two bytes. 0xFF after it begins a block of a kind that does not exist.
   add("a damaged stream", "its stream is damaged", [](Bytes& stream) { stream.at(2) = 0xFF; });
   all.push_back({"a packed file in a packed file", pack(good, kPackedGroom), "not whole"});
 }

@@ -12,7 +12,10 @@ namespace {
 
 using nlohmann::json;
 
+// A frame has a duration, the root's place, and a rotation for each joint: one angle for a hinge, a quaternion for the
+// others.
 constexpr std::size_t kFrameNumbers = 44;
+// The limits refuse damaged files: no frame lasts longer, and no clip is so far away.
 constexpr double kFrameMax_s = 10;
 constexpr double kCoordinateMax_m = 1e4;
 
@@ -39,7 +42,7 @@ Result<Row> read_row(const json& numbers, std::size_t index) {
   return row;
 }
 
-// Key frames set by hand are no unit quaternions: what is off by more than a hundredth is counted.
+// Counts quaternions whose length is off by more than a hundredth. Key frames that were set by hand have such.
 struct OffNorms {
   std::size_t count = 0;
   double worst = 1;
@@ -93,7 +96,8 @@ Result<std::vector<TimedFrame>> read_frames(const json& list, OffNorms& off) {
     const Result<DeepMimicFrame> frame = read_frame(*row, i, off);
     if (!frame) return Refusal(frame.error());
     frames.push_back({time_s, *frame});
-    const double duration_s = row->front();  // the last one's says nothing
+    // The duration of the last frame has no meaning.
+    const double duration_s = row->front();
     const bool is_last = i + 1 == list.size();
     if (!is_last && !(duration_s > 0 && duration_s <= kFrameMax_s))
       return of_frame(i, "its duration is not in (0, 10] s");

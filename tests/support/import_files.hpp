@@ -24,7 +24,7 @@ class Bytes {
     bytes_.resize(bytes_.size() + count);
     return *this;
   }
-  // Three coordinates that tell points apart.
+  // Appends a point whose coordinates follow from its index, so that tests can tell points apart.
   Bytes& point(std::uint32_t index) {
     const auto i = static_cast<float>(index);
     return f32(i).f32(-0.5f * i).f32(100 + i);
@@ -39,6 +39,7 @@ class Bytes {
   std::vector<std::byte> bytes_;
 };
 
+// A header has 128 bytes and begins with "HAIR", which is 0x52494148 in little endian.
 inline Bytes yuksel_header(std::uint32_t strands, std::uint32_t points, std::uint32_t arrays, std::uint32_t segments) {
   Bytes out;
   out.u32(0x52494148).u32(strands).u32(points).u32(arrays).u32(segments).zeros(128 - 20);
@@ -47,12 +48,14 @@ inline Bytes yuksel_header(std::uint32_t strands, std::uint32_t points, std::uin
 
 // Strands of 2, 1 and 3 points, with every array the format has.
 inline std::vector<std::byte> yuksel_file() {
+  // The bits of 31 announce all five arrays of the format.
   Bytes out = yuksel_header(3, 6, 31, 0);
   out.u16(1).u16(0).u16(2);
   for (std::uint32_t i = 0; i < 6; ++i) out.point(i);
   return out.zeros(6 * (4 + 4 + 12)).take();
 }
 
+// A header of version 3 has 148 bytes, and one of version 4 has 160.
 inline Bytes tressfx3_header(std::uint32_t strands, std::uint32_t points, std::uint32_t offset) {
   Bytes out;
   out.f32(3).u32(strands).u32(points).zeros(132).u32(offset);

@@ -8,7 +8,8 @@
 
 namespace hairnet::support {
 
-// A network that has learnt nothing: it moves, forgets within a second as learnt ones do, and comes to rest.
+// Makes a network with random weights, which has learnt nothing: it moves, forgets within a second as learnt ones do,
+// and comes to rest.
 inline LearntHair random_learnt_hair(std::uint64_t seed, std::size_t hidden_count = 20, std::size_t mode_count = 12) {
   Random random(seed);
   LearntHair hair;
@@ -20,8 +21,10 @@ inline LearntHair random_learnt_hair(std::uint64_t seed, std::size_t hidden_coun
   fill(hair.input_weights, 3 * hidden_count * kPoseInputCount, 0.3);
   fill(hair.hidden_weights, 3 * hidden_count * hidden_count, 0.3);
   fill(hair.bias, 3 * hidden_count, 1);
+  // A positive z0 lets each hidden number follow its target quickly, so that the network forgets.
   for (float& z0 : std::span(hair.bias).first(hidden_count)) z0 = 1 + std::abs(z0);
   fill(hair.output_weights, mode_count * hidden_count, 0.02);
+  // Inputs up to 10, and air up to 15 m/s, count as covered by training.
   hair.most.fill(10);
   fill(hair.wind.weights, 3 * hidden_count * kAirInputCount, 0.05);
   hair.wind.most_m_per_s = 15;

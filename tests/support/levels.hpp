@@ -18,7 +18,7 @@ inline Vec3f random_vec(std::mt19937& random, float size) {
   return {x, y, z};
 }
 
-// Trilinear weights of a point inside the lattice, over all eight corners of its cell.
+// Returns the trilinear weights of a point inside the lattice, over all eight corners of its cell.
 inline std::vector<std::pair<std::uint32_t, float>> trilinear(const Lattice& lattice, const Vec3f& x) {
   const Vec3f g = (x - lattice.origin).cwiseQuotient(lattice.spacing);
   const Eigen::Array3i cell = g.array().floor().cast<int>();
@@ -36,7 +36,8 @@ inline std::vector<std::pair<std::uint32_t, float>> trilinear(const Lattice& lat
   return weights;
 }
 
-// Every node of the grid active; weights are folded and given in ascending order.
+// Adds a stiffener from weights of grid nodes. Every node of the grid is active here; weights of one node are summed,
+// and nodes come in ascending order.
 inline void add_stiffener(const Level& level, Stiffeners& stiffeners,
                           const std::vector<std::pair<std::uint32_t, float>>& weights, float k, float q) {
   std::vector<float> by_node(level.rest.size(), 0.0f);
@@ -54,7 +55,7 @@ inline void add_stiffener(const Level& level, Stiffeners& stiffeners,
   stiffeners.rest.push_back(rest);
 }
 
-// The signed distance to a sphere, in a cube of 30 cm.
+// Makes the field of signed distances to a sphere, in a cube of 30 cm about its centre.
 inline SkinDistanceField make_round_skin(Bone bone, const Vec3f& centre, float radius_m, int nodes_per_axis = 31) {
   const float cell_m = 0.3f / static_cast<float>(nodes_per_axis - 1);
   SkinDistanceField field{
@@ -71,7 +72,7 @@ inline SkinDistanceField make_round_skin(Bone bone, const Vec3f& centre, float r
   return field;
 }
 
-// A contact point of trilinear weights.
+// Adds a contact point, which moves with the eight nodes of its cell by trilinear weights.
 inline void add_contact(Level& level, const Vec3f& rest, float potential_j = 0.03f) {
   ContactPoints& contacts = level.contacts;
   auto weights = trilinear(level.geometry.lattice, rest);
@@ -86,7 +87,8 @@ inline void add_contact(Level& level, const Vec3f& rest, float potential_j = 0.0
   contacts.potential.push_back(potential_j);
 }
 
-// Once all points are there: each keeps 6 mm off the skin, or as far as it is in the design.
+// Sets how near to each skin each contact point may come: 6 mm, or as near as it is in the design. Call it when all
+// points have been added.
 inline void set_limits(Level& level) {
   ContactPoints& contacts = level.contacts;
   for (const SkinDistanceField& field : *level.skin) {
@@ -96,6 +98,7 @@ inline void set_limits(Level& level) {
   }
 }
 
+// Describes a random level: sizes, stiffness in N/m, and which parts it has. The seed chooses all random numbers.
 struct RandomLevel {
   int nodes_per_axis = 4;
   int spring_count = 60, attachment_count = 10;
@@ -105,7 +108,8 @@ struct RandomLevel {
   unsigned seed = 1;
 };
 
-// A 24 cm cube of nodes about the head joint.
+// Makes a level on a cube of nodes with sides of 24 cm about the head joint. Springs, attachments and contact points
+// are at random places; the skin is a ball of 8 cm radius on the head and another on the left shoulder.
 inline Level make_random_level(const RandomLevel& def = {}) {
   std::mt19937 random(def.seed);
   std::uniform_real_distribution<float> unit(0, 1);
@@ -118,6 +122,7 @@ inline Level make_random_level(const RandomLevel& def = {}) {
   for (std::uint32_t node = 0; node < lattice.node_count(); ++node) {
     level.geometry.active_nodes.push_back(node);
     level.rest.push_back(lattice.node(node));
+    // Each node has 0.2 to 0.6 g. The ether holds it with 40 N/m a kilogram, as if hair hung 25 cm.
     const float mass = 2e-4f + 4e-4f * unit(random);
     level.mass.push_back(mass);
     const float ether = def.ether ? 40 * mass : 0;
@@ -151,6 +156,7 @@ inline Level make_random_level(const RandomLevel& def = {}) {
   return level;
 }
 
+// Makes a state in which every coordinate of a node is displaced and moves by up to these amounts.
 inline LatticeState make_random_state(const Level& level, float displacement_m, float velocity_m_per_s, unsigned seed) {
   std::mt19937 random(seed);
   LatticeState state;
@@ -161,6 +167,7 @@ inline LatticeState make_random_state(const Level& level, float displacement_m, 
   return state;
 }
 
+// Returns the turn by an angle about an axis through the origin, and then the shift to `position`.
 inline RigidTransform turned(double angle_rad, const Vec3& axis, const Vec3& position = Vec3::Zero()) {
   return {Quat(Eigen::AngleAxisd(angle_rad, axis.normalized())), position};
 }

@@ -51,7 +51,8 @@ void* allocate(std::size_t bytes, std::size_t alignment) {
   return hairnet::own_allocator::allocate(bytes, static_cast<std::size_t>(alignment));
 }
 [[gnu::noinline]] void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
-  return hairnet::own_allocator::try_once(bytes, 0);  // its callers do with less
+  // Callers of the nothrow form can do with less memory, so the new handler is not called.
+  return hairnet::own_allocator::try_once(bytes, 0);
 }
 [[gnu::noinline]] void operator delete(void* block) noexcept {
   hairnet::own_allocator::held_bytes -= block ? malloc_usable_size(block) : 0;

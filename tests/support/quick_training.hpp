@@ -4,7 +4,7 @@
 
 namespace hairnet::support {
 
-// So little motion that the modes are poor, for tests of what does not depend on them.
+// Has so little motion that the modes are poor. It is for tests whose result does not depend on the modes.
 inline constexpr ModeTraining kQuickTraining{.motion_count = 2, .duration_s = 0.5, .snapshot_s = 0.1};
 
 }  // namespace hairnet::support

@@ -47,9 +47,11 @@ class RandomMessages {
   GroomHash hash();
   LevelIndex level(LevelIndex last = LevelIndex::rigid);
   Vec3f vector(float most);
-  RigidTransform place(float most_m);  // in float
+  // All numbers are floats.
+  RigidTransform place(float most_m);
   std::vector<std::uint8_t> prop_numbers();
-  void add_features(Groom& groom);  // threads, cards, cloths, knots, clumps, root blends
+  // Adds threads, cards, cloths, knots, clumps and root blends.
+  void add_features(Groom& groom);
   TouchBody touch_body(std::uint8_t number);
   void add_touch(RecordedTick& tick);
   std::vector<std::uint8_t> bytes(std::size_t count);

@@ -6,7 +6,8 @@
 #include "core/result.hpp"
 #include "tests/support/import_files.hpp"
 
-// Hairstyles of other people's, where they are.
+// Lists hairstyles that others have made, in ../shared/data beside the checkout. A number is the length of a file's
+// unit in metres.
 namespace hairnet::test {
 
 struct RealHair {
@@ -18,7 +19,7 @@ struct RealHair {
   friend void PrintTo(const RealHair& hair, std::ostream* out) { *out << hair.name; }
 };
 
-// Straight and long, tied back, wavy to curly, layered.
+// The styles are straight and long, tied back, wavy to curly, and layered.
 inline const RealHair kRealHair[] = {
     {"straight", "hair/yuksel_straight/straight.hair", decode_yuksel_hair, {Axis::plus_z, Axis::plus_y, 0.0033, {}}},
     {"tail", "hair/amd_ponytail/tail.tfx", decode_tressfx, {Axis::plus_y, Axis::minus_z, 0.00254, {}}},

@@ -25,7 +25,9 @@ using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
 
 constexpr auto kAwaitable = asio::as_tuple(asio::use_awaitable);
+// Is more than the largest groom (kGroomBytesMax, 256 MB), so that any object fits.
 constexpr std::uint64_t kBodyBytesMax = 300 << 20;
+// S3 refuses requests whose time is more than 15 minutes off.
 constexpr double kClockSkew_s = 900;
 
 std::string hex(const std::string& bytes) {
@@ -57,7 +59,8 @@ std::string field(const Request& request, const std::string& name) {
   return std::string(request[name]);
 }
 
-// Why the request is not signed by this key; empty when it is.
+// Returns S3's code of what is wrong with the request's signature (AWS Signature Version 4); empty when this key has
+// signed it.
 std::string wrong_with(const Request& request, const S3ServerDef& def) {
   static const std::regex form(
       "AWS4-HMAC-SHA256 Credential=([^/]+)/(\\d{8})/([^/]+)/s3/aws4_request, ?SignedHeaders=([^,]+), "
@@ -171,7 +174,8 @@ asio::awaitable<void> S3Server::Impl::serve(Stream& stream) {
     const S3Behaviour behaviour = server->behaviour;
     if (co_await misbehave(stream, behaviour)) co_return;
     Response response = answer(request, behaviour);
-    if (request.method() == http::verb::head) response.body().clear();  // and the length stays
+    // The answer to HEAD has no body, but its Content-Length stays.
+    if (request.method() == http::verb::head) response.body().clear();
     if (std::get<0>(co_await http::async_write(stream, response, kAwaitable))) co_return;
     if (behaviour == S3Behaviour::closes_idle) co_return;
   }

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
+// Returns the text of a field, which etcd writes as base64; empty when the field is missing.
 std::string plain(const nlohmann::json& object, const char* name) {
   if (!object.contains(name)) return {};
   const auto coded = object.at(name).get<std::string>();
@@ -32,6 +33,7 @@ std::string coded(const std::string& text) {
   return base64;
 }
 
+// Returns the number of a field, which etcd writes as text; 0 when the field is missing.
 std::int64_t whole(const nlohmann::json& object, const char* name) {
   if (!object.contains(name)) return 0;
   return std::stoll(object.at(name).get<std::string>());
@@ -49,6 +51,7 @@ std::string SimulatedEtcd::header() const {
          std::to_string(revision_) + R"(","raft_term":"2"})";
 }
 
+// The code of an error is that of gRPC: 5 is "not found", 11 is "out of range".
 SimulatedEtcd::Answer SimulatedEtcd::refuse(int status, int code, const std::string& error) const {
   return {status, Json{{"error", error}, {"message", error}, {"code", code}}.dump()};
 }
@@ -71,7 +74,8 @@ SimulatedEtcd::Answer SimulatedEtcd::handle(const std::string& path, const std::
     const auto lease = leases_.find(id);
     std::string ttl;
     if (lease != leases_.end() && now_ns >= lease->second.ends_ns) {
-      revoke(id);  // etcd answers once the lease has gone
+      // The lease's time is over: etcd answers only once the lease has gone.
+      revoke(id);
     } else if (lease != leases_.end()) {
       renew(lease->second, now_ns);
       ttl = R"(,"TTL":")" + std::to_string(lease->second.ttl_s) + "\"";

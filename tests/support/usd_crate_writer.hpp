@@ -8,7 +8,8 @@
 #include <utility>
 #include <vector>
 
-// A writer of binary USD files of any version, for tests.
+// Writes binary USD files (crates) of any version, so that tests can make files that no program writes. The numbers of
+// types are those of the format: 3 is an int, 11 a token, 46 time samples, 48 a vector of doubles.
 namespace hairnet::test {
 
 inline std::string in_bytes(std::uint64_t value, int count) {
@@ -36,7 +37,8 @@ inline std::string packed_table(const std::string& text) {
   return with_size(std::string(1, '\0') + lz4_literals(text));
 }
 
-// Differences of 0 to 4 bytes (or 0 to 8); the commonest is taken to be 1.
+// Packs integers as the format does: the differences of neighbours, each in 0 to 4 bytes (or 0 to 8). A difference of 1
+// counts as the commonest, which takes no byte.
 inline std::string packed_integers(const std::vector<std::int64_t>& values, int bytes_of_each = 4) {
   std::string codes((values.size() + 3) / 4, '\0'), rest;
   std::int64_t last = 0;
@@ -62,7 +64,8 @@ class CrateWriter {
   std::uint64_t token(std::string_view text) { return index_in(tokens_, std::string(text)); }
   std::uint64_t string(std::string_view text) { return index_in(strings_, static_cast<std::uint32_t>(token(text))); }
 
-  // Values: a type and what is inlined, or the bytes that lie in the file.
+  // A value is one number: bit 63 says that it is an array, bit 62 that it is inlined, bit 61 that it is compressed.
+  // The type begins at bit 48; below it is the value itself, or where its bytes are in the file.
   static std::uint64_t inlined(std::uint64_t type, std::uint64_t payload) { return 1ULL << 62 | type << 48 | payload; }
   std::uint64_t token_value(std::string_view text) { return inlined(11, token(text)); }
   std::uint64_t stored(std::uint64_t type, const std::string& bytes) {
@@ -125,6 +128,7 @@ class CrateWriter {
       indices.push_back(static_cast<std::int64_t>(i));
       elements.push_back(nodes_[i].name);
       sets.push_back(static_cast<std::int64_t>(nodes_[i].set));
+      // Every path is of kind 6, a prim.
       kinds.push_back(6);
       std::size_t next = i + 1;
       while (next < nodes_.size() && nodes_[next].depth > nodes_[i].depth) ++next;
@@ -165,7 +169,9 @@ class CrateWriter {
 
   int minor_;
   std::string data_;
-  std::vector<std::string> tokens_{"root"};  // the number 0 has no sign
+  // The sign of a name's number says that it is a property, and 0 has no sign, so a name that is never a property comes
+  // first.
+  std::vector<std::string> tokens_{"root"};
   std::vector<std::uint32_t> strings_;
   std::vector<std::pair<std::int64_t, std::uint64_t>> fields_;
   std::vector<std::int64_t> sets_;

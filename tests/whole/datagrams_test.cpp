@@ -19,13 +19,13 @@ struct Addresses {
   const char* name;
   const char *clients, *server;
 };
-// In the order of the lines' directions.
+// The lines are in the order of LossyRelay::Direction: to the server, to the client.
 struct Case {
   Addresses addresses{"ipv4", "127.0.0.2", "127.0.0.1"};
   std::array<Line, 2> lines{};
 };
 
-// Clients that reach the server through a relay, by WebTransport.
+// Starts a server, and clients that reach it over WebTransport through a relay, which can lose packets.
 class Datagrams : public WholeTest {
  protected:
   void begin(const Case& the) {
@@ -41,7 +41,8 @@ class Datagrams : public WholeTest {
          "steady:10s:clients=5,characters=2,level=low,warm=4s", "--quiet", "--json", path("load.json")},
         "load");
   }
-  // The figures of the run. A generator that was late says nothing of time, but all else.
+  // Returns the figures of the run. Exit code 3 means that the generator was late: then its times are not valid, but
+  // its counts are.
   Json figures_of(Process& load) {
     const int code = load.wait();
     EXPECT_TRUE(code == 0 || code == 3) << load.out() << load.err();
@@ -58,12 +59,14 @@ void expect_whole_session(const Json& figures) {
   EXPECT_EQ(figures["restarts"], 0);
   EXPECT_EQ(figures["resumes"], 0);
   EXPECT_EQ(figures["frames_undecodable"], 0);
+  // The measured 6 s have 1800 frames of 10 characters at 30 Hz. A busy machine may skip most of the ticks.
   EXPECT_GT(figures["frames"], 500);
 }
 
 class DatagramsOverBadLines : public Datagrams, public ::testing::WithParamInterface<Addresses> {};
 
 TEST_P(DatagramsOverBadLines, that_are_lost_cost_nothing_but_themselves) {
+  // Both directions lose a twentieth of the packets, repeat some, and let some arrive late.
   const Line bad{.lost = 0.05, .repeated = 0.02, .late = 0.04, .delay_ms = 30};
   try {
     begin({GetParam(), {bad, bad}});
@@ -73,6 +76,7 @@ TEST_P(DatagramsOverBadLines, that_are_lost_cost_nothing_but_themselves) {
   const auto load = start_load();
   const Json figures = figures_of(*load);
   expect_whole_session(figures);
+  // The relay must really have lost packets, or the test would prove nothing.
   EXPECT_GT(relay_->lost(LossyRelay::to_client), 10u);
   EXPECT_GT(relay_->lost(LossyRelay::to_server), 10u);
   // A twentieth is lost, a few are late, and a busy server skips some.
@@ -93,6 +97,7 @@ TEST_F(Datagrams, of_clients_whose_address_changes_belong_to_the_same_session) {
   const auto load = start_load();
   for (int changes = 0; changes < 3; ++changes) {
     const std::uint64_t before = relay_->passed(LossyRelay::to_client);
+    // Some hundred packets pass between the changes, so that each change meets a session in full use.
     while (load->running() && relay_->passed(LossyRelay::to_client) < before + 300)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     relay_->change_network();
@@ -113,6 +118,7 @@ TEST_F(Datagrams, that_never_arrive_are_replaced_by_the_plain_connection) {
   finish(*view, 0);
   EXPECT_NE(view->err().find("connected over tcp"), std::string::npos) << view->err();
   EXPECT_GT(relay_->lost(LossyRelay::to_server), 0u);
+  // No packet of UDP has come back, so the frames came over TCP.
   EXPECT_EQ(relay_->passed(LossyRelay::to_client), 0u);
   drain(*server_);
 }
@@ -128,7 +134,7 @@ class Turning {
     link_.offer_groom(hash, file);
     link_.send(wire::AddCharacter{1, hash, LevelIndex::low});
   }
-  // One thirtieth of a second.
+  // Sends one pose, then receives for one thirtieth of a second.
   void pass() {
     const double t_s = ++poses_ / 30.0;
     wire::PoseSample sample;
@@ -179,10 +185,12 @@ TEST_F(Datagrams, that_arrive_at_last_are_used_by_a_session_that_had_to_do_witho
   begin({.lines = {Line{.lost = 1}, Line{.lost = 1}}});
   link::LinkOptions options;
   options.server = *link::parse_address(address_);
+  // WebTransport is tried again after this time; the default is 60 s, too long for a test.
   options.blocked_for = std::chrono::milliseconds(500);
   const auto groom = make_hairstyle("bob", {.strand_count = 100});
   ASSERT_TRUE(groom) << groom.error();
   Turning client(options, *groom);
+  // The frames of three seconds arrive over TCP, while attempts to use WebTransport fail.
   client.pass_until([&] { return client.frames_with_hair() > 90; });
   EXPECT_EQ(client.link().transport(), "tcp");
   EXPECT_EQ(client.link().counters().reconnects, 0u);
@@ -191,6 +199,7 @@ TEST_F(Datagrams, that_arrive_at_last_are_used_by_a_session_that_had_to_do_witho
   client.pass_until([&] { return client.link().transport() == "webtransport"; });
   const int frames = client.frames_with_hair();
   client.pass_until([&] { return client.frames_with_hair() > frames + 30; });
+  // The session itself moves to the new connection, and no frame is without hair meanwhile.
   EXPECT_EQ(client.link().counters().resumes, 1u);
   EXPECT_EQ(client.frames_that_lost_it(), 0);
   RecordProperty("gap_ms_max", std::to_string(client.gap_ms_max()));

@@ -21,7 +21,7 @@ class Failure : public WholeTest {
   // A client that streams for as long as the test needs it, once it has received frames.
   std::unique_ptr<Process> start_streaming(const std::string& name) {
     auto view = start_view({"--character", kCharacter, "--duration", "600", "--no-draw"}, name);
-    // It says so once the lattices have arrived.
+    // The program prints "streaming" once the lattices have arrived.
     while (view->running() && view->err().find("streaming") == std::string::npos)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     EXPECT_TRUE(view->running()) << view->err();
@@ -51,6 +51,7 @@ TEST_F(Failure, the_server_continues_when_a_client_is_killed) {
   auto server = start_server();
   auto first = start_streaming("first");
   first->send(SIGKILL);
+  // Process reports a death by a signal as 128 + its number, as a shell does.
   finish(*first, 128 + SIGKILL);
   auto second = start_view({"--character", kCharacter, "--duration", "0.5", "--no-draw"}, "second");
   finish(*second, 0);
@@ -60,6 +61,7 @@ TEST_F(Failure, the_server_continues_when_a_client_is_killed) {
 TEST_F(Failure, a_client_without_a_server_has_a_plain_reason) {
   auto view = start(
       "hairnet-view",
+      // Nothing listens on port 1.
       {"--connect", "127.0.0.1:1", "--character", "groom=made:bob,motion=made:nod,strands=50", "--no-draw"}, "view");
   finish(*view, 1);
   EXPECT_THAT(view->err(), HasSubstr("cannot connect to 127.0.0.1:1"));
@@ -70,6 +72,7 @@ struct BadCommand {
   std::vector<std::string> arguments;
 };
 
+// Each command has exactly one mistake. A program that starts anyway would do something else than its user asked for.
 TEST_F(Failure, wrong_flags_exit_with_2_and_one_line) {
   const std::vector<BadCommand> commands{
       {"hairnet-view", {}},

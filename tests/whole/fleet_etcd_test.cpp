@@ -89,7 +89,7 @@ struct Member {
   std::vector<FleetEvent> events;
 };
 
-// Polls until `done`; false after a long while.
+// Polls the members until `done`. Returns false after `seconds_max`, which is far longer than any lease here.
 bool wait(std::initializer_list<Member*> members, const std::function<bool()>& done, double seconds_max = 60) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds_max);
   while (!done()) {
@@ -174,7 +174,8 @@ TEST_F(RealEtcd, what_is_kept_of_a_room_goes_to_its_next_owner_when_it_is_given_
   const std::string large(60'000, 'x');
   second.directory->keep("hall", large, channel::monotonic_ns());
   ASSERT_TRUE(wait({&first, &second}, [&] { return second.counters.rooms_kept.value() >= 2; }));
-  ASSERT_TRUE(wait({&first, &second}, [&] { return second.directory->call_count() <= 1; }));  // but for its watch
+  // Only the call of its watch is still open, so etcd has the value.
+  ASSERT_TRUE(wait({&first, &second}, [&] { return second.directory->call_count() <= 1; }));
   // `second` is not polled any more, as if it were dead.
   ASSERT_TRUE(wait({&first}, [&] {
     if (first.where("hall").kind == Placement::Kind::unowned) first.directory->claim("hall", channel::monotonic_ns());
@@ -227,6 +228,7 @@ TEST_F(RealEtcd, servers_see_each_other_on_their_page_until_one_is_stopped) {
   second->send(SIGTERM);
   EXPECT_EQ(second->wait(), 0);
   EXPECT_TRUE(wait(
+      // The wait is shorter than the lease of 5 s: the server must have left by itself, before its lease ends.
       {}, [&] { return server_count() == 1; }, 4))
       << "it gives its lease back";
   kill_etcd();
@@ -263,6 +265,7 @@ TEST_F(RealEtcd, a_server_that_is_short_of_time_hands_rooms_over_to_one_that_joi
                  name);
   };
   const std::uint16_t port = free_port(), service_port = free_port(), next_service_port = free_port();
+  // This server may use 5 % of each tick, and the second one below 95 %.
   const auto first = start_one("first", port, service_port, "0.05");
   ASSERT_TRUE(wait({}, [&] { return get(service_port, "/readyz") == "ready\n"; })) << first->err();
   std::vector<std::unique_ptr<Process>> views;

@@ -26,18 +26,24 @@ namespace hairnet::whole {
 
 // The quality of one connection, in both directions.
 struct NetworkQuality {
-  std::int64_t delay_ns = 5 * kMs;  // one way
-  std::int64_t jitter_ns = 0;       // beside it, at most; order stays
+  // Is the delay in one direction.
+  std::int64_t delay_ns = 5 * kMs;
+  // Is the largest random delay beside `delay_ns`. Segments stay in order.
+  std::int64_t jitter_ns = 0;
   double bytes_per_s = 1e7;
-  std::size_t window_bytes = 64u << 10;  // on the way or not yet read
+  // Limits the bytes that are on the way or not yet read.
+  std::size_t window_bytes = 64u << 10;
   std::size_t segment_bytes_max = 1460;
-  std::size_t unsent_bytes_max = 64u << 10;  // with so much the sender is not writable
-  bool in_small_pieces = false;              // reads may give any piece of the stream
+  // The sender is not writable while this many bytes wait to be sent.
+  std::size_t unsent_bytes_max = 64u << 10;
+  // Reads may return any piece of the stream.
+  bool in_small_pieces = false;
 
   // Packets get lost; `delay_ns`, `jitter_ns` and `bytes_per_s` are then those of the worse of its paths.
   struct Lossy {
     PathQuality up, down;
-    bool has_datagrams = false;  // WebTransport; else TCP
+    // Chooses WebTransport, which has datagrams, or TCP.
+    bool has_datagrams = false;
   };
   std::optional<Lossy> lossy;
   void set_lossy(const PathQuality& up, const PathQuality& down, bool has_datagrams);
@@ -49,7 +55,7 @@ struct NetworkQuality {
 // One direction: bytes written, carried in segments, read in pieces, in order; and datagrams.
 class Pipe : public std::enable_shared_from_this<Pipe> {
  public:
-  // `is_up`: from the client to the server.
+  // `is_up` says that the pipe leads from the client to the server.
   Pipe(Timeline& timeline, const NetworkQuality& quality, bool is_up, std::uint64_t seed);
 
   // Call it once, before the first byte.
@@ -118,8 +124,10 @@ class ClientEvents {
   virtual void on_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_datagram(std::span<const std::uint8_t>) {}
   virtual void on_download_packet(std::span<const std::uint8_t>) {}
-  virtual void on_room() = 0;                            // more can be written
-  virtual void on_closed(const std::string& error) = 0;  // the last call
+  // More bytes can be written.
+  virtual void on_room() = 0;
+  // Is the last call.
+  virtual void on_closed(const std::string& error) = 0;
 };
 
 class SimulatedConnection;
@@ -130,13 +138,15 @@ class Host {
   virtual ~Host() = default;
   [[nodiscard]] virtual bool is_up() const = 0;
   virtual server::PacketSink* open(std::shared_ptr<SimulatedConnection> wire) = 0;
-  [[nodiscard]] virtual std::int64_t clock_ns() const = 0;  // its own
-  // Its process stands still: what reaches it waits, and must be told to wait_for_it().
+  // Returns the time of the host's own clock.
+  [[nodiscard]] virtual std::int64_t clock_ns() const = 0;
+  // Returns whether the process stands still. Callers then pass what reaches the host to wait_for_it().
   [[nodiscard]] virtual bool is_paused() const { return false; }
   virtual void wait_for_it(std::function<void()>) {}
 };
 
-// A connection loss without a close: who notices, and after how long. Less than 0: never.
+// Describes the loss of a connection without a close: each end notices it after this time. An end with a negative time
+// never notices.
 struct ConnectionLoss {
   std::int64_t client_announced_ns = 0, server_announced_ns = 0;
 };

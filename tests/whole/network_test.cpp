@@ -9,6 +9,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
+// Makes a path that loses a fifth of the packets, in bursts, and delays, reorders and repeats others.
 PathQuality bad_path() {
   PathQuality path;
   path.jitter_ns = 20 * kMs;
@@ -19,7 +20,8 @@ PathQuality bad_path() {
   return path;
 }
 
-// One direction over lossy paths: what was written, and what came.
+// Holds one direction of a connection over a lossy path, and collects the bytes and datagrams that arrive. The
+// parameter chooses QUIC with datagrams, or TCP.
 class LossyPipe : public testing::TestWithParam<bool> {
  protected:
   void make(const PathQuality& path, std::uint64_t seed = 1) {
@@ -64,6 +66,8 @@ TEST_P(LossyPipe, goes_on_after_a_long_silence) {
   make(bad_path());
   for (std::size_t i = 0; i < 200; ++i) {
     pipe_->write(Bytes(300, 1));
+    // The writer is silent for 30 s at every twentieth write. Timers of loss recovery that end up wrong in a silence
+    // would stop the stream forever.
     run_for(i % 20 == 0 ? 30 : 0.02);
   }
   run_for(600);
@@ -84,6 +88,7 @@ TEST_P(LossyDatagrams, lose_and_reorder_and_repeat_some_and_keep_the_others) {
   }
   run_for(60);
   EXPECT_EQ(received_.size(), 200u * 100u);
+  // A fifth of the 200 is lost and a twentieth repeated, so some 168 are expected. Bursts make the number vary much.
   EXPECT_THAT(datagrams_.size(), testing::AllOf(testing::Gt(120u), testing::Lt(200u)));
   EXPECT_FALSE(std::ranges::is_sorted(datagrams_));
   EXPECT_TRUE(pipe_->datagrams().empty());
@@ -93,6 +98,7 @@ INSTANTIATE_TEST_SUITE_P(Network, LossyDatagrams, testing::Values(true));
 
 TEST_P(LossyDatagrams, go_no_faster_than_the_path_and_the_sender_learns_how_fast) {
   PathQuality narrow;
+  // The loop below offers 1000 bytes every 10 ms for 10 s, twice what the path carries.
   narrow.bytes_per_s = 5e4;
   make(narrow);
   std::size_t refused = 0;
@@ -104,8 +110,10 @@ TEST_P(LossyDatagrams, go_no_faster_than_the_path_and_the_sender_learns_how_fast
     run_for(0.01);
   }
   EXPECT_GT(refused, 300u);
+  // The path carries 500 datagrams in 10 s. Fewer than half of them would mean that the sender wastes the path.
   EXPECT_LT(datagrams_.size(), 550u);
   EXPECT_GT(datagrams_.size(), 250u);
+  // The sender's estimate must be near the path's 50 000 bytes/s, by a factor of four at most.
   EXPECT_GT(pipe_->bytes_per_s(), 2e4);
   EXPECT_LT(pipe_->bytes_per_s(), 2e5);
 }

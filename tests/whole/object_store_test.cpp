@@ -58,7 +58,7 @@ class ObjectStoreTest : public WholeTest {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return start("hairnet-view", arguments, name);
   }
-  // A client uploads its groom, or not, and gets frames of its hair.
+  // Runs a client until it has received frames of its hair. It uploads the groom when the server asks for it.
   void use_groom(const std::string& name) {
     const auto view =
         start_on_server({"--room", "hall", "--character", "groom=made:bob,motion=made:nod,level=low,strands=200",
@@ -108,6 +108,7 @@ TEST_F(ObjectStoreTest, wrong_bytes_in_the_store_are_refused_and_the_groom_is_up
   drain(*first);
   const auto good = store.objects();
   for (auto [name, bytes] : good) {
+    // One bit in the middle of each object changes, which only a hash can notice.
     bytes[bytes.size() / 2] ^= 1;
     store.set_object(name, std::move(bytes));
   }
@@ -126,6 +127,7 @@ TEST_F(ObjectStoreTest, a_server_goes_on_without_its_store_and_warns_once) {
   std::uint16_t port = 0;
   std::string url;
   {
+    // The store ends here, so that nothing listens on its port until the second store below.
     const S3Server gone;
     port = gone.port();
     url = gone.url();
@@ -133,7 +135,7 @@ TEST_F(ObjectStoreTest, a_server_goes_on_without_its_store_and_warns_once) {
   const auto server = start_one("server", url);
   use_groom("server");
   EXPECT_THAT(server->err(), HasSubstr("event=object_store_failed"));
-  // It comes back, and gets what was missed.
+  // The store comes back on the same port, and gets the objects that it has missed.
   S3Server store(S3ServerDef{.port = port});
   EXPECT_TRUE(wait([&] { return store.objects().size() == 2; }));
   EXPECT_TRUE(wait([&] { return server->err().find("event=object_store_reached") != std::string::npos; }));
@@ -154,6 +156,7 @@ TEST_F(ObjectStoreTest, a_server_ends_while_its_store_says_nothing) {
       start_on_server({"--room", "hall", "--character", "groom=made:bob,motion=made:nod,level=low,strands=200",
                        "--duration", "forever", "--no-draw"},
                       "view");
+  // The server now waits for an answer of the store, which never comes.
   EXPECT_TRUE(wait([&] { return store.gets == 1; })) << server->err();
   drain(*server);
   view->send(SIGINT);

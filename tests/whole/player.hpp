@@ -52,15 +52,19 @@ class Player final : public ClientEvents {
   void join();
   void leave(bool says_goodbye);
   void add_character();
-  void act_at_random(std::int64_t until_ns);  // again and again
+  // Makes random requests, again and again, until `until_ns`.
+  void act_at_random(std::int64_t until_ns);
   void break_connection(const ConnectionLoss& how, std::optional<std::uint64_t> after_bytes, bool of_server);
   void pause_reading(bool paused);
-  void calm_down();  // requests everything, and sends no more garbage; its connection does not break any more
+  // Requests everything, and sends no more garbage. The connection does not break any more.
+  void calm_down();
   [[nodiscard]] std::int64_t calm_since_ns() const { return calm_since_ns_; }
-  [[nodiscard]] std::int64_t welcomed_ns() const { return welcomed_ns_; }  // last, with a new session; 0: never
+  // Returns when it was last welcomed with a new session; 0 means never.
+  [[nodiscard]] std::int64_t welcomed_ns() const { return welcomed_ns_; }
   // When anything from it last reached a server; its line may stall. 0: never over this connection.
   [[nodiscard]] std::int64_t heard_ns() const { return connection_ ? connection_->heard_ns() : 0; }
-  [[nodiscard]] bool has_all_arrived() const;  // nothing that it sent over an earlier connection is still to arrive
+  // Returns whether everything that it sent over earlier connections has arrived or is lost.
+  [[nodiscard]] bool has_all_arrived() const;
   void set_moving(bool moving);
   void send(wire::ClientMessage message);
 
@@ -77,14 +81,18 @@ class Player final : public ClientEvents {
     server::CharacterKey key = 0;
     wire::GroomHash groom{};
     bool own = false;
-    std::uint64_t frames = 0;  // since the connection began
+    // Counts frames since the connection began.
+    std::uint64_t frames = 0;
     std::optional<std::uint64_t> last_tick;
     std::int64_t last_ns = 0;
     bool asleep = false, discontinuous = false;
-    bool hair = false;  // in the last frame
+    // The last frame had hair.
+    bool hair = false;
     LevelIndex level = LevelIndex::rigid;
-    std::optional<std::int64_t> learnt_ns;  // sample time of the last frame of level learnt
-    std::int64_t like_ns = 0;               // when its hair was last as in the World, or could not be compared
+    // Is the sample time of the last frame of level `learnt`.
+    std::optional<std::int64_t> learnt_ns;
+    // Is when the hair last equalled that of the server's World, or could not be compared.
+    std::int64_t like_ns = 0;
     Pose pose;
     std::string tag;
     std::optional<wire::Appearance> appearance;

@@ -180,7 +180,7 @@ struct Player::EventHandler {
   void operator()(const link::GroomFetched& e) const {
     p.journal_->mix(e.bytes ? e.bytes->size() : 0);
     p.journal_->count("groom fetched");
-    if (!e.bytes) p.fault("fetched a groom in vain: " + e.fault);
+    if (!e.bytes) p.fault("fetched a groom in vain: " + e.error);
   }
   void operator()(const wire::Error& e) const {
     p.journal_->mix(static_cast<std::uint64_t>(e.reason));

@@ -16,7 +16,8 @@
 namespace hairnet::whole {
 namespace {
 
-// Limits the time after the disturbances, beside what lines have buffered: the longest wait between attempts is 5 s.
+// Limits the time until everything has recovered, beside the time for what lines have buffered. Clients wait up to 5 s
+// between attempts to connect, so this leaves room for several attempts.
 constexpr std::int64_t kSettle_ns_max = 20 * kSecond_ns;
 constexpr std::int64_t kMotion_ns = 1200 * kMs;
 // A client may be sent so much when grooms are ready.
@@ -34,6 +35,8 @@ std::string described(const NetworkQuality& quality) {
          ", down " + described_path(quality.lossy->down);
 }
 
+// Runs one seed: makes a server, players and bad clients, disturbs them for some seconds, then checks that everything
+// recovers, that hair moves and comes to rest, and that the server is empty when all have left.
 class Scenario {
  public:
   Scenario(std::uint64_t seed, bool is_verbose) : seed_(seed), says_all_(is_verbose), random_(seed, 0) {}
@@ -69,6 +72,7 @@ class Scenario {
   void report(const std::string& what) const {
     if (says_all_) std::fprintf(stderr, "%.4f s: %s\n", 1e-9 * static_cast<double>(timeline_.now_ns()), what.c_str());
   }
+  // Picks a random time between both.
   std::int64_t moment(std::int64_t from_ns, std::int64_t to_ns) {
     return from_ns + static_cast<std::int64_t>(random_.unit() * static_cast<double>(to_ns - from_ns));
   }
@@ -89,6 +93,7 @@ class Scenario {
   std::vector<Misbehaviour> misbehaviours_;
 };
 
+// Makes limits so small that bad clients reach them and players do not, and chooses the others at random.
 server::Config Scenario::make_config() {
   server::Config config;
   constexpr std::uint32_t kRates_hz[] = {10, 15, 20, 30};
@@ -117,6 +122,8 @@ server::Config Scenario::make_config() {
   limits.poses_per_s = 1000;
   limits.poses_burst = 1000;
   limits.handshake_timeout_ns = kSecond_ns;
+  // Lines that lose a fifth of their packets stall for seconds, so time-outs are longer where there may be such
+  // lines.
   limits.idle_timeout_ns = (has_worst_lines_ ? 12 : 4) * kSecond_ns;
   limits.resume_grace_ns = chance(0.1) ? 0 : moment(kSecond_ns / 2, 3 * kSecond_ns);
   limits.resume_interval_ns = 200 * kMs;
@@ -129,7 +136,8 @@ server::Config Scenario::make_config() {
   grooms.upload_burst_bytes = 512 << 10;
   grooms.upload_bytes_per_s = 128 << 10;
   grooms.upload_bytes_per_s_min = 512;
-  grooms.upload_timeout_ns = 8 * kSecond_ns;  // a slow line full of poses takes seconds for a chunk
+  // A slow line full of poses takes seconds for a chunk.
+  grooms.upload_timeout_ns = 8 * kSecond_ns;
   grooms.upload_patience_ns = 300 * kMs;
   grooms.groom_count_max = 24;
   grooms.grooms_per_session_max = 8;
@@ -156,7 +164,7 @@ NetworkQuality Scenario::make_quality() {
   return quality;
 }
 
-// Over WebTransport, or over TCP.
+// Makes the line lose packets. Three of four such lines carry WebTransport, the others TCP.
 void Scenario::make_lossy(NetworkQuality& quality) {
   constexpr double kLosses[] = {0, 0.01, 0.05, 0.2}, kReorders[] = {0, 0, 0.04, 0.3};
   const bool has_datagrams = chance(0.75), is_far = has_datagrams && chance(0.4);
@@ -190,7 +198,10 @@ void Scenario::make_players() {
     if (chance(0.5)) make_lossy(plan.quality);
     plan.pose_hz = random_.between(20, 70);
     plan.clock_offset_ns = moment(-1000 * kSecond_ns, 1'000'000 * kSecond_ns);
+    // Clocks of clients run up to 200 ppm too fast or too slow.
     plan.clock_ppm = static_cast<int>(random_.next() % 401) - 200;
+    // The first player has a good line, and disturbances of single players spare it. It must miss nothing, whatever
+    // other clients do.
     plan.steady = n == 0;
     plan.sends_garbage = !plan.steady && chance(0.3);
     plan.actions_per_s = random_.between(0.3, 3);
@@ -225,12 +236,14 @@ std::string Scenario::token_for(const std::string& room, const std::string& subj
   return wants_tokens_ ? assets().token(false, room, tokens_have_subjects_ ? subject : "") : std::string();
 }
 
-// Some kinds of one trial; before make_players().
+// Chooses up to three kinds of bad clients. It comes before make_players(), whose waiting times depend on the number of
+// kinds.
 void Scenario::choose_misbehaviours() {
   for (auto count = chance(0.25) ? 0 : 1 + random_.next() % 3; count > 0; --count) {
     const auto kind = static_cast<Misbehaviour>(random_.next() % kMisbehaviourNames.size());
     if (std::ranges::find(misbehaviours_, kind) == misbehaviours_.end()) misbehaviours_.push_back(kind);
-    if (kind == Misbehaviour::groom_trickler)  // stalls for longer than the upload's time-out
+    // Such a client stalls for longer than the time-out of the upload.
+    if (kind == Misbehaviour::groom_trickler)
       disturbed_until_ns_ = std::max(disturbed_until_ns_, config_.grooms.upload_timeout_ns + 2 * kSecond_ns);
   }
 }
@@ -247,7 +260,7 @@ void Scenario::make_bad_group(Misbehaviour kind, std::uint64_t address) {
     BadClientPlan plan;
     plan.number = static_cast<int>(bad_clients_.size()) + 1;
     plan.address = address;
-    // What observers read slowly must be a lot.
+    // The observers of this group read slowly, so one client must produce a lot for them to read.
     plan.kind = kind == Misbehaviour::drip_reader && n == 0 ? Misbehaviour::shuffler : kind;
     plan.room = room;
     plan.token = token_for(room, "group " + std::to_string(address));
@@ -259,20 +272,26 @@ void Scenario::make_bad_group(Misbehaviour kind, std::uint64_t address) {
     }
     bad_clients_.push_back(std::make_unique<BadClient>(timeline_, journal_, *host_, plan, seed_));
     BadClient& bad_client = *bad_clients_.back();
-    const bool is_first = kind == Misbehaviour::groom_trickler;  // offers a groom before players do
+    // This kind must offer its groom before the players do.
+    const bool is_first = kind == Misbehaviour::groom_trickler;
     timeline_.at(is_first ? 0 : moment(0, disturbed_until_ns_ / 2),
                  [this, &bad_client] { bad_client.start(disturbed_until_ns_); });
   }
 }
 
 void Scenario::make_bad_clients() {
-  constexpr std::uint64_t kFirstAddress = 100;  // players have those before
+  // Players have the addresses before this one.
+  constexpr std::uint64_t kFirstAddress = 100;
   for (std::size_t n = 0; n < misbehaviours_.size(); ++n) make_bad_group(misbehaviours_[n], kFirstAddress + n);
 }
 
 void Scenario::disturb_one(Player& player) {
+  // The values 0 to 2 break the connection in time, 3 to 5 break it at a byte, 6 and 7 let the player leave and join
+  // again.
   const std::uint64_t pick = random_.next() % 8;
   const auto delay_ns = [&] { return static_cast<std::int64_t>(random_.between(0, chance(0.5) ? 5e7 : 2.5e9)); };
+  // The two ends notice the loss after different times, up to 2.5 s. A negative time means that the server never
+  // notices.
   const ConnectionLoss how{delay_ns(), chance(0.3) ? -1 : delay_ns()};
   report("disturbs " + player.name() + " by " + std::to_string(pick));
   if (pick <= 2) {
@@ -294,6 +313,7 @@ void Scenario::restart_server() {
   journal_.count(drained ? "server stopped" : "server killed");
   if (drained) host_->drain();
   const std::int64_t down_ns = moment(10 * kMs, 1200 * kMs);
+  // Clients notice a killed server soon, or only after 2 s.
   const std::int64_t announced_ns = chance(0.7) ? 50 * kMs : 2 * kSecond_ns;
   timeline_.after(drained ? 300 * kMs : 0, [this, announced_ns, down_ns] {
     host_->count_life(host_->life());
@@ -356,6 +376,8 @@ std::string Scenario::unsettled() {
   return whole::unsettled(players_);
 }
 
+// Ends all disturbances, and waits until every player knows the state of its room. It is a fault when this takes too
+// long.
 void Scenario::calm() {
   report("calm");
   for (const auto& bad_client : bad_clients_) bad_client->stop();
@@ -368,10 +390,11 @@ void Scenario::calm() {
   }
   for (const auto& player : players_) player->calm_down();
   const std::int64_t begun_ns = timeline_.now_ns();
-  // Until all are well and nothing older is still on its way to anybody.
   double backlog_s_max = 0;
   for (const auto& player : players_) backlog_s_max = std::max(backlog_s_max, backlog_s(*player));
   const auto backlog_ns_max = static_cast<std::int64_t>(1e9 * backlog_s_max);
+  // Everything must stay recovered for as long as the longest backlog: packets of before may still arrive during that
+  // time.
   std::int64_t well_since_ns = begun_ns;
   std::string error = "nothing was looked at";
   do {
@@ -399,6 +422,7 @@ std::int64_t Scenario::owner_heard_ns(const Player::Member& member) const {
   return owner == players_.end() ? timeline_.now_ns() : (*owner)->heard_ns();
 }
 
+// Everything has recovered and all heads move, so every client must get frames of every character in its room.
 void Scenario::check_motion() {
   const std::int64_t begun_ns = timeline_.now_ns();
   timeline_.run(begun_ns + kMotion_ns);
@@ -424,6 +448,7 @@ bool Scenario::all_rest() {
   return true;
 }
 
+// The heads stop. All hair must then come to rest, and each client must learn this.
 void Scenario::check_rest() {
   for (const auto& player : players_) player->set_moving(false);
   const std::int64_t begun_ns = timeline_.now_ns();
@@ -444,6 +469,8 @@ void Scenario::check_rest() {
   report("at rest after " + std::to_string((timeline_.now_ns() - begun_ns) / kMs) + " ms");
 }
 
+// All players leave, some without a goodbye. Then every time-out passes after which the server may still hold
+// something of them.
 void Scenario::leave() {
   report("all leave");
   for (const auto& player : players_) {

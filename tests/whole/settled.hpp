@@ -9,9 +9,9 @@
 
 namespace hairnet::whole {
 
-// One line about a player who does not have all that there is to know of the room after disturbances; empty: all have.
-// Each must know all characters of its room, have frames of them since all is calm, and know the wind of its room.
-// `winds_m_per_s`: the means, by room; the air of others is still.
+// Returns one line about a player that has not recovered from the disturbances. It is empty when all players have. Each
+// player must know all characters of its room and the room's wind, and have frames of the characters that are newer
+// than the last disturbance. `winds_m_per_s` holds the mean wind by room; the air of all other rooms is still.
 std::string unsettled(std::span<const std::unique_ptr<Player>> players,
                       const std::map<std::string, Vec3>& winds_m_per_s = {});
 

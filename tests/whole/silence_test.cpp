@@ -15,8 +15,8 @@ using std::chrono::steady_clock;
 
 constexpr std::array kTransports{"tcp", "tls", "ws", "wss", "webtransport"};
 
-// A server, and a client over each transport. A program that is stopped by a signal sends nothing, and its system goes
-// on to acknowledge what it is sent: the socket does not show it.
+// Starts a server that accepts every transport. The tests stop a program by SIGSTOP. A stopped program sends nothing,
+// but its operating system continues to acknowledge TCP segments, so the peer's socket reports no error.
 class SilenceTest : public WholeTest {
  protected:
   void SetUp() override {
@@ -30,7 +30,7 @@ class SilenceTest : public WholeTest {
     const std::string place = "127.0.0.1:" + std::to_string(port());
     return transport == "webtransport" ? place : transport + "://" + place;
   }
-  // Whether it comes true before a while is over that is longer than any promise.
+  // Returns whether the condition becomes true within 60 s, which is far longer than the limit of a silence, 10 s.
   static bool wait_for(const std::function<bool()>& condition) {
     const auto end = steady_clock::now() + std::chrono::seconds(60);
     while (!condition()) {
@@ -42,6 +42,8 @@ class SilenceTest : public WholeTest {
   std::unique_ptr<Process> server_;
 };
 
+// Without this a client whose server or network dies silently would show frozen hair: a TCP socket does not report
+// such a death.
 TEST_F(SilenceTest, of_a_server_is_noticed_over_every_transport_and_its_return_too) {
   std::vector<std::unique_ptr<link::Link>> links;
   for (const std::string transport : kTransports) {
@@ -67,7 +69,8 @@ TEST_F(SilenceTest, of_a_server_is_noticed_over_every_transport_and_its_return_t
     }
   };
   const auto all = [](const auto& counts) { return std::ranges::all_of(counts, [](int count) { return count > 0; }); };
-  const auto quiet_end = steady_clock::now() + std::chrono::seconds(12);  // longer than a silence may be
+  // The limit of a silence is 10 s (kSilence_ms in schema/limits.hpp). For longer than that nothing happens here.
+  const auto quiet_end = steady_clock::now() + std::chrono::seconds(12);
   wait_for([&] { return look(), steady_clock::now() > quiet_end; });
   EXPECT_EQ(lost, (std::array<int, kTransports.size()>{})) << "where nothing happens, signs of life are enough";
   server_->send(SIGSTOP);
@@ -84,6 +87,8 @@ TEST_F(SilenceTest, of_a_server_is_noticed_over_every_transport_and_its_return_t
   drain(*server_);
 }
 
+// Without this the characters of a client that died silently would stay in the room. A client on another connection
+// observes who leaves.
 TEST_F(SilenceTest, of_a_client_is_noticed_over_every_transport) {
   link::LinkOptions options;
   options.server = *link::parse_address(address_of("tcp"));
@@ -107,6 +112,8 @@ TEST_F(SilenceTest, of_a_client_is_noticed_over_every_transport) {
   EXPECT_TRUE(wait_for([&] { return look(), joined == kTransports.size(); })) << joined;
   const auto quiet_end = steady_clock::now() + std::chrono::seconds(12);
   wait_for([&] { return look(), steady_clock::now() > quiet_end; });
+  // All clients are alive, so nobody may have left after more than the limit of 10 s (kSilence_ms in
+  // schema/limits.hpp).
   EXPECT_EQ(left, 0u);
   for (const auto& view : views) view->send(SIGSTOP);
   EXPECT_TRUE(wait_for([&] { return look(), left == kTransports.size(); })) << left;

@@ -42,7 +42,8 @@ class WindowTest : public WholeTest {
  protected:
   ~WindowTest() override {
     if (!display_) return;
-    display_->send(SIGTERM);  // it removes its lock
+    // Xvfb removes its lock file when it is ended like this.
+    display_->send(SIGTERM);
     display_->wait();
   }
   // Starts hairnet-view on a virtual display of this test's own, whose number Xvfb picks and prints.
@@ -109,6 +110,7 @@ TEST_F(WindowTest, tells_why_it_is_not_connected_over_webtransport) {
 
 TEST_F(WindowTest, a_room_that_refuses_all_hair_is_shown_until_the_duration_is_over) {
   SKIP_WITHOUT_DISPLAY();
+  // Every groom is larger than 1024 bytes, so the server refuses all of them.
   std::ofstream(path("small.toml")) << "[grooms]\ngroom_bytes_max = 1024\n";
   auto server = start_server({"--config", path("small.toml")});
   auto view = start_on_display({"--connect", server_address(), "--character", kCharacter, "--duration", "0.3"});

@@ -23,6 +23,7 @@ TEST(FleetPlanDemand, an_even_day_keeps_littles_law) {
   Settings s;
   s.night_share = 1;
   const Demand demand(s);
+  // Little's law: the mean number of people is the arrival rate times the mean time that each stays.
   EXPECT_NEAR(demand.arrivals_per_s(0) * s.session_min * 60, s.peak, 0.01 * s.peak);
 }
 
@@ -39,6 +40,8 @@ TEST(FleetPlanDemand, sessions_are_log_normal_with_the_given_mean) {
     sum_log_2 += log * log;
   }
   const double mean_log = sum_log / kCount, sigma = std::sqrt(sum_log_2 / kCount - mean_log * mean_log);
+  // This is the standard deviation of a log-normal variable over its mean. Both bounds below are five standard
+  // errors.
   const double relative_deviation = std::sqrt(std::exp(s.session_sigma * s.session_sigma) - 1);
   EXPECT_NEAR(sum_s / kCount, s.session_min * 60, 5 * s.session_min * 60 * relative_deviation / std::sqrt(kCount));
   EXPECT_NEAR(sigma, s.session_sigma, 5 * s.session_sigma / std::sqrt(2.0 * kCount));
@@ -56,6 +59,7 @@ TEST(FleetPlanDemand, rooms_follow_zipfs_law) {
   double sum = 0;
   for (std::uint32_t room = 0; room < s.rooms; ++room) {
     const double expected = demand.room_share(room) * kCount;
+    // The counts are nearly Poisson: the bound is five standard deviations.
     EXPECT_NEAR(chosen[room], expected, 5 * std::sqrt(expected));
     EXPECT_NEAR(demand.room_share(room) * (room + 1), demand.room_share(0), 1e-9);
     sum += demand.room_share(room);

@@ -11,7 +11,7 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-// Nothing happens to this fleet but people who come and go.
+// People come and go in this fleet at a constant rate. No server is killed or replaced.
 Settings calm(double peak, std::uint32_t servers) {
   Settings s;
   s.peak = peak;
@@ -24,7 +24,8 @@ Settings calm(double peak, std::uint32_t servers) {
   return s;
 }
 
-// Much happens to this one.
+// Servers of this fleet are killed every 3 h on average and replaced every 4 h. Servers and rooms are small, and the
+// number of people follows the hour, so that every reason to move a room occurs within half a day.
 Settings stormy(std::uint64_t seed) {
   Settings s;
   s.seed = seed;
@@ -46,6 +47,7 @@ TEST(FleetPlan, an_empty_fleet_only_keeps_its_leases_alive) {
   EXPECT_EQ(o.arrived, 0u);
   EXPECT_EQ(o.people_max, 0);
   EXPECT_EQ(o.egress_bytes, 0);
+  // Each of the 20 servers renews its lease three times in the time of a lease.
   const double expected = 20 * o.seconds * 3 / s.lease_s;
   EXPECT_NEAR(static_cast<double>(o.etcd.of(EtcdWrite::keep_alive)), expected, 20) << "one each, at the ends";
   EXPECT_EQ(o.etcd.total(), o.etcd.of(EtcdWrite::keep_alive)) << "nothing changes, so nothing is told";
@@ -87,6 +89,8 @@ TEST(FleetPlan, one_server_takes_all_and_redirects_nobody) {
   const Settings s = calm(1000, 1);
   const Outcome o = simulate(s);
   EXPECT_GT(o.people_max, 900);
+  // The balance is the largest load over the mean load. The histogram of times also holds this ratio, as
+  // milliseconds.
   EXPECT_DOUBLE_EQ(o.balance.max_ms(), 1) << "the largest load is the mean one";
   for (const std::uint64_t moved : o.rooms_moved) EXPECT_EQ(moved, 0u);
   EXPECT_NEAR(o.join.quantile_ms(0.5), s.costs.connect_s() * 1e3, 1);
@@ -102,6 +106,7 @@ TEST(FleetPlan, nobody_is_lost_and_no_room_has_two_owners_whatever_happens) {
     const Outcome& o = simulation.outcome();
     for (std::size_t i = 0; i < kMoveCauseCount; ++i) EXPECT_GT(o.rooms_moved[i], 0u) << kMoveCauseNames[i];
     EXPECT_GT(o.failures, 0u);
+    // The first deploy comes after two hours, then one comes every four hours: three in twelve hours.
     EXPECT_EQ(o.deploys, 3u);
     EXPECT_GT(o.refused_by_caps, 0u);
   }
@@ -116,6 +121,7 @@ TEST(FleetPlan, rooms_of_a_killed_server_wait_for_its_lease_and_all_come_back) {
   ASSERT_FALSE(lost.empty());
   simulation.kill(2);
   const std::int64_t killed_s = simulation.now_s(), lease_ends_s = simulation.servers()[2].lease_ends_s;
+  // The last renewal was up to 3 s ago, a third of the lease of 9 s, and the end is rounded up to a whole second.
   EXPECT_GE(lease_ends_s - killed_s, 6) << "two thirds of the lease at least";
   EXPECT_LE(lease_ends_s - killed_s, 10);
   while (simulation.now_s() < lease_ends_s) {
@@ -133,6 +139,7 @@ TEST(FleetPlan, rooms_of_a_killed_server_wait_for_its_lease_and_all_come_back) {
   EXPECT_EQ(simulation.fault(), "");
   const auto& outage = simulation.outcome().room_outage[static_cast<std::size_t>(MoveCause::failure)];
   EXPECT_GE(outage.min_ms(), 6000);
+  // The claim by the next server and the redirect of the clients take less than 100 ms after the lease.
   EXPECT_LE(outage.max_ms(), 10'100);
 }
 
@@ -170,6 +177,7 @@ TEST(FleetPlan, a_room_above_a_servers_budget_overloads_it) {
   Settings s = calm(1000, 10);
   s.rooms = 1;
   s.room_cap = 0;
+  // All 1000 people are in one room, which a server with one core cannot carry.
   s.cores = 1;
   const Outcome o = simulate(s);
   EXPECT_EQ(o.rooms_overloaded, 1u);
@@ -180,6 +188,7 @@ TEST(FleetPlan, a_room_above_a_servers_budget_overloads_it) {
 
 TEST(FleetPlan, people_beyond_the_last_server_wait_and_lose_patience) {
   Settings s = calm(500, 1);
+  // A single server takes 200 characters, and 500 people want to be there.
   s.characters_max = 200;
   s.room_cap = 0;
   const Outcome o = simulate(s);
@@ -207,6 +216,7 @@ TEST(FleetPlan, a_fleet_that_grows_keeps_its_servers_in_their_budget_by_balancin
   Settings s = stormy(1);
   s.mtbf_h = 0;
   s.deploy_h = 0;
+  // Twenty times as many people come at the peak as at night, so the fleet must grow.
   s.night_share = 0.05;
   const Outcome balanced = simulate(s);
   s.balance = false;

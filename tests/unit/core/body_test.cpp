@@ -9,6 +9,7 @@
 namespace hairnet {
 namespace {
 
+// Makes 3000 vertices at random places of a cube about head, neck and shoulders, with generated weights.
 Body make_cloud() {
   Body body;
   std::mt19937 random(1);
@@ -28,6 +29,7 @@ TEST(Body, generated_weights_are_shares_that_sum_to_one) {
 
 TEST(Body, generated_weights_follow_the_anatomy) {
   Body body;
+  // The vertices are inside the head, neck, left and right shoulder and trunk, in the order of the bones.
   body.mesh.vertices = {{0, 0.1f, 0}, {0, -0.08f, 0}, {0.16f, -0.17f, 0}, {-0.16f, -0.17f, 0}, {0, -0.35f, 0}};
   generate_bone_weights(body);
   for (std::size_t b = 0; b < kBoneCount; ++b) EXPECT_GT(body.bone_weights[b][b], 0.6f) << kBoneNames[b];
@@ -39,6 +41,7 @@ TEST(Body, generated_weights_have_no_step) {
   generate_bone_weights(body);
   for (std::size_t v = 1; v < body.bone_weights.size(); ++v) {
     for (std::size_t b = 0; b < kBoneCount; ++b) {
+      // The vertices are 1 mm apart. A weight that jumped from bone to bone would change by up to 1.
       EXPECT_LT(std::abs(body.bone_weights[v][b] - body.bone_weights[v - 1][b]), 0.06f) << "at " << v << " mm";
     }
   }

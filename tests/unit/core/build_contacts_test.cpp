@@ -35,6 +35,7 @@ TEST(Skin, of_a_round_head_is_the_distance_to_a_ball) {
     for (const Vec3& way : {Vec3(1, 0, 0), Vec3(0.6, 0.8, 0), Vec3(-0.5, 0.5, 0.7071)}) {
       Vec3 gradient;
       const Vec3 at = Vec3(0, 0.01, 0) + radius * way.normalized();
+      // The field comes from flat triangles and interpolates on a grid, so 3 mm of error are allowed.
       EXPECT_NEAR(skin_distance(skin->front(), at, &gradient), radius - 0.09, 0.003);
       EXPECT_GT(gradient.normalized().dot(way.normalized()), 0.97);
     }
@@ -108,9 +109,15 @@ TEST(ContactPoints, short_hair_never_meets_the_trunk) {
   const auto level = build_level(groom, kLevelSpecs[2]);
   const ContactPoints& contacts = level->contacts;
   for (std::size_t f = 0; f < level->skin->size(); ++f) {
-    if ((*level->skin)[f].bone != Bone::head) continue;
-    for (std::size_t p = 0; p < contacts.count(); ++p)
-      EXPECT_GT(contacts.limit[f * contacts.count() + p], kContactNever_m) << "all may meet the head";
+    const Bone bone = (*level->skin)[f].bone;
+    for (std::size_t p = 0; p < contacts.count(); ++p) {
+      const float limit = contacts.limit[f * contacts.count() + p];
+      if (bone == Bone::head) {
+        EXPECT_GT(limit, kContactNever_m) << "all may meet the head";
+      } else if (bone == Bone::upper_trunk) {
+        EXPECT_EQ(limit, kContactNever_m) << "the trunk is out of reach";
+      }
+    }
   }
 }
 

@@ -15,7 +15,7 @@ namespace {
 using own_allocator::held_bytes;
 using own_allocator::peak_bytes;
 
-// Each loop on threads of its own, so that all levels are built at once.
+// Runs each loop on threads of its own, so that all levels are built at once, which takes the most memory.
 void on_threads(std::size_t count, const std::function<void(std::size_t)>& body) {
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < std::min<std::size_t>(count, 4); ++i) {
@@ -44,6 +44,8 @@ Taken build_and_measure(const Groom& groom) {
 void expect_bound(const Groom& groom) {
   const BuildEstimate estimate = estimate_build(groom);
   const Taken taken = build_and_measure(groom);
+  // The estimate must be an upper bound, since a server refuses grooms by it; a bound of three times the springs, or of
+  // four times the memory and 48 MB, still refuses few grooms that it could build.
   EXPECT_GE(estimate.spring_count, taken.springs);
   EXPECT_LE(estimate.spring_count, 3 * taken.springs + 100) << "too many for a bound that refuses grooms";
   EXPECT_GE(estimate.memory_bytes, taken.bytes) << "of " << taken.springs << " springs";

@@ -15,6 +15,8 @@ namespace {
 
 constexpr double kGravity = 9.81;
 
+// Holds all stages of the build of an ether from a groom: the grid, the hair's shares of its nodes, the trimmed grid,
+// and the mechanics of the nodes.
 struct Filled {
   Grid grid;
   LumpedHair lumped;
@@ -39,6 +41,7 @@ double sum(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
+// Makes 30 straight strands that hang 30 cm from roots at the same height.
 Groom make_curtain() {
   Groom groom;
   for (int s = 0; s < 30; ++s) {
@@ -159,6 +162,8 @@ TEST(Ether, hair_that_stands_up_stands_stiff) {
     support::add(groom, support::straight({0.01f * static_cast<float>(s), 0, 0}, {0, 1, 0}, 0.1f, 5));
   }
   const Filled filled = fill(groom, 6);
+  // Hair that hangs l below its root has the stiffness of a pendulum, g / l for each kilogram. Where it does not hang,
+  // kHangLengthMin stands for l.
   const double stiff = kGravity / kHangLengthMin;
   for (std::size_t a = 0; a < filled.nodes.mass.size(); ++a) {
     // Nodes just below the roots hang by the margin of the lattice, half a cell.

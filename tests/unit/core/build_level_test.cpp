@@ -38,7 +38,9 @@ TEST_P(BuildLevel, odd_strands_give_a_valid_level) {
   LevelReport report;
   const auto level = build_level(groom, GetParam().value, {}, &report);
   expect_valid(*level);
-  EXPECT_EQ(report.degenerate_strands, 4u);  // empty, one point, coincident points, hardly any length
+  // The four are the empty strand, the single point, the coincident points and the strand of hardly any length in
+  // make_odd_groom().
+  EXPECT_EQ(report.degenerate_strands, 4u);
   EXPECT_EQ(report.active_nodes, level->rest.size());
   EXPECT_EQ(report.springs_after, level->springs.count());
   EXPECT_EQ(report.attachments_after, level->attachments.count());
@@ -49,6 +51,7 @@ TEST_P(BuildLevel, odd_strands_give_a_valid_level) {
 
 TEST_P(BuildLevel, each_odd_strand_alone_gives_a_valid_level) {
   const Groom all = support::make_odd_groom();
+  // The odd strands come after 40 ordinary ones (make_odd_groom), of which the last ten are built too.
   for (std::size_t s = 30; s < all.strand_count(); ++s) {
     if (all.strand_points(s).empty()) continue;
     SCOPED_TRACE(s);
@@ -102,6 +105,8 @@ TEST_P(BuildLevel, stiffeners_come_in_the_order_of_their_nodes) {
 
 INSTANTIATE_TEST_SUITE_P(Levels, BuildLevel, testing::ValuesIn(level_specs()), support::CaseName());
 
+// Each stiffener carries its number as weight, stiffness, damping and rest, so that a mixed-up law shows. The first and
+// the fourth have equal nodes and must keep their order.
 TEST(StiffenerOrder, each_stiffener_keeps_its_law_and_equal_nodes_their_order) {
   Stiffeners list;
   const std::vector<std::vector<std::uint16_t>> nodes{{4, 5}, {1, 7, 9}, {1, 7}, {4, 5}, {0, 9}};
@@ -123,6 +128,9 @@ TEST(StiffenerOrder, each_stiffener_keeps_its_law_and_equal_nodes_their_order) {
   for (std::size_t s = 0; s < list.count(); ++s) EXPECT_EQ(list.rest[s], Vec3f::Constant(100 * list.stiffness[s]));
 }
 
+// Every second strand stands for a thousandth of a hair, and the material has almost no stiffness
+// (NumberRange::kSmallest = 1e-12). Their products leave the normal numbers of a float, and still all stiffeners must
+// be valid.
 TEST(BuildLevels, weak_hair_beside_strong_hair_gives_finite_stiffeners) {
   Groom groom = support::make_head_of_hair(400);
   for (std::size_t s = 0; s < groom.strand_count(); s += 2) groom.strands[s].hair_count = 1e-3f;
@@ -141,11 +149,13 @@ TEST(BuildLevels, total_mass_and_drag_are_equal_at_every_level) {
   const Groom groom = support::make_odd_groom();
   const auto set = build_levels(groom);
   const double hair_kg = support::hair_length(groom) * static_cast<double>(Material{}.linear_density_kg_per_m);
+  // Drag acts across a hair, in two directions, so the trace of its matrix is twice the drag of one.
   const double drag = 2 * support::hair_length(groom) * static_cast<double>(Material{}.air_drag_ns_per_m2);
   for (const Level& level : set->levels) {
     double mass = 0, trace = 0;
     for (const float m : level.mass) mass += static_cast<double>(m);
     for (const auto& q : level.drag) trace += static_cast<double>(q[0] + q[3] + q[5]);
+    // The ether has half of the hair's mass (Material::ether_mass_ratio) on top of it.
     EXPECT_NEAR(mass, 1.5 * hair_kg, 1e-5 * hair_kg);
     EXPECT_NEAR(trace, drag, 1e-5 * drag);
   }
@@ -182,7 +192,8 @@ TEST(BuildLevels, progress_never_falls_and_ends_at_one) {
   EXPECT_EQ(fractions.back(), 1);
 }
 
-// At every call but those of the skin's many rows, of which some are tried.
+// Cancels a build at each of its calls. The rows of the skin make most of the calls, so only every 101st of them is
+// tried.
 TEST(BuildLevels, can_be_cancelled_at_every_call) {
   constexpr std::size_t kRowsApart = 101;
   const Groom groom = groom_with_body(support::make_head_of_hair(60));
@@ -198,7 +209,8 @@ TEST(BuildLevels, can_be_cancelled_at_every_call) {
     std::size_t calls = 0;
     observer.progress = [&](double, std::string_view) { return ++calls < stop; };
     EXPECT_FALSE(build_levels(groom, observer));
-    EXPECT_EQ(calls, stop);  // it is not asked again
+    // A build that was cancelled does not call again.
+    EXPECT_EQ(calls, stop);
   }
 }
 
@@ -228,6 +240,8 @@ TEST(BuildLevels, any_number_of_threads_and_any_order_give_the_same_bits) {
   }
 }
 
+// The build serialises its calls of `progress`, so that callers need no lock, and none may come once the caller has
+// said stop.
 TEST(BuildLevels, threads_ask_one_at_a_time_and_not_again_once_cancelled) {
   const Groom groom = groom_with_body(support::make_head_of_hair(200));
   for (const int stop : {1, 2, 9, 30}) {
@@ -254,6 +268,8 @@ TEST(BuildLevels, report_gives_the_callers_time) {
   std::array<LevelReport, 4> reports;
   ASSERT_TRUE(build_levels(support::make_head_of_hair(20), observer, &reports));
   for (const LevelReport& report : reports) {
+    // The clock advances by one second with each reading. Decimation lies between two readings, and a whole level
+    // between four.
     EXPECT_EQ(report.decimation_s, 1);
     EXPECT_EQ(report.total_s, 3);
   }
@@ -272,6 +288,7 @@ TEST(BuildLevels, materials_without_stiffness_give_levels_of_ether_alone) {
   }
 }
 
+// A coordinate may be 10 m (GroomLimits::coordinate_max_m).
 TEST(BuildLevels, the_coordinates_farthest_apart_that_a_groom_may_have_are_no_trouble) {
   Groom groom;
   support::add(groom, {{-10, -10, -10}, {10, 10, 10}});

@@ -10,7 +10,7 @@
 // All stiffeners of a groom, and their sum in weight space.
 namespace hairnet {
 
-// Adds a spring of one strand's hair, damped by 8 ms.
+// Adds a spring of one strand's hair. Its damping time is 8 ms, about that of 30 cm of hair of the default material.
 inline void add_spring(const Grid& grid, const Vec3& from, const Vec3& to, const StrandProperties& strand,
                        const Material& material, StiffenerList& springs) {
   add_spring(grid, from, to, static_cast<double>(strand.hair_count * material.axial_stiffness_n), 0.008, strand.group,
@@ -51,13 +51,14 @@ inline Grid grid_of(const Groom& groom, int n) {
   return Grid(fit_lattice(groom.points, {n, n, n}));
 }
 
+// Returns the weights of one stiffener as a vector over all nodes.
 inline Eigen::VectorXd dense(const StiffenerList& list, std::size_t s, std::size_t node_count) {
   Eigen::VectorXd w = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(node_count));
   for (const auto& [node, weight] : list.weights(s)) w[node] = weight;
   return w;
 }
 
-// Sum of k w w^T.
+// Sums k w w^T over all stiffeners: the stiffness of the nodes along one axis, if all stiffeners lay along it.
 inline Eigen::MatrixXd weight_matrix(const StiffenerList& list, std::size_t node_count) {
   const auto n = static_cast<Eigen::Index>(node_count);
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(n, n);

@@ -44,6 +44,7 @@ TEST_P(RealHairs, decimation_errs_far_less_than_a_random_part_of_the_springs_mad
     const Eigen::VectorXd w = support::dense(springs, s, grid.node_count());
     part += springs.stiffness[s] * w * w.transpose();
   }
+  // Decimation must beat every n-th spring made stiffer, so that both have the same stiffness in all.
   part *= all.trace() / part.trace();
   ASSERT_TRUE(decimate(grid, StiffenerKind::spring, count, springs));
   const double error = (support::weight_matrix(springs, grid.node_count()) - all).norm();

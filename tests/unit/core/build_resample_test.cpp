@@ -10,7 +10,7 @@
 namespace hairnet {
 namespace {
 
-// Unit cells from the origin, n nodes an axis.
+// Makes a grid of n nodes an axis whose first node is the origin; a cell has a size of 1 unless given.
 Grid unit_grid(int n, const Vec3f& spacing = Vec3f::Ones()) {
   Lattice lattice;
   lattice.dims = {n, n, n};
@@ -18,6 +18,7 @@ Grid unit_grid(int n, const Vec3f& spacing = Vec3f::Ones()) {
   return Grid(lattice);
 }
 
+// Returns the places, in cells, where resampling cuts the strand into pieces, with both ends.
 std::vector<Vec3> cuts_of(const Grid& grid, const std::vector<Vec3f>& strand) {
   std::vector<Vec3> polyline, cuts;
   polyline_on_grid(grid, strand, polyline);
@@ -47,6 +48,7 @@ TEST(FitLattice, contains_every_point_of_odd_grooms_at_every_size) {
     const Grid grid(fit_lattice(groom.points, {n, n, n}));
     for (const Vec3f& point : groom.points) {
       const Vec3 at = grid.from_head(point);
+      // The margin is half a cell; a hundredth of a cell is left for rounding.
       EXPECT_GE(at.minCoeff(), 0.49);
       EXPECT_LE(at.maxCoeff(), n - 1 - 0.49);
     }
@@ -131,7 +133,9 @@ TEST(CutPoints, every_crossing_at_more_than_45_degrees_is_cut) {
           const Vec3 crossing = polyline[i - 1] + t * (polyline[i] - polyline[i - 1]);
           double nearest = 1e9;
           for (const Vec3& cut : cuts) nearest = std::min(nearest, grid.length(cut - crossing));
-          EXPECT_LE(nearest, 1.01 * piece_length_min(grid));  // itself, unless merged as too short a piece
+          // The nearest cut is the crossing itself, unless the piece up to it was too short and was merged with its
+          // neighbour.
+          EXPECT_LE(nearest, 1.01 * piece_length_min(grid));
         }
       }
     }
@@ -141,7 +145,8 @@ TEST(CutPoints, every_crossing_at_more_than_45_degrees_is_cut) {
 TEST(CutPoints, interior_cuts_weigh_on_four_nodes_at_most) {
   std::mt19937 random(5);
   for (int trial = 0; trial < 400; ++trial) {
-    const std::vector<Vec3f> strand = support::wander(random, trial % 2 ? 20 : 2);  // long segments round most
+    // Strands of two long segments have the largest rounding errors.
+    const std::vector<Vec3f> strand = support::wander(random, trial % 2 ? 20 : 2);
     const Grid grid(fit_lattice(strand, {20, 20, 20}));
     const auto cuts = cuts_of(grid, strand);
     for (std::size_t i = 1; i + 1 < cuts.size(); ++i) EXPECT_LE(grid.weights(cuts[i]).count, 4);
@@ -194,6 +199,8 @@ TEST(CutPoints, a_vertex_on_a_plane_is_one_cut) {
   for (int i = 1; i <= 3; ++i) EXPECT_EQ(cuts[i].x(), i);
 }
 
+// Cells are a quarter as long along y as along x. The strand crosses more planes of y, but is longer in metres along x,
+// so x decides.
 TEST(CutPoints, the_axis_run_most_along_is_measured_in_metres) {
   // Steeper in cells along y, yet longer in metres along x.
   const Grid grid = unit_grid(8, Vec3f(1, 0.25f, 1));

@@ -11,7 +11,8 @@
 namespace hairnet {
 namespace {
 
-constexpr double kAxial_n = 4e-4, kAttachment_n_per_m = 6e-3, kDampingTime_s = 0.008;  // per hair
+// These are the values of one hair.
+constexpr double kAxial_n = 4e-4, kAttachment_n_per_m = 6e-3, kDampingTime_s = 0.008;
 
 struct Built {
   Grid grid;
@@ -63,6 +64,7 @@ TEST_P(Stiffening, nodes_ascend_and_no_weight_is_zero) {
     for (std::size_t s = 0; s < list->count(); ++s) {
       const auto weights = list->weights(s);
       ASSERT_FALSE(weights.empty());
+      // Each end of a stiffener may weigh on the eight nodes of its cell.
       EXPECT_LE(weights.size(), 16u);
       for (std::size_t e = 0; e < weights.size(); ++e) {
         EXPECT_NE(weights[e].weight, 0);
@@ -96,6 +98,7 @@ TEST(Stiffening, springs_in_series_are_as_stiff_as_the_whole_strand) {
   ASSERT_GT(built.springs.count(), 5u);
   double compliance = 0;
   for (const double k : built.springs.stiffness) compliance += 1 / k;
+  // A strand of 30 hairs and a length of 0.4 m has this stiffness as a whole.
   const double stiffness = 30 * kAxial_n / 0.4;
   EXPECT_NEAR(1 / compliance, stiffness, 1e-5 * stiffness);
 }

@@ -44,6 +44,8 @@ LevelGeometry trim_groom(const Groom& groom, int n) {
   return trim(grid.lattice(), lumped.touched);
 }
 
+// Describes the weights by which a trimmed node follows active ones: their sum, the sum of their sizes, and their
+// number.
 struct Combination {
   double sum = 0, amplification = 0;
   std::size_t count = 0;
@@ -59,6 +61,7 @@ Combination combination_of(const LevelGeometry& geometry, std::size_t t) {
   return c;
 }
 
+// Returns the distance to the nearest active node in cells, along the axis where it is largest.
 int nodes_to_nearest_active(const LevelGeometry& geometry, std::uint32_t node) {
   const auto at = geometry.lattice.coordinates(node);
   int nearest = 1000;
@@ -111,6 +114,8 @@ TEST(Trim, a_translation_carries_nodes_beside_hair_along) {
   }
 }
 
+// The active nodes form a slab of 5 x 3 x 5. The nodes beside its two large faces, but for the rim, must continue an
+// affine field exactly: 3 x 3 nodes on either side.
 TEST(Trim, an_affine_field_continues_beside_a_slab_of_cells) {
   const Lattice lattice = unit_lattice(9);
   const LevelGeometry geometry = trim(lattice, box_of(lattice, {2, 3, 2}, {6, 5, 6}));
@@ -144,6 +149,8 @@ TEST(Trim, an_affine_field_continues_wherever_no_weight_is_bounded) {
   EXPECT_GT(exact, all / 2);
 }
 
+// Nodes of one plane say nothing about the direction across it, so the field cannot be continued. It must fade out in
+// steps of a third, and not end at once.
 TEST(Trim, nodes_in_one_plane_fade_to_zero) {
   const Lattice lattice = unit_lattice(9);
   const LevelGeometry geometry = trim(lattice, box_of(lattice, {0, 4, 0}, {8, 4, 8}));
@@ -170,7 +177,8 @@ TEST(Trim, four_nodes_that_span_space_are_enough_for_a_bounded_fit) {
   }
   const LevelGeometry geometry = trim(lattice, active);
   const std::vector<Vec3f> grid = expand(geometry, affine);
-  const std::uint32_t beside = lattice.index(3, 3, 2);  // = (3,2,2) + (2,3,2) - (2,2,2)
+  // An affine field has here the value at (3,2,2), plus that at (2,3,2), less that at (2,2,2).
+  const std::uint32_t beside = lattice.index(3, 3, 2);
   EXPECT_NEAR((grid[beside] - affine(lattice.node(beside))).norm(), 0, 1e-4f);
 }
 

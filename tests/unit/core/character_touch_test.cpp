@@ -7,7 +7,7 @@
 #include "core/world/character.hpp"
 #include "tests/support/levels.hpp"
 
-// What a tick makes of bodies and holds, without the step.
+// Tests what the beginning of a tick makes of a room's bodies and a character's holds. The solver does not run here.
 namespace hairnet {
 namespace {
 
@@ -37,7 +37,8 @@ Vec3 rest_world(const Character& c, std::uint32_t point) {
   return c.to.head().point(c.model()->contacts.rest[point].cast<double>());
 }
 
-// The hand holds that point alone.
+// Puts a hand at a contact point and lets it take hold of this point alone: the radius of a micrometre reaches no
+// other.
 RoomBodies hold_one(std::uint32_t point, Character& c) {
   const RoomBodies room = move_bodies({}, std::vector{ball(rest_world(c, point))}, kTick_s);
   EXPECT_EQ(take_hold(room, {kHand, Vec3::Zero(), 1e-6}, c), 1u);
@@ -47,13 +48,15 @@ RoomBodies hold_one(std::uint32_t point, Character& c) {
 TEST(RoomBodies, move_from_where_they_were_and_then_stay) {
   const Vec3 shift(0.1, 0, 0);
   RoomBodies room = move_bodies({}, std::vector{ball(kHead)}, kTick_s);
-  EXPECT_EQ(room[0].from.position, kHead);  // a new one does not sweep
+  // A body that is new appears at its place, and does not sweep hair on the way there.
+  EXPECT_EQ(room[0].from.position, kHead);
   EXPECT_TRUE(room[0].moves);
   rest_bodies(room);
   EXPECT_FALSE(room[0].moves);
   room = move_bodies(room, std::vector{ball(kHead + shift)}, kTick_s);
   EXPECT_EQ(room[0].from.position, kHead);
-  room = move_bodies(room, std::vector{ball(kHead + 2 * shift)}, kTick_s);  // again before the tick
+  // A second move before the tick replaces the first: the body still starts where it was at the end of the last tick.
+  room = move_bodies(room, std::vector{ball(kHead + 2 * shift)}, kTick_s);
   EXPECT_EQ(room[0].from.position, kHead);
   rest_bodies(room);
   EXPECT_EQ(room[0].from.position, kHead + 2 * shift);
@@ -72,6 +75,8 @@ TEST(RoomBodies, jump_when_they_say_so_or_are_too_fast) {
   EXPECT_FALSE(sweeps(ball(kHead + Vec3(0.1, 0, 0), true)));
   EXPECT_TRUE(sweeps(ball(kHead + Vec3(0, 0.99 * farthest_m, 0))));
   EXPECT_FALSE(sweeps(ball(kHead + Vec3(0, 1.01 * farthest_m, 0))));
+  // The middle moves slowly enough, but the capsule's ends turn by 1 rad in a tick, 30 cm from the middle, that is
+  // faster than kTouchSpeedMax_m_per_s = 8.
   TouchBody spinning = ball(kHead + Vec3(0, 0.1, 0));
   spinning.shape = capsule(0.3, 0.01);
   spinning.place.rotation = Quat(Eigen::AngleAxisd(1, Vec3::UnitX()));
@@ -116,6 +121,8 @@ TEST(CharacterTouch, exactly_the_bodies_are_met_that_may_touch_and_the_others_of
   }
 }
 
+// The body is 2 m away at the start of the tick and at its end, and passes through the hair in between. The tick lasts
+// 1 s, so that 4 m/s do not count as a jump.
 TEST(CharacterTouch, a_body_that_passes_within_the_tick_is_met) {
   Character c = make_character();
   RoomBodies room = move_bodies({}, std::vector{ball(kHead + Vec3(-2, 0, 0))}, 1.0);
@@ -126,6 +133,8 @@ TEST(CharacterTouch, a_body_that_passes_within_the_tick_is_met) {
   EXPECT_EQ(c.touch->bodies.size(), 1u);
 }
 
+// The ball keeps hair inside it, like the walls of a room. Hair reaches some 20 cm, so a wall 5 m away does not matter
+// and one at 15 cm does.
 TEST(CharacterTouch, a_room_inside_out_is_met_only_near_its_wall) {
   Character c = make_character();
   const auto is_met = [&](double radius_m) {
@@ -138,6 +147,8 @@ TEST(CharacterTouch, a_room_inside_out_is_met_only_near_its_wall) {
   EXPECT_TRUE(is_met(0.15));
 }
 
+// A tracked hand may reach into the skull, where it would push hair from inside. Hands must be moved out to within a
+// few millimetres; props are fixed to the room and stay.
 TEST(CharacterTouch, hands_are_pushed_out_of_the_skin_and_props_are_not) {
   Character c = make_character();
   c.from = c.to = rigid_pose(support::turned(0.7, {0, 1, 0}, kHead));
@@ -160,6 +171,8 @@ TEST(CharacterTouch, hands_are_pushed_out_of_the_skin_and_props_are_not) {
   EXPECT_GT(depth_m(ball(kHead + Vec3(0.02, 0.07, 0.01), false, {kRoomToucher, 1})), 0.02);
 }
 
+// A turn of two steps must move the body and the held point by half of the way in each, or the first step would tear at
+// the hair.
 TEST(CharacterTouch, steps_share_the_way_of_bodies_and_anchors) {
   Character c = make_character();
   RoomBodies room = hold_one(7, c);
@@ -189,7 +202,9 @@ TEST(CharacterTouch, a_held_point_pulls_no_harder_than_it_slips) {
   const Vec3 way(0.04, 0, 0.03);
   room = move_bodies(room, std::vector{ball(rest_world(c, 7) + way)}, kTick_s);
   meet_bodies(room, kTick_s, c);
-  slip_holds(c);  // the hair has not moved
+  // The hand has moved by 5 cm and the hair has not: the spring of the hold would pull with 5 N (kHoldStiffness_n_per_m
+  // = 100). The anchor must slide until the pull is kHoldSlip_n = 0.5 N, in the same direction.
+  slip_holds(c);
   const Vec3 anchor = c.touch->hands[0].to.point(c.touch->holds.at(0).anchor);
   const Vec3 pull_N = kHoldStiffness_n_per_m * (anchor - rest_world(c, 7));
   EXPECT_NEAR(pull_N.norm(), kHoldSlip_n, 1e-9);

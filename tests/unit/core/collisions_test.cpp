@@ -10,11 +10,12 @@
 #include "core/levels/build.hpp"
 #include "core/world/world.hpp"
 
-// Hair against the body, as a character of the world meets it: long hair on our own bust.
+// Tests hair against the body as a character of a world meets it: long hair on our own bust.
 namespace hairnet {
 namespace {
 
 constexpr int kTicksPerSecond = 30;
+// A point of a strand counts as too deep when it lies 3 mm deeper in the body than in the design.
 constexpr double kTooDeep_m = 0.003;
 
 const Groom& long_hair() {
@@ -55,7 +56,7 @@ class Character {
     return farthest;
   }
 
-  // Strand points that lie deeper in the body than in the design, as a share of all.
+  // Returns the share of strand points that lie too deep. The body is bent into the pose first, in head space.
   [[nodiscard]] double share_too_deep() const {
     const Groom& groom = long_hair();
     std::vector<Vec3f> grid(level().geometry.lattice.node_count()), points(groom.points.size());
@@ -106,6 +107,8 @@ Pose shoulders_raised(double height_m) {
   return pose;
 }
 
+// The head turns by 60 degrees, so long hair is swept into a shoulder. Contact must spare three quarters of the points
+// that are too deep without it.
 TEST(Collisions, hair_meets_the_shoulders_when_the_head_turns) {
   const Pose turned = head_turned(std::numbers::pi / 3);
   Character with(true), without(false);

@@ -43,6 +43,8 @@ TEST(PoseCompletion, the_neck_takes_half_of_a_nod) {
   EXPECT_NEAR(pose[Bone::upper_trunk].rotation.angularDistance(Quat::Identity()), 0, 1e-9);
 }
 
+// The lag has a time constant of 0.25 s. After as long, in 15 steps, the trunk must have turned by 1 - 1/e of the
+// head's radian.
 TEST(PoseCompletion, the_trunk_follows_the_heads_yaw_with_a_first_order_lag) {
   PoseCompletion completion(Body{}.joint(Bone::neck), 0.25);
   completion.complete({}, 0);
@@ -52,6 +54,8 @@ TEST(PoseCompletion, the_trunk_follows_the_heads_yaw_with_a_first_order_lag) {
   EXPECT_NEAR(pose[Bone::upper_trunk].rotation.angularDistance(Quat::Identity()), 1 - std::exp(-1.0), 1e-9);
 }
 
+// A yaw of 3 rad and one of -3 rad are 0.28 rad apart, on the far side of the circle. The trunk must not turn through
+// the front.
 TEST(PoseCompletion, the_trunk_turns_the_short_way_round) {
   PoseCompletion completion(Body{}.joint(Bone::neck));
   completion.complete(turned(3.0, {0, 1, 0}), 0);

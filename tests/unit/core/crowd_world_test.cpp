@@ -29,7 +29,8 @@ Pose pose_at(std::size_t character, int tick) {
   return rigid_pose(turned(0.4 * std::sin(phase + t), {0.2, 1, 0.1}, {0.1 * std::cos(t + phase), 1.5, 2.0 * phase}));
 }
 
-// Many characters of two grooms; `tick` moves them all.
+// Holds many characters of two grooms and three levels. A character keeps its number while slots change; `tick` moves
+// all.
 struct Crowd {
   World world;
   std::array<std::shared_ptr<const LevelSet>, 2> grooms{make_levels(1), make_levels(10)};
@@ -109,6 +110,7 @@ TEST(CrowdWorld, a_character_moves_alike_alone_and_while_others_join_leave_and_s
   EXPECT_FALSE(alone.displacement(4)[5].isZero(1e-4f));
 }
 
+// A tick that allocates may wait for a lock of the allocator. Three ticks grow all buffers; none may grow after that.
 TEST(CrowdWorld, allocates_nothing_once_it_has_warmed_up) {
   Crowd crowd;
   for (std::size_t c = 0; c < 70; ++c) crowd.add(c);

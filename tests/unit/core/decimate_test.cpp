@@ -31,6 +31,7 @@ double total(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
+// Returns the weighted sum of node positions: the vector along a spring, whose length is L in decimate.hpp.
 Vec3 vector_of(const Grid& grid, const StiffenerList& list, std::size_t s) {
   Vec3 sum = Vec3::Zero();
   for (const auto& [node, weight] : list.weights(s)) sum += weight * grid.node_head(node);
@@ -43,7 +44,7 @@ std::map<std::uint16_t, double> stiffness_by_group(const StiffenerList& list) {
   return sums;
 }
 
-// Against a stretch: sum of k L^2.
+// Sums k L^2 over the springs of each group: the resistance against a stretch of the whole hair.
 std::map<std::uint16_t, double> stretch_by_group(const Grid& grid, const StiffenerList& springs) {
   std::map<std::uint16_t, double> sums;
   for (std::size_t s = 0; s < springs.count(); ++s) {
@@ -52,7 +53,8 @@ std::map<std::uint16_t, double> stretch_by_group(const Grid& grid, const Stiffen
   return sums;
 }
 
-// Sum over springs of k w (w.u): the forces along them when the lattice stretches by u.
+// Returns the sum over springs of k w (w.u): the forces on the nodes along a spring's direction when the lattice is
+// stretched by u.
 Eigen::VectorXd forces(const StiffenerList& springs, const Eigen::VectorXd& u) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(u.size());
   for (std::size_t s = 0; s < springs.count(); ++s) {
@@ -62,7 +64,8 @@ Eigen::VectorXd forces(const StiffenerList& springs, const Eigen::VectorXd& u) {
   return sum;
 }
 
-// Ward's clustering word for word: of all pairs of a group the cheapest, again and again.
+// Implements Ward's clustering in the plain, quadratic way, to compare with: it merges the cheapest of all pairs of a
+// group until `count` springs are left.
 std::vector<Chord> merge_all_pairs(const Grid& grid, const StiffenerList& list, std::size_t count) {
   std::vector<Chord> chords = list.ends;
   std::vector<double> share, moment;
@@ -95,7 +98,7 @@ std::vector<Chord> merge_all_pairs(const Grid& grid, const StiffenerList& list, 
   return chords;
 }
 
-// The distance of springs from the nearest of `left`, weighted by k L^2.
+// Returns the squared distance of each spring from the nearest of `left`, weighted by k L^2 and summed.
 double spread(const Grid& grid, const StiffenerList& list, const std::vector<Chord>& left) {
   double sum = 0;
   for (std::size_t s = 0; s < list.count(); ++s) {
@@ -151,7 +154,8 @@ TEST(Decimating, identical_springs_merge_exactly) {
   StiffenerList springs;
   for (int i = 0; i < 50; ++i) {
     add_spring(grid, Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), {}, {}, springs);
-    add_spring(grid, Vec3(2, 1.6, 1.7), Vec3(1, 1.3, 1.4), {}, {}, springs);  // the other way round
+    // A spring pulls the same whichever end comes first, so this one is identical to the one above.
+    add_spring(grid, Vec3(2, 1.6, 1.7), Vec3(1, 1.3, 1.4), {}, {}, springs);
   }
   const Eigen::MatrixXd before = weight_matrix(springs, grid.node_count());
   const double k = total(springs.stiffness), q = total(springs.damping);
@@ -186,6 +190,8 @@ TEST(Decimating, attachments_keep_their_total_stiffness_in_each_group) {
   }
 }
 
+// The first two of three attachments are 2.5 cells apart, and the third is 5.5 cells away, so the first two merge at
+// their middle.
 TEST(Decimating, the_nearest_attachments_merge_first) {
   const Grid grid = grid_of_cells(12);
   StiffenerList attachments;
@@ -193,7 +199,8 @@ TEST(Decimating, the_nearest_attachments_merge_first) {
   ASSERT_TRUE(decimate(grid, StiffenerKind::attachment, 2, attachments));
   ASSERT_EQ(attachments.count(), 2u);
   EXPECT_NEAR(attachments.stiffness[0], 2 * attachments.stiffness[1], 1e-12);
-  EXPECT_EQ(attachments.ends[0][0].x(), 2.75);  // their middle
+  // The place is the middle of 1.5 and 4.
+  EXPECT_EQ(attachments.ends[0][0].x(), 2.75);
   EXPECT_EQ(attachments.ends[1][0].x(), 9.5);
 }
 
@@ -230,7 +237,8 @@ TEST(Decimating, parallel_springs_of_a_cell_pull_its_nodes_as_before_when_it_is_
   const Vec3 along(1, 0.1, -0.2);
   for (int i = 0; i < 30; ++i) {
     const Vec3 from(1, 1.1 + 0.02 * i, 1.9 - 0.015 * i);
-    const double part = i % 3 == 0 ? 0.4 : 1;  // some are short
+    // Every third spring is short, so that the merged one must weigh springs by their length.
+    const double part = i % 3 == 0 ? 0.4 : 1;
     add_spring(grid, from, from + part * along, {.hair_count = 1.0f + static_cast<float>(i)}, {}, springs);
   }
   Eigen::VectorXd stretch(static_cast<Eigen::Index>(grid.node_count()));
@@ -240,6 +248,8 @@ TEST(Decimating, parallel_springs_of_a_cell_pull_its_nodes_as_before_when_it_is_
   EXPECT_NEAR((forces(springs, stretch) - before).norm(), 0, 1e-12 * before.norm());
 }
 
+// Chords of nearly opposite directions must be added with one of them reversed; else their sum would be a spring of
+// almost no length.
 TEST(Decimating, springs_that_run_against_each_other_do_not_cancel) {
   const Grid grid = grid_of_cells(4);
   StiffenerList springs;
@@ -249,6 +259,7 @@ TEST(Decimating, springs_that_run_against_each_other_do_not_cancel) {
   EXPECT_NEAR((vector_of(grid, springs, 0) - Vec3(1, 0.3, 0.3)).norm(), 0, 1e-12);
 }
 
+// Four groups of one spring each must become two springs. Groups never merge, so the springs of the fewest hairs go.
 TEST(Decimating, more_groups_than_asked_for_lose_the_weakest) {
   const Grid grid = grid_of_cells(12);
   StiffenerList springs;
@@ -269,6 +280,8 @@ TEST(Decimating, merged_stiffeners_have_few_nodes_whose_weights_sum_up) {
     ASSERT_TRUE(decimate(grid, StiffenerKind::spring, count, springs));
     ASSERT_TRUE(decimate(grid, StiffenerKind::attachment, count, attachments));
     for (std::size_t s = 0; s < springs.count(); ++s) {
+      // A spring that was not merged may have the eight nodes of a cell at each of its two ends; a merged one has at
+      // most kNodesPerEndMax = 4 there.
       EXPECT_LE(springs.weights(s).size(), 16u);
       EXPECT_NEAR(dense(springs, s, grid.node_count()).sum(), 0, 1e-12);
       EXPECT_TRUE(std::isfinite(springs.stiffness[s]) && springs.stiffness[s] > 0);
@@ -292,6 +305,8 @@ TEST(Decimating, merged_stiffeners_act_on_no_node_that_none_acted_on) {
   }
 }
 
+// Decimation looks at near neighbours alone, which is much faster. The springs that are left may lie at most 10 % worse
+// than those of all pairs.
 TEST(Decimating, is_as_good_as_looking_at_all_pairs) {
   const Groom groom = support::make_head_of_hair(60);
   const Grid grid = grid_of(groom, 4);
@@ -351,7 +366,9 @@ TEST(Decimating, reports_a_share_that_never_falls) {
 TEST(Decimating, many_coincident_stiffeners_are_no_trouble) {
   const Grid grid = grid_of_cells(5);
   StiffenerList springs, attachments;
-  for (int i = 0; i < 100'000; ++i) {  // hangs where any step is quadratic in them
+  // With so many stiffeners at one place, any step of the algorithm that is quadratic in their number does not end in
+  // the time of a test.
+  for (int i = 0; i < 100'000; ++i) {
     add_spring(grid, Vec3(1, 1.3, 1.4), Vec3(2, 1.6, 1.7), {}, {}, springs);
     add_attachment(grid, Vec3(1, 1.3, 1.4), {}, {}, attachments);
   }

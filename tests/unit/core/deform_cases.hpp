@@ -25,7 +25,8 @@ inline std::vector<Vec3f> random_displacements(const Lattice& lattice, float siz
   return displacements;
 }
 
-// Points with all that a Deformer takes of them.
+// Holds points with all that a Deformer takes of them. Every fifth has a blend of 0, every fifth one of 1, and the
+// others have any.
 struct Points {
   std::vector<Vec3f> x;
   std::vector<float> blend;
@@ -67,7 +68,8 @@ inline Points make_points(const Lattice& lattice, unsigned seed) {
   return points;
 }
 
-// How far a point lies outside, as a factor on displacements: the factors of the axes multiply.
+// Returns how much displacements grow at a point outside the grid, where they are extrapolated: the factors of the
+// three axes multiply. It is 1 inside.
 inline double reach(const Lattice& lattice, const Vec3f& x) {
   double factor = 1;
   for (int a = 0; a < 3; ++a) {

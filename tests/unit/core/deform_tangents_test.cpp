@@ -38,7 +38,8 @@ TEST_P(DeformTangents, of_the_reference_are_the_derivative_of_the_deformed_curve
       return reference_deform(lattice, GetParam().value, curl_at(arc), displacements);
     };
     const Vec3 forward = (at(s + kStep_m).x - at(s).x) / kStep_m, backward = (at(s).x - at(s - kStep_m).x) / kStep_m;
-    if ((forward - backward).norm() > 1e-4) continue;  // across a corner of the linear field
+    // The two differences disagree across a corner of the linear field, which has no tangent.
+    if ((forward - backward).norm() > 1e-4) continue;
     EXPECT_LT((at(s).tangent - 0.5 * (forward + backward)).norm(), 1e-6) << s;
     RestPoint unblended = curl_at(s);
     unblended.delta_slope = 0;
@@ -48,7 +49,8 @@ TEST_P(DeformTangents, of_the_reference_are_the_derivative_of_the_deformed_curve
     ++compared;
   }
   EXPECT_GT(compared, 380);
-  EXPECT_GT(of_blend_max, 0.3);  // (d delta / ds) u may not be left out
+  // The term (d delta / ds) u is large here, so a tangent without it would be found.
+  EXPECT_GT(of_blend_max, 0.3);
 }
 
 TEST_P(DeformTangents, of_a_groom_agree_with_the_chords_of_the_drawn_hair) {
@@ -67,7 +69,8 @@ TEST_P(DeformTangents, of_a_groom_agree_with_the_chords_of_the_drawn_hair) {
   const RestTangents rest = rest_tangents(groom, blend);
   std::vector<Vec3f> moved(strand.size()), tangents(strand.size());
   Deformer(lattice, groom.points, blend, rest, GetParam().value).deform(displacements, moved, tangents);
-  const double allowed = GetParam().value == FfdKind::quadratic ? 0.01 : 0.2;  // linear: chords cut its corners
+  // Chords cut the corners of the linear field.
+  const double allowed = GetParam().value == FfdKind::quadratic ? 0.01 : 0.2;
   for (std::size_t p = 1; p + 1 < strand.size(); ++p) {
     const Vec3f chord = (moved[p + 1] - moved[p - 1]) / 0.001f;
     EXPECT_LT((tangents[p] - chord).norm(), allowed) << p;
@@ -98,7 +101,8 @@ TEST(RestTangents, are_zero_and_finite_where_no_line_leads) {
   groom.add_strand({}, {});
   groom.add_strand(std::vector<Vec3f>{point}, {});
   groom.add_strand(std::vector<Vec3f>(3, point), {});
-  groom.add_strand(std::vector<Vec3f>{point, Vec3f(0, 0, 0), point}, {});  // there and back
+  // This strand leads there and back.
+  groom.add_strand(std::vector<Vec3f>{point, Vec3f(0, 0, 0), point}, {});
   Cloth cloth;
   cloth.root_length_m = 0;
   groom.add_cloth(std::vector<Vec3f>{{0, 0, 0}, {0.1f, 0, 0}, {0, 0.1f, 0}}, cloth);

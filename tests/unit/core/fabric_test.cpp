@@ -22,7 +22,8 @@ namespace {
 constexpr int kColumns = 9, kRows = 13;
 constexpr float kQuad_m = 0.02f;
 
-// A sheet in the plane z = 0 that hangs from y = 0, its first row pinned if asked.
+// Makes a rectangular sheet of quads in the plane z = 0, which hangs down from y = 0. A pinned sheet has its first row
+// on the head.
 Groom make_sheet(bool pinned, Cloth cloth = {}) {
   Groom groom;
   groom.group_names = {"cloth"};
@@ -47,10 +48,11 @@ Groom make_sheet(bool pinned, Cloth cloth = {}) {
 
 constexpr double kArea_m2 = static_cast<double>(kQuad_m * kQuad_m) * (kColumns - 1) * (kRows - 1);
 
-// Energy by area, doubled, of small displacements x -> gradient x: the modulus when the gradient's norm is 1.
+// Returns twice the elastic energy by area when every point x is displaced by gradient x. This is the modulus of the
+// cloth when the gradient has a norm of 1.
 double modulus(const Cloth& properties, const Mat3& gradient) {
   const Groom groom = make_sheet(false, properties);
-  // Nodes an odd share of a quad apart, so that edges are cut.
+  // The lattice has no whole number of quads to a cell, so that its planes cut the edges of the cloth.
   const Grid grid(fit_lattice(groom.points, {8, 9, 3}));
   StiffenerList springs, attachments;
   add_cloth(grid, groom.points, groom.cloths[0], 0, springs, attachments);
@@ -113,8 +115,8 @@ TEST(Cloth, gives_its_weight_by_area_and_its_drag_across) {
   for (const int c : {0, 1, 2, 3, 4}) EXPECT_NEAR(drag[c], 0, 1e-9);
 }
 
-// The sheet's points in the world after the head was tilted about X, out of the sheet's plane, within two
-// seconds and came to rest.
+// Returns the sheet's points in world space 15 s after the head has begun to tilt about X, out of the plane of the
+// sheet. The tilt takes the first two seconds; then hair comes to rest.
 std::vector<Vec3> sheet_after_tilt(const Groom& groom, const Level& level, double tilt_rad) {
   LatticeState state;
   reset_to_rest(level, state);
@@ -146,6 +148,8 @@ TEST(Cloth, hangs_from_its_pins_without_growing) {
     }
     const std::size_t middle = kColumns / 2, hem = (kRows - 1) * kColumns + middle;
     const Vec3 down = points[hem] - points[middle];
+    // The head is tilted by 35 degrees. The sheet must hang within 12 degrees of the vertical, and have the length of
+    // its design within 2 cm.
     EXPECT_LT(std::acos(-down.normalized().y()) * 180 / std::numbers::pi, 12) << down.transpose();
     EXPECT_NEAR(down.norm(), static_cast<double>(kQuad_m) * (kRows - 1), 0.02);
   }
@@ -189,8 +193,10 @@ TEST(Thread, has_the_stiffness_and_weight_that_it_states) {
   double compliance = 0;
   for (std::size_t s = 0; s < level->springs.count(); ++s)
     compliance += 1 / static_cast<double>(level->springs.stiffness[s]);
+  // Springs in a row have the stiffness of the whole thread: 0.5 N over 0.3 m.
   EXPECT_NEAR(1 / compliance, 0.5 / 0.3, 0.01) << "springs in a row";
   const double mass = std::accumulate(level->mass.begin(), level->mass.end(), 0.0);
+  // The ether has half of the thread's mass (Material::ether_mass_ratio) on top of it.
   EXPECT_NEAR(mass, 1.5 * 0.3 * static_cast<double>(Thread{}.linear_density_kg_per_m), 1e-3 * mass);
   ASSERT_EQ(level->attachments.count(), 1u);
   EXPECT_FLOAT_EQ(level->attachments.stiffness[0], Thread{}.pin_stiffness_n_per_m);
@@ -208,7 +214,8 @@ TEST(Thread, stretches_less_the_stiffer_it_is) {
     for (int tick = 1; tick <= 30; ++tick) {
       input.from = input.to;
       const double t = tick * input.step_s;
-      input.to = rigid_pose({Quat::Identity(), Vec3(0, 0.5 * 20 * t * t, 0)});  // upwards at 2 g
+      // The head is jerked upwards at 20 m/s^2, about 2 g.
+      input.to = rigid_pose({Quat::Identity(), Vec3(0, 0.5 * 20 * t * t, 0)});
       EXPECT_TRUE(step(*level, input, {.iterations = 60}, scratch, state));
       std::vector<Vec3f> grid(level->geometry.lattice.node_count()), points(groom.points.size());
       expand_displacements(level->geometry, state.displacement, grid);
@@ -229,7 +236,8 @@ TEST(Fabric, is_never_merged_with_hair) {
   both.add_thread(support::straight(Vec3f(0, 0.1f, 0), -Vec3f::UnitY(), 0.2f, 10), thread);
   const auto level = build_level(both, {{7, 7, 7}, 40, 10});
   const float stiffest = *std::max_element(level->springs.stiffness.begin(), level->springs.stiffness.end());
-  // With seven newtons a piece of a cell's length has some 200 N/m, far more than 20 hairs.
+  // A thread of 7 N over a cell's length of some 3.5 cm is a spring of 200 N/m, far stiffer than a strand of 20 hairs.
+  // A merge with hair would have averaged it away.
   EXPECT_GT(stiffest, 100);
 }
 

@@ -60,7 +60,8 @@ TEST(Ffd, quadratic_has_a_continuous_slope_also_across_the_border) {
   Deformer(lattice, line, {}, FfdKind::quadratic).deform(displacements, moved);
   for (std::size_t i = 2; i < line.size(); ++i) {
     const Vec3f bend = moved[i] - 2 * Vec3f(moved[i - 1]) + moved[i - 2];
-    EXPECT_LT(bend.norm(), 4e-4f) << "kink at point " << i;  // a corner of the linear FFD is ten times that
+    // A corner of the linear FFD bends ten times as much.
+    EXPECT_LT(bend.norm(), 4e-4f) << "kink at point " << i;
   }
 }
 

@@ -95,7 +95,8 @@ TEST(Spring, tension_is_the_papers_at_small_strain_continuous_and_convex) {
 
 TEST(Contact, force_is_minus_the_slope_of_a_metaballs_potential) {
   const double U = 0.03;
-  const auto potential = [&](double p) { return U * std::pow(p / kContactDepth_m, 3); };  // U (1 - u)^3
+  // With u = 1 - p / kContactDepth_m, this is U (1 - u)^3.
+  const auto potential = [&](double p) { return U * std::pow(p / kContactDepth_m, 3); };
   for (double p = 0.0005; p < 0.008; p += 0.0005) {
     const double slope = (potential(p + 1e-7) - potential(p - 1e-7)) / 2e-7;
     EXPECT_NEAR(contact_law(U, p, p, 1).force, slope, 1e-6);

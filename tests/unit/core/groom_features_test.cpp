@@ -18,7 +18,8 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// A groom with one of each feature.
+// Makes a small groom with one of each feature: a root blend, a clump of five copies of strand 2, a thread, a card, a
+// cloth and a knot.
 Groom make_full() {
   Groom groom = support::make_head_of_hair(6);
   groom.group_names.push_back("fabric");
@@ -40,6 +41,8 @@ TEST(GroomFeatures, one_of_everything_is_valid) {
   EXPECT_EQ(validate(make_full()), "");
 }
 
+// Each line below corrupts one value of the valid groom. The limits are kRootBlendPointsMax = 64 points of a blend, 64
+// copies of a clump (GroomLimits::copy_count_max), and the groom's own six strands and three groups.
 TEST(GroomFeatures, are_refused_in_one_line_when_they_are_invalid) {
   const auto fault = [](auto corrupt) {
     Groom groom = make_full();
@@ -86,7 +89,9 @@ TEST(GroomFeatures, are_refused_in_one_line_when_they_are_invalid) {
   EXPECT_NE(validate(make_full(), limits), "");
 }
 
-// Every number but a colour or a coordinate.
+// Every number of a feature has a range, but for colours and coordinates, which other tests cover. A number that is
+// almost zero (below NumberRange::kSmallest = 1e-12) would give quotients that overflow, so it is refused like one that
+// is too large.
 TEST(GroomFeatures, are_refused_when_a_number_is_almost_zero_or_absurd) {
   const std::vector<std::function<float&(Groom&)>> numbers{
       [](Groom& g) -> float& { return g.strands[0].radius_m; },
@@ -160,6 +165,8 @@ TEST(RootBlend, never_falls_or_leaves_0_to_1_and_has_no_kink) {
       const double here = blend_at(blend, at), slope = (here - before) / kStep;
       ASSERT_GE(here, before - 1e-12);
       ASSERT_LE(here, 1);
+      // The points are at least 0.05 apart and rise by up to 1, so a polyline could have a change of slope of 20 at a
+      // point.
       ASSERT_LT(std::abs(slope - slope_before), 2.5) << "a cubic's bend, not a corner of 20";
       before = here;
       slope_before = slope;
@@ -177,6 +184,7 @@ TEST(RootBlend, of_each_group_rules_its_strands) {
   groom.add_strand(strand, {.root_length_m = 0.04f, .group = 1});
   const std::vector<float> delta = root_blend(groom);
   EXPECT_NEAR(delta[1], 1 - std::exp(-1), 1e-6);
+  // Each strand has 6 points, 0.02 m apart: point 1 of the second strand is at one lambda_0.
   EXPECT_NEAR(delta[6 + 1], 0.25, 1e-6);
   EXPECT_NEAR(delta[6 + 5], 0.5, 1e-6);
   EXPECT_NEAR(delta[12 + 2], 0.25, 1e-6) << "lambda_0 is the strand's own";
@@ -215,6 +223,7 @@ TEST(RootLengths, are_random_within_their_spread_by_seed) {
   const std::vector<float> first = lengths_of(1, kEveryGroup);
   EXPECT_EQ(first, lengths_of(1, kEveryGroup));
   EXPECT_NE(first, lengths_of(2, kEveryGroup));
+  // The spread is 0.4, so lengths are 0.6 to 1.4 times the usual 0.02 m; 400 strands must come near both ends.
   const auto [least, most] = std::ranges::minmax(first);
   EXPECT_GE(least, 0.02f * 0.6f);
   EXPECT_LT(least, 0.02f * 0.65f);
@@ -222,6 +231,7 @@ TEST(RootLengths, are_random_within_their_spread_by_seed) {
   EXPECT_GT(most, 0.02f * 1.35f);
   const std::vector<float> one_group = lengths_of(1, 1);
   for (std::size_t s = 0; s < first.size(); ++s)
+    // make_head_of_hair() puts every second strand into group 1.
     EXPECT_EQ(one_group[s], s % 2 == 1 && s != 7 ? first[s] : StrandProperties{}.root_length_m);
 }
 
@@ -280,6 +290,7 @@ TEST(Clusters, draw_their_strands_and_the_copies) {
     for (std::size_t i = 0; i < groom.strand_points(2).size(); ++i) {
       const double offset = (drawn[begin + i] - groom.strand_points(2)[i]).norm();
       EXPECT_GT(offset, 1e-5);
+      // The clump has a radius of 4 mm at the root.
       EXPECT_LT(offset, 0.0041);
       largest = std::max(largest, offset);
     }
@@ -305,8 +316,9 @@ TEST(Clusters, keep_their_offsets_for_any_motion_of_the_lattice) {
   }
 }
 
+// The strand turns through half a turn in 200 steps, so its tip moves 3 mm a step. A copy must move hardly more; one
+// that jumped to the other side of its strand would move up to 10 mm.
 TEST(Clusters, move_smoothly_with_their_strand) {
-  // Small steps of a strand that swings through half a turn never make a copy jump to another side of it.
   Groom groom;
   groom.group_names = {"hair"};
   groom.add_strand(support::straight(Vec3f::Zero(), -Vec3f::UnitY(), 0.2f, 10), {});

@@ -27,8 +27,8 @@ Groom make_lock(float length_m) {
   return groom;
 }
 
-// The lock's direction from root to tip in the world after the head was tilted about Z within two seconds and came to
-// rest for `settle_s`.
+// Returns the lock's direction from root to tip in world space. The head is tilted about Z within two seconds, and then
+// hair comes to rest for `settle_s`.
 Vec3f direction_after_tilt(const Groom& groom, const Level& level, double tilt_deg, double settle_s = 20) {
   LatticeState state;
   reset_to_rest(level, state);
@@ -59,6 +59,7 @@ TEST_P(Hanging, a_strand_is_a_pendulum_that_ends_vertical_at_any_tilt) {
   const Groom groom = make_lock(length_m);
   const auto level = build_level(groom, kLevelSpecs[0]);
   const Vec3f direction = direction_after_tilt(groom, *level, GetParam());
+  // A pendulum ends vertical; the lattice may err by 4 degrees and 5 % of the length.
   EXPECT_LT(degrees_from_vertical(direction), 4) << "points along " << direction.transpose();
   EXPECT_NEAR(direction.norm(), length_m, 0.05f * length_m);
 }

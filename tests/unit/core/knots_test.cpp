@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kPointsOfStrand = 16;
 
-// Two locks that hang beside each other, `apart_m` from each other, away from any body.
+// Makes two locks of nine strands each, which hang `apart_m` from each other, away from any body.
 Groom make_two_locks(float apart_m) {
   Groom groom;
   groom.group_names = {"hair"};
@@ -40,8 +40,8 @@ std::vector<std::uint32_t> middles(const Groom& groom) {
   return points;
 }
 
-// The groom's points in head space after the head spun about the vertical for three seconds: all hair is flung
-// outwards.
+// Returns the groom's points in head space after the head has turned about the vertical for three seconds, faster and
+// faster in the first: the hair is flung outwards.
 std::vector<Vec3f> points_in_spin(const Groom& groom, const Level& level, double radians_per_s) {
   LatticeState state;
   reset_to_rest(level, state);
@@ -76,7 +76,8 @@ TEST(Knots, keep_strands_together_that_would_be_flung_apart) {
   Groom tied = loose;
   tied.knots.push_back({.points = middles(tied)});
   ASSERT_EQ(validate(tied), "");
-  // A cell of the coarse lattice is 10 cm high, so it resists less.
+  // A knot must reduce the movement to the share that stands beside the level. A cell of the coarse lattice is 10 cm
+  // high, so its ties resist less.
   for (const auto& [level, share] : {std::pair{0u, 0.05}, {1u, 0.10}, {2u, 0.25}}) {
     const LevelSpec& spec = kLevelSpecs[level];
     const double loose_m = change_between_locks(loose, points_in_spin(loose, *build_level(loose, spec), 11));
@@ -99,6 +100,7 @@ struct BuiltKnot {
   StiffenerList ties;
 };
 
+// Builds the ties of one knot on a lattice of a cube of 20 cm.
 BuiltKnot build_knot(const std::vector<Vec3f>& points, int nodes_per_axis) {
   std::vector<Vec3f> around = points;
   around.insert(around.end(), {Vec3f(-0.1f, -0.1f, -0.1f), Vec3f(0.1f, 0.1f, 0.1f)});
@@ -122,6 +124,7 @@ std::vector<Vec3> rest_nodes(const Grid& grid) {
   return nodes;
 }
 
+// Eight points lie on a circle of 12 mm in a horizontal plane, like strands in a hair tie.
 const std::vector<Vec3f> kRing{{0.012f, 0, 0},  {0.0085f, 0, 0.0085f},   {0, 0, 0.012f},  {-0.0085f, 0, 0.0085f},
                                {-0.012f, 0, 0}, {-0.0085f, 0, -0.0085f}, {0, 0, -0.012f}, {0.0085f, 0, -0.0085f}};
 

@@ -15,8 +15,10 @@
 namespace hairnet {
 namespace {
 
+// Is a small network with few motions, to save time; it must still err less than the low level.
 constexpr HairLearning kShort{
     .motion_count = 320, .validation_count = 32, .duration_s = 4, .hidden_count = 32, .rounds = 24};
+// Motions are numbered, and learning takes numbers far below this one.
 constexpr std::uint32_t kUnseenMotion = 4000000;
 
 void last_first(std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -56,7 +58,7 @@ class LearntGroom : public testing::Test {
     LearntMember member{&state, &pose, c};
     step_learnt(*hair_, {&member, 1});
   }
-  // As World and clients begin.
+  // Begins the state as World and clients begin it: with the pose held for kLearntStart_ticks.
   static void begin(LearntState& state, const Pose& pose, std::vector<float>& c) {
     c.resize(modes_->basis.mode_count());
     LearntMotion motion{.state = &state, .from = &pose, .to = &pose, .ticks = 0, .begins = true, .coefficients = c};
@@ -68,7 +70,8 @@ class LearntGroom : public testing::Test {
     return sum;
   }
 
-  // Over the motion, of the learnt level of a world.
+  // Returns the RMS error of the learnt level from the finest level, over the RMS motion, in eight motions of 5 s that
+  // learning has not seen.
   static double error_in(const Wind& wind, const std::shared_ptr<const LearntHair>& hair = hair_) {
     auto levels = std::make_shared<LevelSet>(*levels_);
     levels->learnt = hair;
@@ -111,6 +114,8 @@ TEST_F(LearntGroom, is_valid_and_errs_less_than_the_low_level) {
   EXPECT_GT(hair_->wind.most_m_per_s, kLearntWindMax_m_per_s);
 }
 
+// A network gives coefficients of the basis that it was learnt with. On a server that has made another basis, its
+// outputs must be mapped, which costs at most 5 % of the motion.
 TEST_F(LearntGroom, is_taken_over_on_another_basis) {
   ModeTraining training;
   training.motion_count = 12;
@@ -163,6 +168,8 @@ TEST_F(LearntGroom, of_a_late_joiner_is_that_of_the_others_after_two_seconds) {
     const std::vector<Pose> poses = unseen_poses(number, 6);
     LearntState first, late;
     std::vector<float> c, late_c;
+    // The late joiner begins a third into the motion; two seconds later (kLearntSettled_ticks) its hair is compared
+    // with that of the first.
     const std::size_t join = poses.size() / 3, meet = join + static_cast<std::size_t>(2 / kLearntTick_s);
     for (std::size_t tick = 0; tick < poses.size(); ++tick) {
       step(first, poses[tick], c);
@@ -197,6 +204,7 @@ TEST_F(LearntGroom, covers_motion_of_its_own_kind_but_no_fast_spin) {
     }
   }
   EXPECT_GT(static_cast<double>(covered), 0.98 * static_cast<double>(ticks));
+  // Input 10 is the angular velocity about the vertical axis of the head: 35 rad/s are more than five turns a second.
   PoseInputs spin{};
   spin[10] = 35;
   EXPECT_FALSE(hair_->covers(spin));
@@ -215,6 +223,7 @@ TEST_F(LearntGroom, has_the_same_bits_for_any_order_of_work) {
 }
 
 TEST_F(LearntGroom, is_refused_when_it_is_worse_than_the_low_level) {
+  // One round over a few short motions teaches almost nothing.
   HairLearning hardly = kShort;
   hardly.motion_count = 16;
   hardly.duration_s = 2;

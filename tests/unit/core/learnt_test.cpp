@@ -28,7 +28,8 @@ Pose random_pose(Random& random, double size) {
   return pose;
 }
 
-// The equations of LearntHair, one after the other.
+// Evaluates the equations of LearntHair (learnt_hair.hpp) one after the other, in doubles. `h` is the hidden state,
+// which is replaced.
 std::vector<double> reference_step(const LearntHair& hair, const PoseInputs& x, const Vec3& air_head,
                                    std::vector<double>& h) {
   const std::size_t n = hair.hidden_count;
@@ -88,7 +89,8 @@ TEST(PoseHistory, does_not_depend_on_place_and_heading) {
 TEST(PoseHistory, measures_velocity_acceleration_and_spin_in_the_axes_of_the_head) {
   PoseHistory history;
   PoseInputs inputs{};
-  const Quat sideways(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));  // looks along +X
+  // The head looks along +X.
+  const Quat sideways(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
   for (int tick = 0; tick < 4; ++tick) {
     const double time_s = tick * kLearntTick_s;
     inputs = history.next(rigid_pose({sideways, Vec3(0.5 * 9.81 * time_s * time_s, 0, 0)}));
@@ -96,6 +98,8 @@ TEST(PoseHistory, measures_velocity_acceleration_and_spin_in_the_axes_of_the_hea
       EXPECT_EQ(inputs[8], 0) << "an acceleration needs three poses";
     }
   }
+  // The inputs 3 to 5 are the velocity and 6 to 8 the acceleration over gravity, each x, y, z in the axes of the head,
+  // whose z is its face. The mean velocity over the last tick is the velocity 2.5 ticks after the start.
   EXPECT_NEAR(inputs[5], 9.81 * 2.5 * kLearntTick_s, 1e-4);
   EXPECT_NEAR(inputs[8], 1, 1e-4);
   PoseHistory turning;
@@ -103,6 +107,7 @@ TEST(PoseHistory, measures_velocity_acceleration_and_spin_in_the_axes_of_the_hea
     const Quat turn(Eigen::AngleAxisd(0.6 * tick * kLearntTick_s, Vec3::UnitX()));
     inputs = turning.next(rigid_pose({turn, Vec3::Zero()}));
   }
+  // The inputs 9 to 11 are the angular velocity, rad/s.
   EXPECT_NEAR(inputs[9], 0.6, 1e-3);
   EXPECT_NEAR(inputs[10], 0, 1e-6);
 }
@@ -112,6 +117,7 @@ TEST(PoseHistory, knows_where_the_body_is) {
   pose[Bone::left_shoulder].position = Vec3(0, 0.03, 0);
   PoseHistory history;
   PoseInputs inputs = history.next(pose);
+  // Input 19 is how far the left shoulder is above its place, in decimetres.
   EXPECT_NEAR(inputs[19], 0.3, 1e-6);
   inputs[19] = 0;
   EXPECT_EQ(inputs, PoseInputs{});
@@ -128,6 +134,7 @@ TEST(PoseHistory, takes_the_pose_after_a_teleport_as_still) {
 TEST(LearntHair, agrees_with_the_reference) {
   for (const auto& [hidden, modes] : {std::pair{4, 4}, {20, 12}, {48, 32}, {128, 128}}) {
     LearntHair hair = support::random_learnt_hair(3, static_cast<std::size_t>(hidden), static_cast<std::size_t>(modes));
+    // One network has learnt nothing of wind.
     if (hidden == 20) hair.wind = {};
     ASSERT_EQ(validate(hair), "");
     Random random(4);
@@ -189,9 +196,10 @@ TEST(LearntHair, stays_bounded_far_outside_its_range_and_says_so) {
   LearntState state;
   std::vector<float> c(hair.mode_count);
   double most = 0;
+  // A hidden number stays within -2 and 2, as the difference of two values of f, which is within -1 and 1.
   for (const float weight : hair.output_weights) most += 2 * std::abs(static_cast<double>(weight));
   for (int tick = 0; tick < 300; ++tick) {
-    // 6 turns a second and 20 m/s
+    // The head turns 6 times a second (40 rad/s) and moves at 20 m/s.
     const Pose pose = rigid_pose(
         {Quat(Eigen::AngleAxisd(40 * tick * kLearntTick_s, Vec3::UnitY())), Vec3(20 * tick * kLearntTick_s, 0, 0)});
     LearntMember member{&state, &pose, c};
@@ -205,6 +213,8 @@ TEST(LearntHair, covers_inputs_of_the_size_met_in_training) {
   LearntHair hair = support::random_learnt_hair(9);
   PoseInputs inputs{};
   EXPECT_TRUE(hair.covers(inputs));
+  // random_learnt_hair() says that training met inputs of up to 10. A tenth more still counts as covered (kMargin in
+  // learnt_hair.cpp).
   inputs[3] = -10;
   EXPECT_TRUE(hair.covers(inputs));
   inputs[3] = -15;
@@ -224,6 +234,7 @@ TEST(LearntHair, covers_air_as_fast_as_in_training) {
     step_learnt(hair, {&member, 1});
     return member.is_covered;
   };
+  // This air has a speed of 10 m/s, the fastest of training; the next has 12.7 m/s.
   EXPECT_TRUE(is_covered({6, 0, -8}));
   EXPECT_FALSE(is_covered({9, 0, -9}));
   EXPECT_FALSE(is_covered({0, std::numeric_limits<double>::quiet_NaN(), 0}));
@@ -241,6 +252,7 @@ TEST(LearntHair, with_a_fault_is_not_valid) {
   };
   EXPECT_EQ(validate(good), "");
   EXPECT_NE(validate(LearntHair{}), "");
+  // Counts must be multiples of 4, and at most 128 (kLearntHiddenMax, kLearntModesMax).
   EXPECT_NE(fault([](LearntHair& h) { h.hidden_count = 18; }), "");
   EXPECT_NE(fault([](LearntHair& h) { h.hidden_count = 256; }), "");
   EXPECT_NE(fault([](LearntHair& h) { h.mode_count = 132; }), "");
@@ -251,12 +263,14 @@ TEST(LearntHair, with_a_fault_is_not_valid) {
   EXPECT_NE(fault([](LearntHair& h) { h.most[0] = -1; }), "");
   EXPECT_NE(fault([](LearntHair& h) { h.error = std::numeric_limits<float>::quiet_NaN(); }), "");
   EXPECT_NE(fault([](LearntHair& h) { h.wind.weights.pop_back(); }), "");
+  // The largest weight is kLearntWeightMax = 1e6.
   EXPECT_NE(fault([](LearntHair& h) { h.wind.weights[2] = 2e6f; }), "");
   EXPECT_NE(fault([](LearntHair& h) { h.wind.most_m_per_s = -1; }), "");
   EXPECT_NE(fault([](LearntHair& h) { h.wind.low_error = std::numeric_limits<float>::infinity(); }), "");
 }
 
-// Through a tick, a reset and a few more ticks; of the sum of the outputs, each times a number of its own.
+// The loss is the sum of all outputs of six ticks, each times a random factor. Its gradient by the weights must equal
+// central differences.
 TEST(Network, has_the_gradient_that_differences_find) {
   const NetworkSize size{5, 4, 3};
   using Matrix = Network<double>::Matrix;

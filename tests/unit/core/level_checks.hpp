@@ -54,7 +54,8 @@ inline void expect_valid(const Level& level) {
     EXPECT_TRUE(std::isfinite(level.ether_stiffness[i]) && level.ether_stiffness[i] > 0);
     const auto& [xx, xy, xz, yy, yz, zz] = level.drag[i];
     EXPECT_GE(xx, 0);
-    EXPECT_GE(xx * yy - xy * xy, -1e-6f * xx * yy);  // positive semi-definite: air never pushes forward
+    // A drag matrix is positive semi-definite, or air would push forward; this checks one of its minors.
+    EXPECT_GE(xx * yy - xy * xy, -1e-6f * xx * yy);
     EXPECT_TRUE(std::isfinite(xz) && std::isfinite(yz) && zz >= 0);
   }
   expect_valid(level.springs, n, 0, level);

@@ -28,6 +28,7 @@ class LevelMaps : public testing::Test {
     delete groom_;
     levels_.reset();
   }
+  // Returns the displacements of a level's nodes in a field.
   static std::vector<Vec3f> nodes_of(LevelIndex level, const auto& field) {
     std::vector<Vec3f> nodes;
     for (const Vec3f& p : (*levels_)[level].rest) nodes.push_back(field(p));
@@ -38,6 +39,7 @@ class LevelMaps : public testing::Test {
     levels_->map(from, to)->apply(nodes, out);
     return out;
   }
+  // Returns the strand points of the hair when the nodes of that level are displaced so.
   static std::vector<Vec3f> strands(LevelIndex level, const std::vector<Vec3f>& nodes) {
     const Level& model = (*levels_)[level];
     std::vector<Vec3f> grid(model.geometry.lattice.node_count()), points(groom_->points.size());
@@ -55,7 +57,7 @@ class LevelMaps : public testing::Test {
   static inline std::shared_ptr<const LevelSet> levels_;
 };
 
-// Any level can show it, so nothing may be lost.
+// Any level can show an affine deformation, so a change of level must lose nothing of it.
 TEST_F(LevelMaps, carry_an_affine_deformation_over_exactly) {
   const auto affine = [](const Vec3f& p) {
     return Vec3f(0.02f + 0.3f * p.y(), -0.1f * p.x() + 0.05f * p.z(), 0.2f * p.y() - 0.01f);
@@ -92,6 +94,8 @@ TEST_F(LevelMaps, between_levels_of_one_lattice_change_no_bit) {
   EXPECT_EQ(mapped(LevelIndex::low, LevelIndex::ether, low), low);
 }
 
+// A server may change a level again and again. If each change added a little energy, hair would start to move by
+// itself.
 TEST_F(LevelMaps, back_and_forth_a_thousand_times_adds_no_energy) {
   std::mt19937 random(7);
   std::normal_distribution<float> normal(0, 0.02f);

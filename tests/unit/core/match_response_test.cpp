@@ -13,9 +13,10 @@
 namespace hairnet {
 namespace {
 
+// Is more than the springs of any groom here, so that a level built with it merges none.
 constexpr std::size_t kAll = 1'000'000;
 
-// Evenly chosen springs, made stiffer as a whole.
+// Returns `count` of the springs at random, made stiffer so that the sum of their stiffness stays about the same.
 Stiffeners part_of(const Stiffeners& all, std::size_t count, unsigned seed) {
   std::vector<std::size_t> order(all.count());
   std::iota(order.begin(), order.end(), 0);

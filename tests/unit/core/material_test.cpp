@@ -21,6 +21,7 @@ using testing::HasSubstr;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
+// Lists every number of a Material; the assertion below fails when one is added and not listed.
 constexpr std::array kNumbers{&Material::axial_stiffness_n,      &Material::attachment_stiffness_n_per_m,
                               &Material::damping_ratio,          &Material::linear_density_kg_per_m,
                               &Material::air_drag_ns_per_m2,     &Material::ether_mass_ratio,
@@ -79,7 +80,8 @@ TEST(Material, refuses_values_out_of_range_and_names_them) {
   EXPECT_THAT(fault_of<Material>([](Material& m) { m.metaball_potential_j = kNan; }), HasSubstr("potential"));
 }
 
-// Every number of a material, from outside.
+// Any number may come from a file. One that is almost zero (below NumberRange::kSmallest) or absurd must be refused
+// with a message that names its range.
 TEST(Material, refuses_numbers_that_are_almost_zero_and_absurd_ones_with_the_range) {
   for (const auto number : kNumbers) {
     for (const float bad : {1e-42f, 1e-13f, -1e-42f, 1e6f, 3e38f, kNan, std::numeric_limits<float>::infinity()}) {
@@ -110,7 +112,8 @@ TEST(Material, of_the_smallest_numbers_that_are_taken_gives_valid_levels) {
     Groom groom = support::make_head_of_hair(6);
     float& value = groom.materials.base.*number;
     value = kSmallest;
-    if (!validate(groom).empty()) continue;  // its own smallest number is larger
+    // Some numbers have a larger smallest value of their own, and are skipped.
+    if (!validate(groom).empty()) continue;
     const auto levels = build_levels(groom);
     for (const Level& level : levels->levels) EXPECT_EQ(validate(level), "");
   }

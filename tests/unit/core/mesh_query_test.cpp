@@ -23,13 +23,15 @@ TriangleMesh make_sphere(int rings, int sectors) {
   const auto at = [&](int r, int s) { return static_cast<std::uint32_t>(r * sectors + s % sectors); };
   for (int r = 0; r < rings; ++r) {
     for (int s = 0; s < sectors; ++s) {
-      mesh.triangles.push_back({at(r, s), at(r + 1, s), at(r + 1, s + 1)});  // without area at the pole
+      // At the pole this triangle has no area.
+      mesh.triangles.push_back({at(r, s), at(r + 1, s), at(r + 1, s + 1)});
       mesh.triangles.push_back({at(r, s), at(r + 1, s + 1), at(r, s + 1)});
     }
   }
   return mesh;
 }
 
+// Returns random points of a cube with sides of twice `extent`, the same in every run.
 std::vector<Vec3> random_points(int count, double extent) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-extent, extent);
@@ -38,6 +40,7 @@ std::vector<Vec3> random_points(int count, double extent) {
   return points;
 }
 
+// Returns the winding number as the sum of the triangles' solid angles, without a tree.
 double exact_winding_number(const TriangleMesh& mesh, const Vec3& p) {
   double sum = 0;
   for (const auto& [ia, ib, ic] : mesh.triangles) {
@@ -49,7 +52,8 @@ double exact_winding_number(const TriangleMesh& mesh, const Vec3& p) {
   return sum / (4 * std::numbers::pi);
 }
 
-// Nearest distance by a dense sample of each triangle: never below the true one, above by at most the sample's step.
+// Returns the distance to the nearest of many points of each triangle. It is never below the true distance, and above
+// by at most the distance of two samples.
 double sampled_distance(const TriangleMesh& mesh, const Vec3& p, int steps) {
   double best = std::numeric_limits<double>::infinity();
   for (const auto& [ia, ib, ic] : mesh.triangles) {
@@ -130,7 +134,8 @@ TEST(MeshQuery, winding_number_agrees_with_the_exact_sum_of_solid_angles) {
 
 TEST(MeshQuery, inside_is_right_for_a_mesh_with_a_small_hole) {
   TriangleMesh mesh = make_sphere(16, 24);
-  mesh.triangles.erase(mesh.triangles.end() - 96, mesh.triangles.end());  // the two lowest rings
+  // The last 96 triangles are the two lowest rings of 24 quads.
+  mesh.triangles.erase(mesh.triangles.end() - 96, mesh.triangles.end());
   const MeshQuery query(mesh);
   for (const Vec3& p : random_points(300, 0.8)) {
     if (p.norm() < 0.7) {

@@ -17,6 +17,7 @@
 namespace hairnet {
 namespace {
 
+// Is a ParallelFor that does the work in the opposite order.
 void last_first(std::size_t count, const std::function<void(std::size_t)>& body) {
   for (std::size_t i = count; i > 0; --i) body(i - 1);
 }
@@ -49,7 +50,7 @@ class HairModes : public testing::Test {
     }
     return coefficients;
   }
-  // Averages over the hair's points.
+  // Returns the mean square displacement of the hair's points when the nodes are displaced so.
   static double mean_square_m2(std::span<const Vec3f> nodes) {
     std::vector<Vec3f> grid(high().geometry.lattice.node_count()), points(groom_->points.size());
     expand_displacements(high().geometry, nodes, grid);
@@ -138,15 +139,18 @@ TEST_F(HairModes, of_hair_at_rest_are_zero_on_every_level) {
   }
 }
 
-// Sums squares of distances over motions that the modes were not learnt from.
+// Holds sums of squared distances over motions that the modes were not learnt from. A sum becomes a share of the motion
+// by dividing by `motion`.
 struct Errors {
   double motion = 0;
-  // Are those of the first 8 and 32 coefficients, and of all.
+  // These are the errors when the first 8, the first 32, and all coefficients are used.
   std::array<double, 3> first{};
-  // Are each level's, from the finest: its own lattice's; through modes.
+  // These are the errors of each level, from the finest on: `moved` maps the level's own lattice to the finest nodes,
+  // `learnt` goes through the coefficients that the modes find for it.
   std::array<double, 4> moved{}, learnt{};
 };
 
+// Steps all four levels through the poses, and adds their errors against the finest level.
 void add_errors(const Groom& groom, const std::shared_ptr<const LevelSet>& levels, const Modes& modes,
                 const std::vector<Pose>& poses, Errors& errors) {
   const Eigen::MatrixXf metric = hair_metric(groom, (*levels)[LevelIndex::high]);
@@ -190,13 +194,16 @@ TEST_F(HairModes, span_a_dance_that_they_were_not_learnt_from) {
   for (int tick = 0; tick <= 90; ++tick) poses.push_back(dance.sample(tick / 30.0));
   Errors errors;
   add_errors(*groom_, levels_, *modes_, poses, errors);
+  // Over the 90 ticks, hair must move by more than 1 cm RMS, or there is nothing to represent.
   ASSERT_GT(errors.motion, 90 * 0.01 * 0.01);
   EXPECT_LT(errors.first[1], 0.4 * errors.first[0]);
   EXPECT_LT(errors.first[2], 0.4 * errors.first[1]);
+  // All modes together must show the dance to 15 % of its motion.
   EXPECT_LT(errors.first[2], 0.15 * 0.15 * errors.motion);
 }
 
-// The mean over motions that no part of the modes was made from.
+// Returns the mean error over eight motions, as a share of each motion. Training takes the numbers below
+// ModeTraining::motion_count, so motions from 2000 on have no part in the modes.
 double unseen_error(const Groom& groom, const std::shared_ptr<const LevelSet>& levels, const Modes& modes) {
   double sum = 0;
   constexpr std::uint32_t kMotions = 8;
@@ -210,6 +217,7 @@ double unseen_error(const Groom& groom, const std::shared_ptr<const LevelSet>& l
 
 TEST_F(HairModes, are_as_many_as_the_wanted_error_needs) {
   const std::size_t count = modes_->basis.mode_count();
+  // make_modes() makes a multiple of 16 modes, at least 32 (make_modes.hpp).
   EXPECT_EQ(count % 16, 0u);
   EXPECT_GE(count, 32u);
   EXPECT_LT(count, kModeCountMax);
@@ -217,6 +225,7 @@ TEST_F(HairModes, are_as_many_as_the_wanted_error_needs) {
   ASSERT_EQ(modes_->validation_error.size(), count);
   EXPECT_TRUE(std::ranges::is_sorted(modes_->validation_error, std::greater{}));
   EXPECT_LE(modes_->validation_error.back(), usual.error_max);
+  // The entry at index n is the error of n + 1 coefficients.
   EXPECT_GT(modes_->validation_error[count - 17], usual.error_max) << "sixteen fewer would not do";
 }
 
@@ -229,6 +238,7 @@ TEST_F(HairModes, show_unseen_motion_about_as_well_as_the_validation_error_says)
 
 TEST_F(HairModes, are_few_where_much_error_is_allowed_and_as_many_as_there_may_be_where_none_is) {
   const auto some = make_modes(*groom_, levels_, {}, {}, {.duration_s = 2, .error_max = 0.5f});
+  // An allowed error of half of the motion needs fewer than the least number of modes, 32.
   EXPECT_EQ(some->basis.mode_count(), 32u);
   const auto all = make_modes(*groom_, levels_, {}, {}, {.duration_s = 2, .error_max = 0});
   EXPECT_EQ(all->basis.mode_count(), kModeCountMax);
@@ -243,6 +253,8 @@ TEST_F(HairModes, say_how_many_coefficients_an_error_needs) {
   EXPECT_EQ(modes.count_within(0.01f), 0u);
 }
 
+// With a root length of 10 m, every point of the hair counts as root and moves with the skull. Hair then never moves
+// against the head, and the basis of no motion must still be valid.
 TEST_F(HairModes, of_hair_that_does_not_move_are_valid) {
   Groom still = *groom_;
   for (StrandProperties& strand : still.strands) strand.root_length_m = 10;
@@ -313,6 +325,7 @@ TEST(LeadingEigenvectors, are_those_of_a_dense_solver) {
 }
 
 TEST(TrainingMotions, are_valid_and_have_no_teleports) {
+  // Every sixteen motions have all kinds (training_motion.hpp), so these are each kind twice. 151 poses are 5 s.
   for (std::uint32_t n = 0; n < 32; ++n) {
     const TrainingMotion motion = make_training_motion(n, Body{}, 1.0 / 30, 151);
     ASSERT_EQ(motion.poses.size(), 151u);
@@ -331,6 +344,7 @@ TEST(TrainingMotions, have_postures_wind_and_changed_material) {
   bool lies = false, is_windy = false, is_changed = false;
   for (std::uint32_t n = 0; n < 16; ++n) {
     const TrainingMotion motion = make_training_motion(n, Body{}, 1.0 / 30, 151);
+    // A head whose up axis is nearly horizontal lies.
     for (const Pose& pose : motion.poses) lies = lies || pose.head().vector(Vec3::UnitY()).y() < 0.1;
     is_windy = is_windy || motion.wind.mean_m_per_s.norm() > 1;
     is_changed = is_changed || motion.material != MaterialScale{};

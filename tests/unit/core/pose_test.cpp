@@ -53,7 +53,8 @@ TEST(Pose, a_snap_turn_and_a_leap_are_teleports_and_lively_motion_is_not) {
   const Pose half_a_turn = rigid_pose({Quat(0, 0, 1, 0), Vec3::Zero()});
   EXPECT_TRUE(is_teleport(rest, half_a_turn, 1.0 / 30, still));
   EXPECT_FALSE(is_teleport(rest, half_a_turn, 0.1, still)) << "1800 degrees a second";
-  Pose loose = rest;  // as long as a rotation on the wire may be
+  // The length of a rotation on the wire may be off by 1e-3.
+  Pose loose = rest;
   for (RigidTransform& bone : loose.bones) bone.rotation.coeffs() *= 0.9991;
   EXPECT_FALSE(is_teleport(loose, loose, 1.0 / 1000, still));
 }
@@ -66,7 +67,8 @@ TEST(Pose, a_head_that_rides_does_not_jump_however_fast_and_one_that_stops_does_
     const auto moved = [&](const Vec3& by) { return rigid_pose({Quat::Identity(), Vec3(9000, 2, 0) + by}); };
     EXPECT_FALSE(is_teleport(there, moved(kTick_s * velocity), kTick_s, velocity)) << speed;
     EXPECT_FALSE(is_teleport(there, there, kTick_s, velocity)) << speed;
-    const double turn = speed * kTick_s / 50;  // on a circle of 50 m
+    // The head rides on a circle of 50 m radius.
+    const double turn = speed * kTick_s / 50;
     const Vec3 turned_velocity(speed * std::cos(turn), 0, speed * std::sin(turn));
     EXPECT_FALSE(is_teleport(there, moved(kTick_s * turned_velocity), kTick_s, velocity)) << speed;
     EXPECT_TRUE(is_teleport(there, moved(kTick_s * velocity + Vec3(0, 12, 0)), kTick_s, velocity)) << speed;

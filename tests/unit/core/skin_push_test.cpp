@@ -1,4 +1,3 @@
-// Drawn hair keeps out of the skin, and what needs no push keeps its bits.
 #include "core/ffd/skin_push.hpp"
 
 #include <gmock/gmock.h>
@@ -11,9 +10,11 @@
 #include "core/levels/make_skin.hpp"
 #include "tests/support/levels.hpp"
 
+// Tests that drawn hair keeps out of the skin, and that points which need no push keep their bits.
 namespace hairnet {
 namespace {
 
+// Points are kept this far from the skin, unless they are nearer in the design.
 constexpr float kThickness_m = 0.006f;
 
 Pose turned(Bone bone, double angle, const Vec3& shift) {
@@ -23,7 +24,7 @@ Pose turned(Bone bone, double angle, const Vec3& shift) {
   return pose;
 }
 
-// Where the bone's rest space has a point of head space.
+// Returns where a point of head space is in the bone's rest space.
 Vec3 in_bone(const Pose& pose, Bone bone, const Vec3f& point) {
   return (pose[bone].inverse() * pose.head()).point(point.cast<double>());
 }
@@ -33,6 +34,7 @@ struct Points {
   std::vector<float> blend;
 };
 
+// Makes 3000 points within `size_m` of the centre, moved by up to `moved_m`. Every fourth is a root, with a blend of 0.
 Points around(const Vec3f& centre, float size_m, float moved_m, unsigned seed) {
   std::mt19937 random(seed);
   Points points;
@@ -44,7 +46,7 @@ Points around(const Vec3f& centre, float size_m, float moved_m, unsigned seed) {
   return points;
 }
 
-// A head of 9 cm and a shoulder.
+// Makes a head of 9 cm radius and a left shoulder of 6 cm.
 Skin ball_skin() {
   return {support::make_round_skin(Bone::head, Vec3f(0, 0.02f, 0.01f), 0.09f),
           support::make_round_skin(Bone::left_shoulder, Vec3f(0.15f, -0.2f, 0), 0.06f)};
@@ -93,7 +95,8 @@ TEST(SkinPush, leaves_no_point_nearer_than_its_limit) {
     int deep = 0;
     for (std::size_t p = 0; p < got.size(); ++p) {
       const double before_m = skin_distance(field, in_bone(pose, field.bone, points.moved[p]));
-      if (before_m < -0.03) continue;  // near the end of what a byte says, the push fades out
+      // The push fades out near the deepest distance that a byte holds.
+      if (before_m < -0.03) continue;
       const double design_m = skin_distance(field, points.rest[p].cast<double>());
       const double limit_m = std::min(static_cast<double>(kThickness_m), design_m);
       ASSERT_GT(skin_distance(field, in_bone(pose, field.bone, got[p])), limit_m - 5e-4) << "from " << before_m;
@@ -120,6 +123,7 @@ TEST(SkinPush, goes_on_without_jumps_when_points_and_bones_move) {
   const std::vector<Vec3f> at = pushed(skin, pose(0), points), after_point = pushed(skin, pose(0), next),
                            after_bone = pushed(skin, pose(kStep), points);
   for (std::size_t p = 0; p < at.size(); ++p) {
+    // A change by one step may move a pushed point by at most 20 steps; a jump would be millimetres.
     ASSERT_LT((after_point[p] - at[p]).norm(), 20 * kStep) << p;
     ASSERT_LT((after_bone[p] - at[p]).norm(), 20 * kStep) << p;
   }

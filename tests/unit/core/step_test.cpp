@@ -44,7 +44,9 @@ Momentum momentum_change(const Level& level, const WorldLattice& before, const W
   return change;
 }
 
-// Near the origin: the reference works in the world, where weights that sum to 1 or 0 but for float's rounding show.
+// One converged step in floats must equal the reference in doubles but for rounding: half a micrometre, and a velocity
+// error some 30 times as large, since a step lasts 1/30 s. The heads are near the origin: the reference works in world
+// coordinates, where the sums of float weights are off 1 or 0 by rounding, and the error grows with the distance.
 TEST(Step, agrees_with_the_double_reference_from_the_same_state) {
   StepScratch scratch;
   for (unsigned seed = 1; seed <= 8; ++seed) {
@@ -67,6 +69,8 @@ TEST(Step, agrees_with_the_double_reference_from_the_same_state) {
   }
 }
 
+// The step works in the axes of the head, so a character two kilometres away must move like one at the origin. Floats
+// in world coordinates would have steps of 0.1 mm there.
 TEST(Step, is_the_same_far_from_the_origin) {
   const Level level = make_random_level({});
   const auto stepped = [&](const Vec3& place) {
@@ -127,6 +131,8 @@ TEST(Step, facing_another_way_changes_nothing) {
   EXPECT_LT(largest(state.displacement), 1e-9f);
 }
 
+// Without drag a constant velocity has no effect on hair, after any number of iterations, even a hundred metres from
+// the origin. An absolute position in floats would lose micrometres in every step.
 TEST(Step, a_head_at_constant_translation_leaves_the_lattice_rigid_exactly) {
   const Level level = make_random_level({.drag = false});
   const Vec3 velocity(2.5, 0.25, -1.5);
@@ -146,6 +152,8 @@ TEST(Step, a_head_at_constant_translation_leaves_the_lattice_rigid_exactly) {
   }
 }
 
+// A rigid turn with the head is not an exact solution of a step of backward Euler. The error must be of the second
+// order of the angle a step: half the angle leaves a quarter of the deviation.
 TEST(Step, a_turning_head_deviates_by_the_square_of_the_angle_a_step) {
   const Level level = make_random_level({.drag = false});
   StepScratch scratch;
@@ -166,7 +174,8 @@ TEST(Step, a_turning_head_deviates_by_the_square_of_the_angle_a_step) {
   const float coarse = deviation(0.2), fine = deviation(0.1), finer = deviation(0.05);
   EXPECT_NEAR(coarse / fine, 4, 0.4);
   EXPECT_NEAR(fine / finer, 4, 0.2);
-  EXPECT_LT(finer, 0.05f * 0.05f * 0.25f);  // theta^2 times the lattice's reach
+  // The deviation is of the size of theta^2 times the distance of a node from the axis, which is less than 0.25 m.
+  EXPECT_LT(finer, 0.05f * 0.05f * 0.25f);
 }
 
 TEST(Step, more_iterations_come_closer_to_the_converged_solution) {
@@ -192,6 +201,8 @@ TEST(Step, more_iterations_come_closer_to_the_converged_solution) {
   }
 }
 
+// Each tick turns and moves the head at random, by up to half a radian and 20 cm an axis. A solver that stops after one
+// iteration must be inaccurate, but not unstable.
 TEST(Step, stiff_springs_and_few_iterations_stay_bounded_under_wild_poses) {
   for (const int iterations : {1, 2, 4, 16}) {
     const Level level = make_random_level({.spring_stiffness = 30, .seed = 7});
@@ -229,6 +240,7 @@ TEST(Step, no_stiffness_and_no_number_of_iterations_adds_energy) {
           // The next step first removes the energy above the limit.
           const LatticeEnergy now = energy(level, {}, still, state);
           const double now_j = now.kinetic_j + std::min(now.elastic_j, double{state.elastic_energy_max_j});
+          // The step itself ignores an excess of 0.1 %, which may be rounding (limit_elastic_energy in step_inl.hpp).
           ASSERT_LE(now_j, before_j * 1.002 + 1e-9)
               << "k " << stiffness << ", " << iterations << " iterations of " << step_s << " s, tick " << tick;
           before_j = now_j;
@@ -238,6 +250,8 @@ TEST(Step, no_stiffness_and_no_number_of_iterations_adds_energy) {
   }
 }
 
+// A linearised step does not see that a spring turns. Springs of 500 N/m and nodes of up to 40 m/s an axis turn so far
+// in a step that their true energy rises, which limit_elastic_energy (step_inl.hpp) must take away again.
 TEST(Step, lattices_that_gain_energy_by_turning_springs_are_scaled_down_and_return_to_rest) {
   const HeadMotion still{StepInput{}};
   StepInput input;
@@ -251,12 +265,15 @@ TEST(Step, lattices_that_gain_energy_by_turning_springs_are_scaled_down_and_retu
       ASSERT_TRUE(step(level, input, {.iterations = 9}, scratch, state));
       drawn_in += energy(level, {}, still, state).elastic_j > 1.01 * double{state.elastic_energy_max_j};
     }
+    // Hair has 30 s, 750 steps of 1/25 s, to come to rest.
     for (int tick = 0; tick < 30 * 25; ++tick) ASSERT_TRUE(step(level, input, {.iterations = 9}, scratch, state));
     EXPECT_LT(largest(state.displacement), 1e-2f) << "seed " << seed;
   }
   EXPECT_GT(drawn_in, 0) << "nothing to draw in: the case tests nothing";
 }
 
+// The head goes back and forth by 0.8 m in every tick, and the ether and soft springs let hair stay behind.
+// Displacements must reach near the bound, and never pass it but for rounding.
 TEST(Step, a_lattice_goes_no_further_than_its_level_allows) {
   Level level = make_random_level({.spring_stiffness = 0.001f, .contacts = false});
   level.displacement_max_m = 0.4f;
@@ -280,6 +297,7 @@ TEST(Step, returns_to_the_design_from_any_crumpled_state) {
   StepScratch scratch;
   for (unsigned seed = 1; seed <= 4; ++seed) {
     LatticeState state = make_random_state(level, 0.1f, 5, seed);
+    // A minute passes.
     for (int tick = 0; tick < 30 * 60; ++tick) ASSERT_TRUE(step(level, {}, {}, scratch, state));
     EXPECT_LT(largest(state.displacement), 1e-4f) << "seed " << seed;
   }
@@ -299,10 +317,13 @@ TEST(Step, steady_wind_ends_where_drag_and_ether_balance) {
     const auto& q = level.drag[i];
     const Vec3f drag(q[0] * wind.x() + q[2] * wind.z(), q[1] * wind.x() + q[4] * wind.z(),
                      q[2] * wind.x() + q[5] * wind.z());
+    // At rest, the drag Q w of the wind equals the pull k d of the ether.
     EXPECT_LT((state.displacement[i] - drag / level.ether_stiffness[i]).norm(), 1e-5f);
   }
 }
 
+// The left shoulder rises by 5 cm. Points of the hair that it would come at least 1 cm too near must be pushed away;
+// contact is elastic, so the ether may press them up to 6 mm within their limit.
 TEST(Step, skin_that_moves_into_the_hair_pushes_it_out) {
   const Level level = make_random_level({.spring_count = 0, .attachment_count = 0, .drag = false});
   LatticeState state;
@@ -359,12 +380,14 @@ TEST(StepDeathTest, a_node_that_the_level_lacks_stops_the_program) {
 }
 #endif
 
-// Hair is thrown at the head, faster than through it within a step.
+// Hair is thrown at a skull of 8 cm. At 9 m/s it goes 18 cm in a step, so it is on the other side unless contact looks
+// at the way.
 TEST(Step, hair_does_not_pass_through_the_skull_however_fast) {
   Level level =
       make_random_level({.spring_count = 0, .attachment_count = 0, .ether = false, .drag = false, .contacts = false});
   level.skin = std::make_shared<Skin>(Skin{support::make_round_skin(Bone::head, Vec3f(0, -0.04f, 0), 0.04f)});
-  support::add_contact(level, Vec3f(0, -0.04f, 0.079f), 1);  // J, as the build gives a point of this mass
+  // The point has a contact potential of 1 J, as the build gives a point of this mass.
+  support::add_contact(level, Vec3f(0, -0.04f, 0.079f), 1);
   support::set_limits(level);
   for (const float speed : {0.5f, 2.0f, 5.0f, 9.0f}) {
     LatticeState state;

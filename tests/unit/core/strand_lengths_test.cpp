@@ -68,6 +68,8 @@ Vec3 point_at(std::span<const Vec3> strand, double wanted) {
   return strand.back();
 }
 
+// Limits strands in the plain way: a point farther along its deformed strand than at rest moves back along it to its
+// arc length at rest.
 std::vector<Vec3> reference_limit(const Strands& strands, std::span<const Vec3> deformed) {
   std::vector<Vec3> rest, limited;
   for (const Vec3f& x : strands.points) rest.push_back(x.cast<double>());
@@ -112,6 +114,7 @@ TEST(StrandLengths, a_stretched_strand_ends_where_its_length_is_used_up) {
   const Strands strands = straight(11, 0.01f);
   const StrandLengths lengths(strands.points, strands.begin);
   std::vector<Vec3f> points = strands.points;
+  // The strand is stretched to 1.6 times its length.
   for (Vec3f& x : points) x.y() = 0.1f + 1.6f * (x.y() - 0.1f);
   lengths.limit(points);
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LT((points[i] - strands.points[i]).norm(), 1e-6f) << i;

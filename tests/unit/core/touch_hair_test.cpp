@@ -11,10 +11,11 @@
 #include "core/levels/build.hpp"
 #include "core/world/world.hpp"
 
-// What hands and props do to real hair: long hair at the finest level, as it is drawn.
+// Tests what hands and props do to long hair at the finest level, on the strands as they are drawn.
 namespace hairnet {
 namespace {
 
+// A point of a strand counts as too deep when it is 5 mm inside a body.
 constexpr double kTooDeep_m = 0.005;
 constexpr ToucherId kSomeone = 1;
 
@@ -36,7 +37,7 @@ std::shared_ptr<const LevelSet> levels() {
   return set;
 }
 
-// A palm of four capsules side by side, 8 cm wide, that lie across its way, and a thumb and a finger.
+// Makes a palm of four capsules side by side, 8 cm wide, whose axes lie across its way, and a thumb and a finger.
 std::vector<TouchBody> hand(const Vec3& place, bool has_jumped = false) {
   const Quat along_z(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX()));
   std::vector<TouchBody> bodies;
@@ -51,6 +52,7 @@ std::vector<TouchBody> hand(const Vec3& place, bool has_jumped = false) {
   return bodies;
 }
 
+// Returns how deep a point is in the body that has it deepest; it is not positive outside all of them.
 double deepest_m(std::span<const TouchBody> bodies, const Vec3& point) {
   double deepest = -1;
   for (const TouchBody& body : bodies)
@@ -110,13 +112,15 @@ TEST_F(TouchHair, a_palm_that_strokes_long_hair_stays_out_of_it) {
   std::size_t deep = 0, without = 0;
   constexpr int kTicks = 90;
   for (int i = 0; i < kTicks; ++i) {
-    // From beside the ear 2 cm into the hair, then down 40 cm in 2 s.
+    // In the first second the hand moves from beside the ear 8 cm towards the head, into the hair; in the next two it
+    // strokes 40 cm downwards.
     const double in = std::min(i / 30.0, 1.0), down = std::max(i - 30, 0) / 60.0;
     const std::vector<TouchBody> bodies = hand({0.17 - 0.08 * in, -0.02 - 0.4 * down, -0.02}, i == 0);
     tick(bodies);
     deep += count_deep(bodies, points());
     without += count_deep(bodies, rest);
   }
+  // `without` counts the points that the hand would meet if hair stayed in its design.
   ASSERT_GT(without, 2000u) << "the hand strokes no hair";
   EXPECT_LT(static_cast<double>(deep), 0.15 * static_cast<double>(without));
   EXPECT_LT(static_cast<double>(deep) / kTicks, 0.001 * static_cast<double>(rest.size()));

@@ -11,7 +11,7 @@
 #include "core/solver/step.hpp"
 #include "tests/support/levels.hpp"
 
-// Hands and props in one step, and in many of one lattice.
+// Tests how hands and props act on hair in one step of the solver, and in many steps of one lattice.
 namespace hairnet {
 namespace {
 
@@ -20,10 +20,12 @@ using support::make_random_state;
 using support::turned;
 
 constexpr SolverSettings kConverged{.iterations = 400};
-// Places against the wall's middle, which is 5 m away, are rounded to half a micrometre.
+// Is the tolerance against the reference. The wall is a box whose middle is 5 m away (half_space), so a float place
+// relative to this middle is rounded to half a micrometre.
 constexpr float kRounding_m = 4e-6f;
 
-// A body of each shape about the hair, and held points; they move with a hand of their own.
+// Holds a body of each kind around the hair (sphere, capsule, box, the inside of a sphere, a wall), and some held
+// points. All but the wall move; the seed shifts them.
 struct Touched {
   explicit Touched(unsigned seed, std::size_t hold_count = 3) {
     const auto place = [](double angle_rad, const Vec3& position) {
@@ -59,6 +61,7 @@ StepInput moving_input(unsigned seed) {
   return input;
 }
 
+// Returns the bits of all numbers of a state, so that a comparison also tells 0 from -0.
 std::vector<std::uint32_t> bits(const LatticeState& state) {
   std::vector<std::uint32_t> all;
   for (const std::vector<Vec3f>* nodes : {&state.displacement, &state.velocity}) {
@@ -91,10 +94,12 @@ TEST(TouchStep, agrees_with_the_double_reference_from_the_same_state) {
     for (std::size_t i = 0; i < level.rest.size(); ++i) {
       EXPECT_LT((state.displacement[i] - expected.displacement[i]).norm(), kRounding_m)
           << "seed " << seed << " node " << i;
+      // A velocity is a displacement over a step of at most 1/41 s; 50 leaves some room.
       EXPECT_LT((state.velocity[i] - expected.velocity[i]).norm(), 50 * kRounding_m)
           << "seed " << seed << " node " << i;
       farthest_m = std::max(farthest_m, (untouched.displacement[i] - expected.displacement[i]).norm());
     }
+    // Without the bodies, the reference must end at least 1 mm elsewhere.
     EXPECT_GT(farthest_m, 1e-3f) << "the touch of seed " << seed << " does nothing";
   }
 }
@@ -110,7 +115,8 @@ TEST(TouchStep, a_touched_character_ends_in_the_same_bits_in_a_crowd) {
     alone.push_back(make_random_state(level, 0.02f, 0.5f, seed));
     touched.push_back(std::make_unique<Touched>(seed, c % 5 == 4 ? 3 : 0));
     inputs.push_back(moving_input(seed));
-    // Some have fewer bodies, some none, and some are held.
+    // Characters of one crowd have from no to five bodies, every fifth of them holds, and every third one no touch at
+    // all.
     touched[c]->touch.bodies = touched[c]->touch.bodies.first(c % 6);
     if (c % 3 != 0) inputs[c].touch = &touched[c]->touch;
   }
@@ -141,7 +147,8 @@ TEST(TouchStep, a_body_that_hair_does_not_reach_changes_no_bit) {
   EXPECT_EQ(bits(without), bits(with));
 }
 
-// One contact point in a cube of eight nodes that only ether binds, so that all of its motion is the touch's.
+// Makes a level with one contact point in a cube of eight nodes. Only ether binds the nodes, so that all motion of the
+// point comes from the touch and from the ether.
 Level one_point_level(float ether_N_per_m) {
   Level level = make_random_level({.nodes_per_axis = 2,
                                    .spring_count = 0,
@@ -167,7 +174,7 @@ Vec3 place_of_point(const Level& level, const LatticeState& state) {
   return place;
 }
 
-// Moves one body from place to place, a step each, and returns where the point ends.
+// Moves one body from place to place, one step of 1/50 s each, and returns where the point ends.
 Vec3 stroked(const Level& level, const TouchShape& shape, double friction, std::span<const Vec3> places,
              LatticeState& state) {
   StepScratch scratch;
@@ -186,7 +193,8 @@ TEST(TouchStep, a_finger_that_would_cross_hair_within_a_step_takes_it_along) {
   const Level level = one_point_level(0.05f);
   LatticeState state;
   reset_to_rest(level, state);
-  // A finger of 16 mm at 1.25 m/s, 2.5 cm in a step: it begins just before the point.
+  // The finger has a radius of 8 mm and moves at 1.25 m/s: 2.5 cm in a step, more than its thickness of 16 mm. It
+  // begins just before the point. A contact that looked only at the end of the step would let the point through.
   std::vector<Vec3> places;
   for (int tick = 0; tick < 8; ++tick) places.emplace_back(-0.015 + 0.025 * tick, -0.04, 0);
   const Vec3 end = stroked(level, capsule(0.04, 0.008), 0, places, state);
@@ -195,7 +203,9 @@ TEST(TouchStep, a_finger_that_would_cross_hair_within_a_step_takes_it_along) {
 
 TEST(TouchStep, friction_carries_hair_along_a_palm_as_coulomb_says) {
   const Level level = one_point_level(1);
-  // A plate of 2 cm lifts the point by 1 cm and slides 12 cm to the side.
+  // A plate of 4 cm thickness lifts the point by 1 cm and then slides 12 cm to the side. The returned shift is where
+  // friction and the ether balance, so by Coulomb's law it doubles with the coefficient. A coefficient of 20 holds the
+  // point on the plate.
   const auto shift = [&](double friction) {
     LatticeState state;
     reset_to_rest(level, state);
@@ -211,6 +221,8 @@ TEST(TouchStep, friction_carries_hair_along_a_palm_as_coulomb_says) {
   EXPECT_GT(shift(20), 0.1) << "what sticks moves with the plate";
 }
 
+// The point begins 4 cm deep in a ball of 5 cm that does not move. Without a limit of speed, contact would throw it
+// out.
 TEST(TouchStep, hair_within_a_body_leaves_it_no_faster_than_the_recovery) {
   const Level level = one_point_level(0.01f);
   LatticeState state;
@@ -221,12 +233,16 @@ TEST(TouchStep, hair_within_a_body_leaves_it_no_faster_than_the_recovery) {
   for (std::size_t tick = 0; tick + 1 < places.size(); ++tick) {
     const Vec3 before = place_of_point(level, state);
     const Vec3 after = stroked(level, sphere(0.05), 0, std::span(places).subspan(tick, 2), state);
+    // Contact pushes out at 0.4 m/s at most (kContactRecovery_m_per_s in contact.hpp); a step lasts 1/50 s, and the
+    // half more is for the ether.
     EXPECT_LT((after - before).norm(), 1.5 * 0.4 / 50) << "tick " << tick;
     deepest_m = 0.05 - (after - places[0]).norm();
   }
   EXPECT_LT(deepest_m, 0.003) << "it is still within";
 }
 
+// The hand moves 10 cm to the side within a second. The point must stay within 4 mm of it; after the hold ends, the
+// point returns to its start within 2 mm, slower than 5 m/s.
 TEST(TouchStep, a_held_point_follows_the_hand_and_the_force_ends_with_the_hold) {
   const Level level = one_point_level(0.05f);
   LatticeState state;
@@ -259,6 +275,8 @@ TEST(TouchStep, a_held_point_follows_the_hand_and_the_force_ends_with_the_hold) 
   EXPECT_LT((before - start).norm(), 0.002);
 }
 
+// A step meets the most bodies that it takes (kStepBodiesMax) and 20 held points, all at new random places in each
+// tick. In every hundredth tick the bodies are up to 10 km away, and some bodies are inside out.
 TEST(TouchStep, mad_hands_leave_every_state_finite_and_bounded) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);

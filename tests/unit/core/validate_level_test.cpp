@@ -27,7 +27,7 @@ TEST(ValidateLevel, built_levels_are_valid) {
   }
 }
 
-// The first field, of the level's own.
+// Gives the level a skin of its own, as levels share theirs, and returns its first field.
 SkinDistanceField& skin_of(Level& level) {
   auto own = std::make_shared<Skin>(*level.skin);
   level.skin = own;

@@ -9,7 +9,7 @@
 #include "tests/support/build_grooms.hpp"
 #include "tests/support/case_name.hpp"
 
-// Built hair in the wind and out of it, against what can be worked out by hand.
+// Compares built hair in the wind, and after it, with what can be worked out by hand.
 namespace hairnet {
 namespace {
 
@@ -34,6 +34,7 @@ Environment steady(const Vec3& mean) {
   return environment;
 }
 
+// Returns the state after 20 s (1200 steps of 1/60 s) in a steady environment.
 LatticeState settled(const Level& level, const Environment& environment, const MaterialScale& material = {}) {
   LatticeState state;
   reset_to_rest(level, state);
@@ -93,7 +94,8 @@ TEST(WindOnHair, carries_it_the_way_it_blows_and_springs_keep_its_length) {
   roots /= static_cast<float>(root_count);
   EXPECT_GT(tips.x(), 0.05f);
   EXPECT_GT(tips.x(), 5 * std::abs(roots.x()));
-  EXPECT_GT(tips.y(), 0);  // they rise as they swing out
+  // The strands keep their length, so their ends must rise as they move to the side.
+  EXPECT_GT(tips.y(), 0);
 }
 
 TEST(WindOnHair, wet_hair_hardly_moves_soft_hair_flies) {
@@ -114,7 +116,8 @@ TEST(WindOnHair, a_change_of_material_ends_where_hair_built_of_it_does) {
     const auto other = build_level(make_curtain(wanted), kLevelSpecs[2]);
     const LatticeState a = settled(*built, steady({2, 0, 0}), scale_between({}, wanted));
     const LatticeState b = settled(*other, steady({2, 0, 0}));
-    // Attachments go with the springs' factor instead of their own.
+    // A change of material scales attachments by the factor of the springs, though they have one of their own, so the
+    // two do not end in quite the same state.
     const double tolerance_m = 0.1 * rms_m(b);
     double sum = 0;
     for (std::size_t i = 0; i < built->rest.size(); ++i)
@@ -123,7 +126,8 @@ TEST(WindOnHair, a_change_of_material_ends_where_hair_built_of_it_does) {
   }
 }
 
-// The second swing's height over the first's is that of an oscillator of the ratio asked for.
+// Releases all nodes 5 cm to the side. The parameter is the damping ratio zeta of the ether: an oscillator of this
+// ratio passes the middle and reaches exp(-pi zeta / sqrt(1 - zeta^2)) of its start on the other side.
 class Swing : public testing::TestWithParam<support::Named<float>> {};
 
 TEST_P(Swing, of_a_node_dies_out_by_the_ratio_asked_for) {

@@ -78,6 +78,8 @@ TEST(Wind, over_space_and_time_it_has_the_mean_and_the_turbulence_asked_for) {
   }
 }
 
+// Air that flows together at a point would press hair to it. The divergence is the sum of three central differences,
+// whose own error allows 1e-6 per second.
 TEST(Wind, has_no_divergence) {
   const WindField field(make_storm());
   const double step = 1e-4;
@@ -95,7 +97,8 @@ TEST(Wind, has_no_divergence) {
     }
     EXPECT_NEAR(divergence, 0, 1e-6);
   }
-  EXPECT_GT(gradient_max, 0.1);  // there is something that could have diverged
+  // The field must have gradients at all, or a divergence of zero says nothing.
+  EXPECT_GT(gradient_max, 0.1);
 }
 
 TEST(Wind, turbulence_changes_over_no_less_than_its_scale) {
@@ -119,12 +122,15 @@ TEST(Wind, turbulence_changes_over_no_less_than_its_scale) {
       bend_squares += (next - 2 * here + last).squaredNorm() / (step * step * step * step);
     }
     const double own = std::sqrt(3.0) * wind.turbulence_rms_m_per_s;
+    // The 2 % allow for the error of sampling.
     EXPECT_LT(std::sqrt(slope_squares / kSamples), 1.02 * own / scale);
     EXPECT_GT(std::sqrt(slope_squares / kSamples), 0.1 * own / scale);
     EXPECT_LT(std::sqrt(bend_squares / kSamples), 1.02 * own / (scale * scale));
   }
 }
 
+// A point that travels with the mean wind for 0.1 s meets almost the same eddy; a point that stays meets another part
+// of it. After 30 s the eddies themselves have changed.
 TEST(Wind, carries_its_turbulence_along_and_changes_it_on_the_way) {
   Wind wind = make_storm();
   wind.gust_ratio = 0;
@@ -159,7 +165,8 @@ TEST(Wind, gusts_stay_within_their_ratio_never_turn_the_wind_and_keep_its_mean) 
       const Vec3 velocity = field.velocity({0, 0, 0}, i / 50.0);
       const double speed = velocity.dot(along);
       EXPECT_LT(velocity.cross(along).norm(), 1e-9);
-      // Smooth: the quickest gust is 4.6 times as quick as the slowest.
+      // A gust is a sum of cosines, of which the quickest is 4.6 times as quick as the slowest, whose period is
+      // gust_period_s. 6.3 is 2 pi, and a step lasts 1/50 s.
       EXPECT_LE(std::abs(speed - before), ratio * mean * 4.6 * 6.3 / wind.gust_period_s / 50);
       least = std::min(least, speed);
       most = std::max(most, speed);
@@ -185,6 +192,8 @@ TEST(Wind, the_same_seed_blows_the_same_and_another_does_not) {
   }
 }
 
+// Every machine must compute the same wind, so that a recording repeats its run anywhere. The expected numbers are what
+// this field has given before.
 TEST(Wind, blows_the_same_bits_from_every_compiler) {
   const WindField field(make_storm());
   const Vec3 expected{0x1.1b6ae36d71667p+2, 0x1.c39d290c0b68cp-2, -0x1.565b24a6f4ab2p+1};
@@ -200,6 +209,8 @@ TEST(Wind, blows_as_smoothly_after_a_month_and_far_from_the_origin) {
   Vec3 before = field.velocity(far, month_s);
   for (int i = 1; i < 1000; ++i) {
     const Vec3 next = field.velocity(far, month_s + 1e-4 * i);
+    // In 0.1 ms the wind of this storm hardly changes. A phase in floats would have lost its precision after a month,
+    // and jump.
     EXPECT_LT((next - before).norm(), 0.02);
     before = next;
   }
@@ -251,6 +262,7 @@ TEST(LatticeWind, is_off_by_no_more_than_the_stated_bound) {
     const double own = std::sqrt(3.0) * storm.turbulence_rms_m_per_s;
     const double error = std::sqrt(error_squares / count);
     RecordProperty("error_over_rms_at_" + std::to_string(scale), std::to_string(error / own));
+    // The bound (L / scale)^2 / 8 is that of LatticeWind in wind.hpp; L is the side of the box.
     EXPECT_LT(error, double{side * side} / (8 * scale * scale) * own);
     EXPECT_GT(error, 0);
   }
@@ -272,6 +284,7 @@ TEST(Wind, refuses_values_out_of_range_and_names_them) {
     EXPECT_NE(fault([tiny](Wind& w) { w.turbulence_rms_m_per_s = tiny; }), "");
   }
   EXPECT_THAT(fault([](Wind& w) { w.mean_m_per_s.y() = kNan; }), HasSubstr("speed"));
+  // Each component is in its range, but the speed of 70.7 m/s is above the limit of 60 m/s (wind.cpp).
   EXPECT_THAT(fault([](Wind& w) { w.mean_m_per_s = {50, 50, 0}; }), HasSubstr("speed"));
   EXPECT_THAT(fault([](Wind& w) { w.gust_ratio = 1.01; }), HasSubstr("gust ratio"));
   EXPECT_THAT(fault([](Wind& w) { w.gust_ratio = kNan; }), HasSubstr("gust ratio"));

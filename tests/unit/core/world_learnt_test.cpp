@@ -10,6 +10,7 @@
 namespace hairnet {
 namespace {
 
+// Six seconds of 30 ticks are longer than kSleepAfter_s = 4.5 s.
 constexpr int kRestTicks = 30 * 6;
 
 std::shared_ptr<const LevelSet> make_levels(bool with_learnt = true) {
@@ -29,7 +30,8 @@ std::vector<float> coefficients(const World& world, CharacterId id) {
   return {c.begin(), c.end()};
 }
 
-// What the network makes of poses, from the first one that a world has.
+// Evaluates the network directly, without a World: its constructor holds the first pose for kLearntStart_ticks, as
+// World does, and each step is one tick.
 class Reference {
  public:
   Reference(const LearntHair& hair, const Pose& first, const Vec3& air_world = Vec3::Zero())
@@ -85,6 +87,7 @@ TEST(LearntLevel, moves_in_the_wind_at_the_head) {
       world.set_pose(id, to);
       world.step();
       if (!world.lattice(id).stepped) continue;
+      // The first turn is in the first tick, whatever the stride, so it covers one tick.
       const int ticks = turns++ == 0 ? 1 : stride;
       if (!expected) expected.emplace(*levels->learnt, from, air(from, tick - ticks));
       if (ticks == 2) {
@@ -119,6 +122,7 @@ TEST(LearntLevel, does_not_hold_in_wind_that_the_network_knows_nothing_of) {
   EXPECT_FALSE(world.lattice(id).is_covered);
 }
 
+// Hair that starts on a tilted head must hang already. If it started at rest in the design, it would fall for a second.
 TEST(LearntLevel, begins_as_if_the_pose_had_been_held) {
   const Pose tilted = rigid_pose(support::turned(0.5, {1, 0, 0.3}, {0, 1.5, 0}));
   const auto levels = make_levels();
@@ -132,6 +136,8 @@ TEST(LearntLevel, begins_as_if_the_pose_had_been_held) {
   for (std::size_t k = 0; k < first.size(); ++k) EXPECT_NEAR(first[k], hanging[k], 0.1 * std::abs(hanging[0])) << k;
 }
 
+// Characters with the same network are evaluated 16 at a time (kLearntWidth), in lanes. Neighbours of another network
+// or another level must change no bit.
 TEST(LearntLevel, of_one_character_is_the_same_in_any_crowd) {
   World crowd({}), alone({});
   const auto levels = make_levels(), others = make_levels();
@@ -160,7 +166,9 @@ TEST(LearntLevel, counts_its_cost_as_its_own) {
   for (int n = 0; n < 20; ++n) EXPECT_TRUE(world.add({levels, LevelIndex::learnt, swaying(n, 0)}));
   const StepReport report = world.step();
   EXPECT_EQ(report.costs.of(LevelIndex::learnt, 1).character_steps, 20u);
-  EXPECT_EQ(report.costs.of(LevelIndex::learnt, 1).step_ns, 2000);  // two batches
+  // The clock advances by 1000 ns with each reading. 20 characters are two batches of at most kLearntWidth = 16, each
+  // between two readings.
+  EXPECT_EQ(report.costs.of(LevelIndex::learnt, 1).step_ns, 2000);
 }
 
 TEST(LearntLevel, over_several_ticks_takes_the_poses_between_as_well) {
@@ -187,6 +195,7 @@ TEST(LearntLevel, needs_a_network_and_ticks_of_its_length) {
   EXPECT_FALSE(world.set_level(without, LevelIndex::learnt));
   EXPECT_EQ(world.lattice(without).level, LevelIndex::low);
   EXPECT_FALSE(world.set_level(world.add({}), LevelIndex::learnt));
+  // A network has steps of kLearntTick_s = 1/30 s alone.
   WorldDef quick;
   quick.tick_s = 1.0 / 60;
   World other(quick);
@@ -263,13 +272,15 @@ TEST(LearntLevel, is_left_and_entered_at_any_time) {
 TEST(LearntLevel, says_when_it_was_not_trained_for_the_motion) {
   auto levels = std::make_shared<LevelSet>(*make_levels());
   auto narrow = std::make_shared<LearntHair>(*levels->learnt);
+  // This network has met no input above 1 in training, so a velocity of 3 m/s is beyond it.
   narrow->most.fill(1);
   levels->learnt = narrow;
   World world({});
   const CharacterId id = world.add({levels, LevelIndex::learnt, {}});
   world.step();
   EXPECT_TRUE(world.lattice(id).is_covered);
-  for (int tick = 1; tick <= 3; ++tick) {  // 3 m/s
+  // A tenth of a metre in a tick of 1/30 s is 3 m/s.
+  for (int tick = 1; tick <= 3; ++tick) {
     world.set_pose(id, rigid_pose(support::turned(0, {0, 1, 0}, {0.1 * tick, 0, 0})));
     world.step();
     EXPECT_FALSE(world.lattice(id).is_covered);
@@ -287,6 +298,18 @@ TEST(LearntLevel, is_part_of_the_hash) {
     b.step();
     EXPECT_EQ(a.hash(), b.hash());
   }
+  // A third world has the same poses and levels, but a network that throws hair the other way.
+  const auto other_levels = std::make_shared<LevelSet>(*make_levels());
+  const auto other_hair = std::make_shared<LearntHair>(*other_levels->learnt);
+  for (float& weight : other_hair->output_weights) weight = -weight;
+  other_levels->learnt = other_hair;
+  World c({});
+  const CharacterId in_c = c.add({other_levels, LevelIndex::learnt, {}});
+  for (int tick = 1; tick < 10; ++tick) {
+    c.set_pose(in_c, swaying(0, tick));
+    c.step();
+  }
+  EXPECT_NE(a.hash(), c.hash());
 }
 
 }  // namespace

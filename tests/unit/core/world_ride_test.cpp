@@ -12,10 +12,14 @@
 namespace hairnet {
 namespace {
 
+// Speeds of the head in m/s. A jump from rest to more than 25 m/s in one tick is a teleport (is_teleport), so the
+// speeds lie on both sides of this limit and on it.
 constexpr std::array kSpeeds{0.0, 1.0, 10.0, 25.0, 30.0, 100.0, 300.0};
 constexpr double kRideTick_s = 1.0 / 30;
+// Is the radius of the circle on which heads ride.
 constexpr double kRadius_m = 50;
-const Vec3 kFar(4000, 1.5, -3000);  // m, from the world's origin
+// The ride is kilometres away from the origin of the world, where world coordinates in floats are coarse.
+const Vec3 kFar(4000, 1.5, -3000);
 
 std::shared_ptr<const LevelSet> ride_levels(bool contacts = true) {
   auto levels = std::make_shared<LevelSet>();
@@ -40,7 +44,7 @@ WorldDef in_carried_air() {
   return in_air(carried_wind());
 }
 
-// Moves the only character of a world.
+// Steps a world with one character, whose hair starts displaced so that it moves. A tick has one substep.
 struct Ride {
   explicit Ride(const std::shared_ptr<const LevelSet>& levels, const Pose& start, const Wind& wind,
                 LevelIndex level = LevelIndex::low)
@@ -86,6 +90,8 @@ Pose turned_head(const Vec3& place, int tick) {
   return rigid_pose(support::turned(0.3 * std::sin(4 * tick * kRideTick_s), {0.2, 1, 0.1}, place));
 }
 
+// Carried air moves with the head, as in a vehicle. At a constant velocity hair must move exactly as that of a head
+// which only turns in place; it swings when the vehicle stops, in tick 61.
 TEST(RideInCarriedAir, at_any_constant_speed_hair_moves_as_at_rest_and_swings_at_the_stop) {
   const auto levels = ride_levels();
   for (const double speed : kSpeeds) {
@@ -115,6 +121,8 @@ TEST(RideInCarriedAir, at_any_constant_speed_hair_moves_as_at_rest_and_swings_at
   }
 }
 
+// A head on a circle accelerates towards the middle. Hair there must move as at rest under a gravity that has this
+// acceleration taken off.
 TEST(RideInCarriedAir, on_a_circle_hair_moves_as_at_rest_under_the_circles_own_force) {
   // Contact and the limit of elastic energy look at velocities, so that they tell inertia from gravity.
   const auto levels = ride_levels(false);
@@ -186,7 +194,8 @@ TEST(Ride, through_the_rooms_still_air_has_a_headwind) {
     Ride in_wind(levels, rigid_pose({Quat::Identity(), kFar}), headwind);
     rides.to(rigid_pose({Quat::Identity(), kFar + kRideTick_s * velocity}), true);
     in_wind.to(rigid_pose({Quat::Identity(), kFar}), true);
-    if (speed > 25) {  // only the second tick says that this is a ride
+    // Only the second tick at more than 25 m/s shows that the first was the start of a ride and no jump.
+    if (speed > 25) {
       rides.to(rigid_pose({Quat::Identity(), kFar + 2 * kRideTick_s * velocity}));
       in_wind.to(rigid_pose({Quat::Identity(), kFar}), true);
     }
@@ -200,6 +209,8 @@ TEST(Ride, through_the_rooms_still_air_has_a_headwind) {
   }
 }
 
+// A head that rides for ten ticks jumps 500 m to the side, then goes on or stands still. Whether the client marks the
+// jump or not, it must be one teleport, and the velocity after it must not count as an acceleration of the hair.
 TEST(RideInCarriedAir, a_jump_is_a_teleport_at_any_speed_and_kicks_no_hair) {
   const auto levels = ride_levels();
   for (const bool is_marked : {false, true}) {
@@ -236,6 +247,8 @@ TEST(RideInCarriedAir, is_the_same_after_a_change_of_level_a_suspension_and_with
   Vec3 place = kFar;
   for (int tick = 0; tick < 200; ++tick) {
     world.set_pose(id, rigid_pose({Quat::Identity(), place += Vec3(100 * kRideTick_s, 0, 0)}));
+    // The ride is at 100 m/s. Its first tick is a jump, and so is the end of the suspension in tick 130; nothing else
+    // may be, and no change may displace the hair by a millimetre.
     if (tick == 20) world.set_level(id, LevelIndex::rigid);
     if (tick == 40) world.set_level(id, LevelIndex::medium);
     if (tick == 60) world.set_stride(id, 4);

@@ -31,6 +31,8 @@ std::vector<Vec3f> displacement(const World& world, CharacterId id) {
   return {nodes.begin(), nodes.end()};
 }
 
+// Thirty characters share a world and have three environments. Each must move bit for bit as alone in a world with its
+// environment.
 TEST(Environments, blow_about_their_own_characters_alone) {
   const auto levels = make_levels();
   World rooms({});
@@ -114,7 +116,9 @@ TEST(State, without_velocities_hair_moves_with_the_head) {
   left_behind.step();
   float standing_m = 0;
   for (const Vec3f& d : displacement(left_behind, other)) standing_m = std::max(standing_m, d.norm());
-  EXPECT_LT(without_m, 0.3f * standing_m);  // drag alone
+  // Hair that moves with the head is held back by drag alone; hair that stands still in the world is left behind by
+  // most of the head's 10 cm.
+  EXPECT_LT(without_m, 0.3f * standing_m);
 }
 
 TEST(State, that_is_invalid_is_refused_and_changes_nothing) {
@@ -128,12 +132,14 @@ TEST(State, that_is_invalid_is_refused_and_changes_nothing) {
   const auto refuses = [&](const std::vector<Vec3f>& d, const std::vector<Vec3f>& v) {
     return !world.set_state(id, d, v) && world.hash() == hash;
   };
+  // The level allows 0.3 m, and 2 mm more for the rounding of the wire.
   for (const float bad :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 0.31f, 1e30f}) {
     std::vector<Vec3f> d = good;
     d.back().y() = bad;
     EXPECT_TRUE(refuses(d, still)) << bad;
   }
+  // A node may have a speed of up to 1000 m/s (World::set_state).
   for (const float bad :
        {std::numeric_limits<float>::quiet_NaN(), -std::numeric_limits<float>::infinity(), 1001.0f, 1e30f}) {
     std::vector<Vec3f> v = still;
@@ -164,12 +170,14 @@ TEST(Costs, are_reported_by_level_and_number_of_ticks) {
   for (int i = 0; i < 6; ++i) ids.push_back(world.add({levels, i < 2 ? LevelIndex::high : LevelIndex::low, {}}));
   (void)world.add({levels, LevelIndex::rigid, {}});
   world.set_stride(ids[5], 2);
-  world.step();  // the turn of slot 5 is in odd ticks
+  // With a stride of 2, slot 5 has its turns in odd ticks, so none in this one but in the next.
+  world.step();
   const StepCosts second = world.step().costs;
   EXPECT_EQ(second.of(LevelIndex::high, 1).character_steps, 2u);
   EXPECT_EQ(second.of(LevelIndex::low, 1).character_steps, 3u);
   EXPECT_EQ(second.of(LevelIndex::low, 2).character_steps, 1u);
   EXPECT_EQ(second.of(LevelIndex::rigid, 1).character_steps, 0u);
+  // The clock advances by 1000 ns with each reading, and a batch lies between two.
   EXPECT_EQ(second.of(LevelIndex::high, 1).step_ns, 1000);
   EXPECT_EQ(second.of(LevelIndex::low, 2).step_ns, 1000);
   EXPECT_EQ(second.of(LevelIndex::medium, 1).step_ns, 0);

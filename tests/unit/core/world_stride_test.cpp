@@ -12,6 +12,8 @@
 namespace hairnet {
 namespace {
 
+// Makes four levels of random springs; the last one has ether alone. Tests switch off drag or contact where these would
+// act on hair.
 std::shared_ptr<const LevelSet> make_levels(bool drag = true, bool contacts = true) {
   auto levels = std::make_shared<LevelSet>();
   for (int i = 0; i < 4; ++i) {
@@ -27,6 +29,8 @@ std::shared_ptr<const LevelSet> make_levels(bool drag = true, bool contacts = tr
   return levels;
 }
 
+// Returns the pose of a head that turns and shifts without a pause; `by` scales the motion, and each character is at
+// another time of it.
 Pose swaying(std::uint32_t character, int tick, double by = 1) {
   const double t = tick / 30.0 + character;
   return rigid_pose(support::turned(by * 0.3 * std::sin(4 * t), {0.2, 1, 0.1}, {by * 0.1 * std::sin(3 * t), 1.5, 0}));
@@ -37,6 +41,7 @@ std::vector<Vec3f> displacement(const World& world, CharacterId id) {
   return {nodes.begin(), nodes.end()};
 }
 
+// Runs each case with a stride of 1, 2 and 4 ticks, the only ones that World takes.
 class Strides : public testing::TestWithParam<support::Named<int>> {
  protected:
   static int stride() { return GetParam().value; }
@@ -72,6 +77,7 @@ TEST_P(Strides, the_turns_of_one_stride_spread_over_the_ticks) {
   for (int tick = 0; tick < 8; ++tick) EXPECT_EQ(world.step().stepped, 8u / static_cast<unsigned>(stride()));
 }
 
+// The time of rest must be counted in seconds, not in turns, or a character of stride 4 would sleep four times as late.
 TEST_P(Strides, a_character_falls_asleep_as_soon_as_at_every_tick) {
   World world({});
   const CharacterId id = world.add({make_levels(), LevelIndex::low, {}});
@@ -101,9 +107,10 @@ INSTANTIATE_TEST_SUITE_P(All, Strides,
                                          support::Named{"every_fourth_tick", 4}),
                          support::CaseName());
 
-// The error of a turn over several ticks, relative to the motion. The head sways in a gusty wind, so that poses, steps
-// and the wind's time must all be right. It moves little and touches no skin: springs that stiffen, and contact, depend
-// on a step's length.
+// Compares strides of 2 and 4 ticks with a stride of 1. The error is the RMS distance in the turns of the slower
+// character, over the RMS motion. The head moves in a gusty wind, so that poses, the length of steps and the time of
+// the wind must all be right. It moves little and touches no skin, since springs that stiffen, and contact, depend on
+// the length of a step.
 TEST(Stride, comes_close_to_what_every_tick_comes_to) {
   WorldDef def;
   def.environment.wind = WindField({.mean_m_per_s = {0.5, 0, 0}, .gust_ratio = 1, .gust_period_s = 1.5});
@@ -120,6 +127,7 @@ TEST(Stride, comes_close_to_what_every_tick_comes_to) {
       for (std::size_t w = 0; w < 3; ++w) {
         worlds[w].set_pose(ids[w], swaying(0, tick, 0.5));
         worlds[w].step();
+        // The first second, in which all start from rest, does not count.
         if (tick < 30 || !worlds[w].lattice(ids[w]).stepped) continue;
         const auto truth = displacement(worlds[0], ids[0]), here = displacement(worlds[w], ids[w]);
         for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -133,7 +141,8 @@ TEST(Stride, comes_close_to_what_every_tick_comes_to) {
   }
 }
 
-// In steady translation without drag nothing moves relative to the head, if every step has the length of its interval.
+// In steady translation without drag nothing moves relative to the head, provided that every step has the length of its
+// interval. A step that were too short or too long would push all hair; 5e-6 m is left for rounding.
 TEST(Stride, loses_no_time_however_it_changes) {
   World world({});
   const CharacterId id = world.add({make_levels(false), LevelIndex::rigid, {}});
@@ -153,7 +162,7 @@ TEST(Stride, loses_no_time_however_it_changes) {
 TEST(Stride, a_character_moves_alike_alone_and_among_others_of_any_stride) {
   const auto levels = make_levels();
   World alone({}), crowded({});
-  // The same slot in both, so the same turns.
+  // A character's slot decides in which ticks its turns are. Both worlds give this one their first slot.
   const CharacterId a = alone.add({levels, LevelIndex::medium, swaying(0, 0)});
   std::vector<CharacterId> ids;
   for (std::uint32_t i = 0; i < 40; ++i) ids.push_back(crowded.add({levels, LevelIndex::medium, swaying(i, 0)}));
@@ -180,7 +189,8 @@ TEST(Stride, a_teleport_between_turns_is_made_in_the_next_one) {
   World world({});
   const CharacterId id = world.add({make_levels(), LevelIndex::low, swaying(0, 0)});
   world.set_stride(id, 4);
-  for (int tick = 1; tick <= 9; ++tick) {  // its turns are ticks 1, 5, 9
+  // The character has its turns in the ticks 1, 5 and 9, so the teleport after tick 9 waits until tick 13.
+  for (int tick = 1; tick <= 9; ++tick) {
     world.set_pose(id, swaying(0, tick));
     world.step();
   }
@@ -244,8 +254,8 @@ TEST(Suspended, resumed_it_moves_rigidly_with_the_head_and_continues_in_the_next
   }
 }
 
-// Suspended at one speed and resumed at another, hair at rest relative to the head stays so: the head's motion
-// meanwhile has no effect.
+// The head stands still, then moves at 3 m/s while the hair is suspended, then at 0.6 m/s during a second suspension.
+// Hair that kept its old world velocity would be jerked when it is resumed. It must stay at rest relative to the head.
 TEST(Suspended, released_on_a_moving_head_hair_is_not_jerked) {
   World world({});
   const CharacterId id = world.add({make_levels(false), LevelIndex::medium, {}});
@@ -272,7 +282,8 @@ TEST(Suspended, released_on_a_moving_head_hair_is_not_jerked) {
   for (const Vec3f& d : world.lattice(id).displacement) EXPECT_LT(d.norm(), 1e-5f);
 }
 
-// With any inputs at any stride, nodes stay within the bound and return to rest.
+// A random run of poses, levels, strides, teleports and suspensions. No node may leave its bound, and hair must return
+// to its design within the 30 s (900 ticks) after it.
 TEST(Stride, nothing_makes_a_lattice_run_away) {
   auto levels = std::make_shared<LevelSet>(*make_levels());
   for (Level& level : levels->levels) level.displacement_max_m = 0.6f;

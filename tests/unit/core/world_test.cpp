@@ -13,13 +13,15 @@
 namespace hairnet {
 namespace {
 
-// Levels that differ only in their lattices; their nodes serve as hair points when maps are fitted.
+// Adds the maps between the levels, which a change of level needs. The levels have no hair, so the rest places of the
+// finest nodes serve as its points.
 std::shared_ptr<const LevelSet> connected(const std::shared_ptr<LevelSet>& levels) {
   const std::vector<Vec3f>& points = levels->levels[0].rest;
   make_level_maps(*levels, points, std::vector<float>(points.size(), 1.0f));
   return levels;
 }
 
+// Makes four levels of random springs, from the finest to one that only the ether holds.
 std::shared_ptr<const LevelSet> make_levels() {
   auto levels = std::make_shared<LevelSet>();
   levels->levels[0] = support::make_random_level({.nodes_per_axis = 6, .spring_count = 200, .attachment_count = 30});
@@ -29,6 +31,8 @@ std::shared_ptr<const LevelSet> make_levels() {
   return connected(levels);
 }
 
+// Returns the pose of a head that turns and shifts without a pause. Each character is at another time of the same
+// motion.
 Pose shaken(std::uint32_t character, int tick) {
   const double t = tick / 30.0 + character;
   Pose pose = rigid_pose(support::turned(0.6 * std::sin(5 * t), {0.2, 1, 0.1}, {0.2 * std::sin(3 * t), 1.5, 0}));
@@ -105,6 +109,7 @@ TEST(World, gives_a_null_id_when_full) {
   EXPECT_FALSE(world.add({}));
 }
 
+// A teleport must carry hair along unchanged. A step over the 50 m would fling the hair instead.
 TEST(World, a_teleport_keeps_the_lattices_shape_in_head_space) {
   const auto levels = make_levels();
   World world({});
@@ -124,14 +129,19 @@ TEST(World, takes_a_jump_too_large_to_simulate_for_a_teleport) {
   const auto levels = make_levels();
   World world({});
   const CharacterId id = world.add({levels, LevelIndex::low, Pose{}});
+  // A tick of 1/30 s makes 0.8 m a speed of 24 m/s, just below the 25 m/s of is_teleport().
   world.set_pose(id, rigid_pose({Quat::Identity(), {0, 0, 0.8}}));
   EXPECT_EQ(world.step().teleports, 0u);
+  // The next 2.2 m are 66 m/s, and differ from the 24 m/s before by more than is_teleport() allows.
   world.set_pose(id, rigid_pose({Quat::Identity(), {0, 0, 3}}));
   EXPECT_EQ(world.step().teleports, 1u);
+  // A turn of 1.5 rad in a tick is 2578 degrees a second, just above the 2500 of is_teleport().
   world.set_pose(id, rigid_pose(support::turned(1.5, {0, 1, 0}, {0, 0, 3})));
   EXPECT_EQ(world.step().teleports, 1u);
 }
 
+// Without drag, hair that moves at a constant speed has no displacement. A change of level that lost the velocity would
+// show as a jerk; 2e-6 m is left for the rounding of floats.
 TEST(World, switching_levels_at_steady_translation_stays_rigid) {
   auto levels = std::make_shared<LevelSet>();
   for (std::size_t i = 0; i < 4; ++i) {
@@ -153,6 +163,8 @@ TEST(World, switching_levels_at_steady_translation_stays_rigid) {
   }
 }
 
+// Gravity pulls with 3 m/s^2 to the side, and the ether of these levels holds with 40 N/m a kilogram, so hair leans by
+// 3/40 m = 0.075 m. A level that started at rest would lose this lean.
 TEST(World, switching_levels_keeps_a_lean) {
   const auto levels = make_levels();
   World world({});
@@ -166,15 +178,19 @@ TEST(World, switching_levels_keeps_a_lean) {
     const std::span<const Vec3f> d = leaning.lattice(leaner).displacement;
     return Vec3f(std::accumulate(d.begin(), d.end(), Vec3f(Vec3f::Zero())) / static_cast<float>(d.size()));
   };
-  const Vec3f before = mean();  // ether alone: about the same lean everywhere
+  // Ether alone holds this level, so all nodes lean by about the same.
+  const Vec3f before = mean();
   ASSERT_GT(before.norm(), 0.05f);
   ASSERT_TRUE(leaning.set_level(leaner, LevelIndex::medium));
   EXPECT_LT((mean() - before).norm(), 0.05f * before.norm());
+  // No character has this slot.
   EXPECT_FALSE(world.set_level(CharacterId{77, 1}, LevelIndex::low));
   EXPECT_TRUE(world.set_level(id, LevelIndex::rigid));
   EXPECT_TRUE(world.lattice(id).displacement.empty());
 }
 
+// The list of changes has an unknown id, a removed one, and two changes of every third character. Of two changes of one
+// character the later one must win, as in calls one after the other.
 TEST(World, many_changes_of_level_at_once_are_what_each_in_turn_is) {
   const auto levels = make_levels();
   const ParallelFor on_threads = [](std::size_t count, const std::function<void(std::size_t)>& body) {
@@ -213,6 +229,7 @@ TEST(World, many_changes_of_level_at_once_are_what_each_in_turn_is) {
 TEST(World, a_non_finite_lattice_returns_to_rest_and_is_counted) {
   auto levels = std::make_shared<LevelSet>();
   levels->levels[2] = support::make_random_level();
+  // A spring whose stiffness is not a number makes every node of the step not a number.
   levels->levels[2].springs.stiffness[0] = std::numeric_limits<float>::quiet_NaN();
   World world({});
   const CharacterId id = world.add({levels, LevelIndex::low, {}});
@@ -221,6 +238,8 @@ TEST(World, a_non_finite_lattice_returns_to_rest_and_is_counted) {
   for (const Vec3f& d : world.state(id).displacement) EXPECT_TRUE(d.isZero(0));
 }
 
+// All runs last 1/3 s. The truth has steps of 1/480 s; four substeps of a tick of 1/30 s must have less than half of
+// the squared error of one. The 100 iterations let each step converge, so that only the length of the steps differs.
 TEST(World, substeps_come_closer_to_small_steps) {
   const auto levels = make_levels();
   const auto run = [&](double tick_s, int substeps, int ticks) {
@@ -245,7 +264,10 @@ TEST(World, substeps_come_closer_to_small_steps) {
   EXPECT_LT(error(run(1.0 / 30, 4, 10)), 0.5 * error(run(1.0 / 30, 1, 10)));
 }
 
-// Stiff springs, thrown at random, at long ticks: some lattices never come to rest by themselves.
+// Some of these lattices never come to rest by themselves: their springs are a hundred times as stiff as those of other
+// tests (2 N/m), their nodes start at random places, and ticks of 0.1 s are long. World must end such a cycle
+// kSettleAfter_s after the bones have come to rest; without this, hair would twitch and its character would never
+// sleep.
 TEST(World, hair_comes_to_rest_where_linearised_steps_alone_would_go_in_a_cycle) {
   auto levels = std::make_shared<LevelSet>();
   levels->levels[0] = support::make_random_level(
@@ -269,14 +291,17 @@ TEST(World, hair_comes_to_rest_where_linearised_steps_alone_would_go_in_a_cycle)
     ASSERT_TRUE(world.set_state(id, thrown, still));
   }
   std::size_t moving = 0;
+  // Ten ticks are a second. Half a second before settling begins, some lattices must still be in a cycle.
   for (int tick = 1; tick < 10 * (kSettleAfter_s - 0.5); ++tick) world.step();
   for (const CharacterId id : ids) moving += world.state(id).speed_max_m_per_s > 0.02f;
   EXPECT_GT(moving, 0u) << "this test needs lattices in a cycle";
+  // Within 20 s more, settling and then sleep (kSleepAfter_s) must have come to all.
   for (int tick = 0; tick < 10 * 20; ++tick) world.step();
   for (const CharacterId id : ids) EXPECT_TRUE(world.lattice(id).asleep);
 }
 
-// Nothing damps it but the length of the step, which is short.
+// The undamped hair has neither viscosity nor drag. Only the error of a time step damps its oscillation, and steps of
+// 1/240 s are too short for that. Settling must end the oscillation where damped hair rests.
 TEST(World, hair_that_swings_undamped_comes_to_rest_where_damped_hair_does) {
   auto damped = std::make_shared<LevelSet>(), undamped = std::make_shared<LevelSet>();
   damped->levels[0] =
@@ -294,6 +319,8 @@ TEST(World, hair_that_swings_undamped_comes_to_rest_where_damped_hair_does) {
   };
   pass(kSettleAfter_s - 0.5);
   EXPECT_GT(world.state(id).speed_max_m_per_s, 0.1f) << "this test needs a lattice that swings";
+  // Settling begins after 0.5 s and halves velocities every 1/15 s, so 4 s are ample; the character then sleeps after
+  // kSleepAfter_s.
   pass(0.5 + 4 + kSleepAfter_s);
   ASSERT_TRUE(world.lattice(id).asleep);
   for (std::size_t i = 0; i < world.state(id).displacement.size(); ++i)
@@ -305,6 +332,7 @@ TEST(World, a_still_character_sleeps_and_wakes_by_motion_wind_and_change_of_leve
   World world({});
   const Pose tilted = rigid_pose(support::turned(0.6, {0, 0, 1}, {0, 1.5, 0}));
   const CharacterId id = world.add({levels, LevelIndex::low, tilted});
+  // Returns the number of ticks until the character sleeps, or -1 when it is awake for 30 s of 30 ticks.
   const auto until_asleep = [&] {
     for (int tick = 0; tick < 30 * 30; ++tick) {
       if (world.step().asleep == 1) return tick;
@@ -320,6 +348,7 @@ TEST(World, a_still_character_sleeps_and_wakes_by_motion_wind_and_change_of_leve
   EXPECT_EQ(world.hash(), hash);
 
   Pose nudged = tilted;
+  // A centimetre is far more than kStillShift_m, below which a bone counts as still.
   nudged[Bone::left_shoulder].position.y() += 0.01;
   world.set_pose(id, nudged);
   EXPECT_EQ(world.step().asleep, 0u);
@@ -336,6 +365,7 @@ TEST(World, a_still_character_sleeps_and_wakes_by_motion_wind_and_change_of_leve
   EXPECT_GE(until_asleep(), 0);
 }
 
+// Sleep sets all velocities to zero. Hair must be so slow by then that nobody sees it stop.
 TEST(World, sleep_does_not_move_hair) {
   const auto levels = make_levels();
   World world({});
@@ -371,12 +401,16 @@ TEST(World, the_rigid_level_is_eased_into) {
   for (; world.lattice(id).level != LevelIndex::rigid; ++ticks) {
     world.step();
     EXPECT_LE(largest(), last);
-    EXPECT_GT(largest(), last - 0.25f * start);  // no jump
+    // A single tick takes less than a quarter of the way, so hair does not jump.
+    EXPECT_GT(largest(), last - 0.25f * start);
     last = largest();
   }
+  // The easing lasts kRigidEase_s = 0.3 s, that is 9 ticks of 1/30 s.
   EXPECT_EQ(ticks, 9);
 }
 
+// Three of the nine ticks of easing have passed. Hair must go on from where it is, at rest relative to the head; a
+// start in the design would be a jump.
 TEST(World, level_requested_while_easing_out_continues_from_the_current_hair) {
   const auto levels = make_levels();
   World world({});
@@ -429,10 +463,12 @@ TEST(WorldDeathTest, a_call_while_a_step_runs_stops_the_program) {
   EXPECT_DEATH(world.step(), "assertion failed: !impl_->is_stepping");
 }
 
-// Random poses (from shaking at the tick rate to jumps), levels, materials and wind. Nodes stay within the bound and
-// always return to rest.
+// A random run of poses (from jitter of 0.1 mm to jumps of 10 m), levels, materials, teleports and wind. No node may
+// leave the bound of its level, and no lattice may become not finite. When all of it ends, hair must return to its
+// design within 30 s.
 TEST(World, nothing_makes_a_lattice_run_away_and_everything_comes_home) {
   auto levels = std::make_shared<LevelSet>(*make_levels());
+  // The bound is 0.6 m, and the comparison below leaves 1e-4 of it for the rounding of floats.
   for (Level& level : levels->levels) level.displacement_max_m = 0.6f;
   std::mt19937 random(20041);
   const auto uniform = [&](double low, double high) { return std::uniform_real_distribution<>(low, high)(random); };

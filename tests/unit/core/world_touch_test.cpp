@@ -14,16 +14,19 @@
 #include "tests/support/learnt.hpp"
 #include "tests/support/levels.hpp"
 
-// Hands and props over seconds: what they promise to hair, and to everyone else.
+// Tests what hands and props do to hair over seconds, in a whole World. The step alone is in touch_step_test.cpp, and
+// the choice of bodies in character_touch_test.cpp.
 namespace hairnet {
 namespace {
 
 constexpr ToucherId kOwner = 5, kStranger = 9;
 constexpr TouchKey kHand{kOwner, 1}, kProp{kRoomToucher, 1};
 const Vec3 kHead{0, 1.5, 0};
-// Is in the hair in front of the face.
+// The place is among the contact points, in front of the face.
 const Vec3 kInHair = kHead + Vec3(0, -0.07, 0.11);
 
+// Makes four levels with many contact points and springs a tenth as stiff as usual in tests, so that a hand moves the
+// hair by centimetres.
 std::shared_ptr<const LevelSet> make_levels() {
   auto levels = std::make_shared<LevelSet>();
   for (std::size_t i = 0; i < 4; ++i) {
@@ -40,7 +43,7 @@ TouchBody ball(const Vec3& place, TouchKey key = kHand, double radius_m = 0.04) 
   return {key, sphere(radius_m), {Quat::Identity(), place}};
 }
 
-// One character in a room of its own.
+// Holds one character, which belongs to kOwner, in a room of its own. A tick is 1/30 s.
 struct Scene {
   explicit Scene(LevelIndex level = LevelIndex::medium, const WorldDef& def = {}) : world(def) {
     static const auto levels = make_levels();
@@ -73,13 +76,14 @@ struct Scene {
   StepReport last;
 };
 
+// Returns the RMS distance of two sets of displacements; all nodes count alike.
 double rms_m(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += static_cast<double>((a[i] - b[i]).squaredNorm());
   return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
-// The mean way of the points that began within 5 cm of a place.
+// Returns the mean movement of the points that were within 5 cm of a place before.
 Vec3 mean_way(const std::vector<Vec3>& before, const std::vector<Vec3>& after, const Vec3& place) {
   Vec3 sum = Vec3::Zero();
   int count = 0;
@@ -91,6 +95,8 @@ Vec3 mean_way(const std::vector<Vec3>& before, const std::vector<Vec3>& after, c
   return sum / std::max(count, 1);
 }
 
+// A stranger's hand passes through the hair for two seconds. By default only the owner may touch, so every bit must
+// stay as in a world without the hand; after a change of the rule the same hand must have an effect.
 TEST(WorldTouch, who_may_not_touch_changes_nothing) {
   Scene touched, alone;
   for (int tick = 0; tick < 60; ++tick) {
@@ -124,11 +130,16 @@ TEST(WorldTouch, hair_rests_on_a_prop_and_sleeps_and_wakes_when_it_is_taken_away
   Scene scene;
   const TouchBody prop = ball(kInHair, kProp, 0.04);
   scene.put({prop});
+  // Hair settles after kSettleAfter_s = 8 s, creeps less and less on a body, and sleeps after kSleepAfter_s more; 40 s
+  // are ample.
   scene.pass(40);
   EXPECT_TRUE(scene.world.lattice(scene.id).asleep);
   EXPECT_TRUE(scene.world.lattice(scene.id).is_touched);
+  // Scene() is hair in its design: the prop must have displaced the hair by 2 mm RMS, and lose it again by this much
+  // below.
   EXPECT_GT(rms_m(scene.displacement(), Scene().displacement()), 0.002);
   for (const Vec3& point : scene.points())
+    // Contact is elastic, so points may press into the prop by up to 5 mm.
     EXPECT_GT(shape_distance(prop.shape, prop.place.inverse().point(point)), -0.005);
   scene.put({});
   EXPECT_EQ(scene.step().asleep, 0u);
@@ -137,6 +148,8 @@ TEST(WorldTouch, hair_rests_on_a_prop_and_sleeps_and_wakes_when_it_is_taken_away
   EXPECT_LT(rms_m(scene.displacement(), Scene().displacement()), 0.002);
 }
 
+// The prop moves by 0.05 mm a tick, less than the 0.3 mm (kStillShift_m) that count as still. Its movement since the
+// hair fell asleep must count, or hair would sleep inside a slow prop.
 TEST(WorldTouch, a_prop_that_moves_wakes_hair_however_slowly) {
   Scene scene;
   scene.put({ball(kInHair, kProp)});
@@ -150,6 +163,8 @@ TEST(WorldTouch, a_prop_that_moves_wakes_hair_however_slowly) {
   EXPECT_TRUE(is_awake);
 }
 
+// The hand moves 10 cm to the middle of the hair in 0.3 s. Hair there must follow by at least 5 mm in the hand's
+// direction, and stay finite while the hand goes on.
 TEST(WorldTouch, a_hand_that_strokes_carries_hair_along) {
   for (const double way_m : {0.2, -0.2}) {
     Scene scene;
@@ -163,7 +178,9 @@ TEST(WorldTouch, a_hand_that_strokes_carries_hair_along) {
   }
 }
 
-// Thirty-two shapes of one hand at random places, most of them too fast to sweep, which hold hair as well.
+// One person has all 32 shapes that hands may have (kHandShapesMax). Each is at a random place within 20 cm in every
+// tick, so that many are faster than kTouchSpeedMax_m_per_s and jump instead of sweeping. The parameter says whether
+// the hands also hold hair.
 class WildHands : public testing::TestWithParam<bool> {};
 
 TEST_P(WildHands, leave_hair_finite_and_let_it_come_back) {
@@ -185,11 +202,12 @@ TEST_P(WildHands, leave_hair_finite_and_let_it_come_back) {
     fastest_m_per_s = std::max(fastest_m_per_s, scene.world.state(scene.id).speed_max_m_per_s);
     ASSERT_TRUE(scene.is_finite());
   }
-  // Hair that is held goes where it is pulled.
+  // Hair that is held goes as fast as the hand pulls it, so the limit of speed holds for hair that is only touched.
   if (!GetParam()) {
     EXPECT_LT(fastest_m_per_s, 2 * kTouchSpeedMax_m_per_s);
   }
   scene.put({});
+  // Hair must come back to within a centimetre of its design: nothing of the touch may remain.
   scene.pass(8);
   EXPECT_LT(rms_m(scene.displacement(), Scene().displacement()), 0.01);
 }
@@ -197,6 +215,8 @@ TEST_P(WildHands, leave_hair_finite_and_let_it_come_back) {
 INSTANTIATE_TEST_SUITE_P(WorldTouch, WildHands, testing::Bool(),
                          [](const auto& grabs) { return grabs.param ? "that_hold_hair" : "that_hold_nothing"; });
 
+// The hand jumps by 40 cm to and fro in every tick, that is 12 m/s, above kTouchSpeedMax_m_per_s = 8. Such a hand must
+// appear at its new place without a sweep, which would throw the hair.
 TEST(WorldTouch, a_hand_that_jumps_across_the_head_does_not_fling_hair) {
   Scene scene;
   float fastest_m_per_s = 0;
@@ -208,6 +228,8 @@ TEST(WorldTouch, a_hand_that_jumps_across_the_head_does_not_fling_hair) {
   EXPECT_LT(fastest_m_per_s, 2);
 }
 
+// The hand takes hold, moves by 4 cm in a second and stays for another. The hair must follow by more than 1 cm, and
+// after the drop come back to where untouched hair is after the same 7 s.
 TEST(WorldTouch, pulled_hair_follows_the_hand_and_returns_when_it_is_dropped) {
   Scene scene, alone;
   scene.put({ball(kInHair)});
@@ -232,16 +254,23 @@ TEST(WorldTouch, a_grab_takes_the_points_within_its_radius) {
   scene.step();
   const std::vector<Vec3> points = scene.points();
   const Vec3 own(0.01, 0.02, -0.03);
+  // The test counts the points within 10 cm of the grabbed place on the hand, in world coordinates.
   const auto in_reach = std::ranges::count_if(points, [&](const Vec3& p) { return (p - kInHair - own).norm() <= 0.1; });
   ASSERT_GT(in_reach, 1);
   EXPECT_EQ(scene.world.grab(scene.id, {kHand, own, 0.1}), static_cast<std::uint32_t>(in_reach));
-  EXPECT_EQ(scene.world.grab(scene.id, {kHand, own, 0.1}), static_cast<std::uint32_t>(in_reach));  // not twice
-  EXPECT_EQ(scene.world.grab(scene.id, {{kOwner, 2}, own, 0.1}), 0u);                              // no such body
-  EXPECT_EQ(scene.world.grab(scene.id, {kHand, {1, 0, 0}, 0.1}), 0u);                              // too far
+  // A second grab of the same hand first lets go, so no point is counted twice.
+  EXPECT_EQ(scene.world.grab(scene.id, {kHand, own, 0.1}), static_cast<std::uint32_t>(in_reach));
+  // The room has no such body.
+  EXPECT_EQ(scene.world.grab(scene.id, {{kOwner, 2}, own, 0.1}), 0u);
+  // The place is a metre away from the hand's body and from the hair.
+  EXPECT_EQ(scene.world.grab(scene.id, {kHand, {1, 0, 0}, 0.1}), 0u);
   scene.put({});
-  EXPECT_EQ(scene.step().holds_ended, 0u);  // the last grab let go
+  // The last grab, which found nothing, has let go of the points before it, so no hold is left to end.
+  EXPECT_EQ(scene.step().holds_ended, 0u);
 }
 
+// Eight hands grab at the same place with the greatest radius, so that they reach more points than kStepHoldsMax = 128
+// in all.
 TEST(WorldTouch, no_more_points_than_a_step_takes_are_held) {
   Scene scene;
   std::vector<TouchBody> hands;
@@ -267,11 +296,15 @@ TEST(WorldTouch, hair_is_let_go_once_when_the_hand_is_gone_or_tears_away) {
   EXPECT_EQ(scene.step().holds_ended, 1u);
   EXPECT_EQ(scene.step().holds_ended, 0u);
   grab();
+  // A metre in a tick is a jump (kTouchSpeedMax_m_per_s) and far beyond kHoldStretchMax_m = 0.25 m. The hair must be
+  // let go rather than thrown.
   scene.put({ball(kInHair + Vec3(0, 0, 1))});
   EXPECT_EQ(scene.step().holds_ended, 1u);
   EXPECT_LT(scene.world.state(scene.id).speed_max_m_per_s, 1);
 }
 
+// A body with `only_own` touches only the hair of its own person, even where the character's rule allows everyone. A
+// hand that gets this flag while it holds another's hair must let go.
 TEST(WorldTouch, a_hand_that_may_touch_only_its_own_passes_through_hair_of_others_and_lets_go_of_it) {
   TouchBody own = ball(kInHair), others = ball(kInHair, {kStranger, 1});
   own.only_own = others.only_own = true;
@@ -312,6 +345,7 @@ TEST(WorldTouch, a_count_of_held_points_is_of_one_hand_without_pins) {
   EXPECT_EQ(scene.world.held_count(scene.id, kHand), 0u);
 }
 
+// Each of these ends all holds without counting them as lost: afterwards there is nothing for the hand to hold.
 TEST(WorldTouch, a_teleport_and_other_levels_and_rules_end_holds) {
   const std::vector<std::function<void(Scene&)>> ends{
       [](Scene& s) {
@@ -333,11 +367,13 @@ TEST(WorldTouch, a_teleport_and_other_levels_and_rules_end_holds) {
     scene.step();
     scene.world.set_suspended(scene.id, false);
     scene.put({});
-    // A hold that is left would end here, and be counted.
+    // The hand is gone. A hold that were left would end in this step, and be counted.
     EXPECT_EQ(scene.step().holds_ended, 0u);
   }
 }
 
+// The hand pulls hair by 3.6 cm, pins it to the head and leaves. The pin must hold through two seconds of rest and
+// while the head turns by 1.2 rad; only the owner may unpin it.
 TEST(WorldTouch, a_pinned_lock_stays_on_the_head_until_it_is_unpinned) {
   Scene scene;
   scene.put({ball(kInHair)});
@@ -351,6 +387,7 @@ TEST(WorldTouch, a_pinned_lock_stays_on_the_head_until_it_is_unpinned) {
   scene.pass(2);
   const std::vector<Vec3f> pinned = scene.displacement();
   const double pinned_m = rms_m(pinned, Scene().displacement());
+  // The pin must hold the hair at least 3 mm RMS away from its design, or the comparisons below test nothing.
   EXPECT_GT(pinned_m, 0.003);
   for (int tick = 0; tick <= 60; ++tick) {
     scene.world.set_pose(scene.id, rigid_pose(support::turned(0.02 * tick, Vec3::UnitY(), kHead)));
@@ -359,6 +396,7 @@ TEST(WorldTouch, a_pinned_lock_stays_on_the_head_until_it_is_unpinned) {
   scene.pass(40);
   EXPECT_TRUE(scene.world.lattice(scene.id).asleep);
   EXPECT_LT(rms_m(scene.displacement(), pinned), 0.3 * pinned_m);
+  // A stranger has no pins here, so nothing happens; any hand of the owner ends all pins, and hair wakes.
   scene.world.let_go(scene.id, {kStranger, 1}, Release::unpin);
   EXPECT_EQ(scene.step().asleep, 1u);
   scene.world.let_go(scene.id, {kOwner, 8}, Release::unpin);
@@ -367,6 +405,8 @@ TEST(WorldTouch, a_pinned_lock_stays_on_the_head_until_it_is_unpinned) {
   EXPECT_LT(rms_m(scene.displacement(), Scene().displacement()), 0.2 * pinned_m);
 }
 
+// The room has 30 props in a row away from the head, and a step takes the nearest 24 (kStepBodiesMax). The hair must
+// move exactly as if the other six did not exist.
 TEST(WorldTouch, of_too_many_bodies_the_nearest_are_met) {
   Scene crowded, scene;
   std::vector<TouchBody> bodies;
@@ -401,6 +441,8 @@ TEST(WorldTouch, only_hair_on_a_lattice_is_moved_but_all_know_that_they_are_touc
   EXPECT_EQ(suspended.world.grab(suspended.id, {kHand, Vec3::Zero(), 0.1}), 0u);
 }
 
+// With a stride of 4, untouched hair is stepped in every fourth tick. A hand would meet hair that stands still in
+// between.
 TEST(WorldTouch, touched_hair_has_a_turn_in_every_tick) {
   Scene scene;
   scene.world.set_stride(scene.id, 4);
@@ -411,6 +453,8 @@ TEST(WorldTouch, touched_hair_has_a_turn_in_every_tick) {
   }
 }
 
+// Runs 40 characters of seven owners and all levels through 30 ticks of eight passing hands, with grabs and pins, and
+// returns the hash of the world after each tick.
 std::vector<std::uint64_t> hashes_of_a_run(const ParallelFor& parallel_for) {
   WorldDef def;
   def.parallel_for = parallel_for;
@@ -464,6 +508,8 @@ TEST(WorldTouch, a_hash_tells_of_bodies_and_of_holds) {
   EXPECT_NE(hash(kInHair, 0.06), hash(kInHair, 0.12));
 }
 
+// All inputs belong to one tick. A grab must find the body that the same inputs bring, or each grab of a new hand would
+// fail.
 TEST(SimulationTouch, bodies_come_before_the_grabs_of_their_tick) {
   GroomHash groom{};
   Simulation simulation({});
@@ -483,7 +529,8 @@ TEST(SimulationTouch, bodies_come_before_the_grabs_of_their_tick) {
   inputs = {};
   inputs.releases.push_back({1, kHand, Release::drop});
   inputs.bodies.push_back({3, {}});
-  EXPECT_EQ(simulation.step(inputs).holds_ended, 1u);  // the stranger's
+  // The owner has let go; the hold that ends is the stranger's, whose body the room no longer has.
+  EXPECT_EQ(simulation.step(inputs).holds_ended, 1u);
   EXPECT_TRUE(simulation.held_counts().empty());
 }
 

@@ -7,7 +7,7 @@
 
 #include "schema/wire/messages.hpp"
 
-// Tags and appearances on the wire: what is refused, whatever the bytes.
+// Tests tags and appearances on the wire, above all that packets with damage in them are refused.
 namespace hairnet::wire {
 namespace {
 
@@ -15,7 +15,8 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr Appearance kLook{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, 10};
 
-// A message with both fields, and where its table has them.
+// Describes a message that has both fields. A FlatBuffers table finds its fields by a vtable; the slots are offsets in
+// it, in bytes.
 struct Carrier {
   const char* name;
   std::size_t tag_slot, appearance_slot;  // in the vtable, bytes
@@ -36,7 +37,7 @@ const std::vector<Carrier>& carriers() {
   return all;
 }
 
-// The packet of a message with a tag of 8 bytes, and the places in it that a bad peer may change.
+// Encodes a message with a short tag, and finds the places in the packet that a bad peer may change.
 class Packet {
  public:
   explicit Packet(const Carrier& carrier, std::size_t tag_bytes = 8)
@@ -79,7 +80,7 @@ struct Damage {
   std::function<void(Packet&)> apply;
 };
 
-// 16 for each of the four messages.
+// Lists 16 kinds of damage, for each of the four messages.
 const std::vector<Damage>& damages() {
   static const std::vector<Damage> all{
       {"a tag one byte longer than the packet",
@@ -146,6 +147,7 @@ TEST(Hello, of_a_client_that_knows_too_few_messages_is_refused) {
     hello.message_max = message_max;
     return decode_packet(encode_packet({1, hello})).error;
   };
+  // Every client of protocol version 4 knows the messages up to GroomBasis, whose number is 28.
   EXPECT_EQ(error(27), DecodeError::invalid);
   EXPECT_EQ(error(28), DecodeError::none) << "of a client that was made before there were more";
   EXPECT_EQ(error(255), DecodeError::none) << "of a newer client";

@@ -14,6 +14,8 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
+// Makes a basis of 20 random modes on a lattice of 3 x 3 x 4 nodes, of which every third is trimmed, with the skin of
+// two bones.
 class BasisFile : public testing::Test {
  protected:
   BasisFile() {
@@ -38,7 +40,7 @@ class BasisFile : public testing::Test {
     }
     skin_ = {field(Bone::neck, {4, 3, 2}), field(Bone::head, {3, 5, 7})};
   }
-  // Distances in steps of a byte, near the skin and not.
+  // Makes distances that a byte represents exactly, so that they come back unchanged.
   static SkinDistanceField field(Bone bone, const std::array<int, 3>& dims) {
     SkinDistanceField field{bone, Vec3f(-0.1f, 0.2f, 0.05f), 0.008f, dims, {}};
     for (int node = 0; node < dims[0] * dims[1] * dims[2]; ++node)
@@ -95,6 +97,7 @@ TEST_F(BasisFile, has_no_skin_where_the_groom_has_no_body) {
 
 TEST_F(BasisFile, that_is_corrupted_is_refused_or_valid) {
   const Bytes bytes = encoded();
+  // Every seventh truncation is tried, as each one unpacks the file.
   for (std::size_t size = 0; size < bytes.size(); size += 7) {
     EXPECT_FALSE(decode_basis(std::span(bytes).first(size))) << size;
   }
@@ -145,7 +148,7 @@ TEST_F(BasisFile, of_other_counts_is_refused) {
 
 TEST_F(BasisFile, of_a_wrong_skin_is_refused) {
   const Bytes table = unpack(encoded(), kPackedBasis).value();
-  // Replaces all numbers that lie like `before`.
+  // Replaces the first number with the bytes of `before` in the file by `after`, and returns the decoder's error.
   const auto error_of = [&](const auto& before, const auto& after) {
     static_assert(sizeof before == sizeof after);
     Bytes corrupted = table;
@@ -161,6 +164,7 @@ TEST_F(BasisFile, of_a_wrong_skin_is_refused) {
   EXPECT_EQ(error_of(skin_[0].origin, Vec3f(0, kNaN, 0)), "skin: an origin is not finite");
   EXPECT_EQ(error_of(skin_[0].cell_m, kNaN), "skin: a cell without size");
   EXPECT_EQ(error_of(skin_[0].cell_m, -0.008f), "skin: a cell without size");
+  // The head's field has 3 x 5 x 7 = 105 distances.
   EXPECT_EQ(error_of(std::uint32_t{105}, std::uint32_t{104}), "skin: counts disagree");
 }
 

@@ -21,6 +21,8 @@ TEST(ClockEstimate, knows_nothing_before_the_first_envelope) {
   EXPECT_EQ(clock.to_local(7), 107);
 }
 
+// A peer sends every 33 ms over a path of at least 20 ms, with a jitter of 10 ms on average. The estimate must be the
+// smallest delay that has been seen.
 TEST(ClockEstimate, keeps_the_least_delay_under_jitter) {
   constexpr std::int64_t kOffset_ns = -1234 * kSecond, kLeastDelay_ns = 20 * kMs;
   std::mt19937 random(1);
@@ -31,7 +33,8 @@ TEST(ClockEstimate, keeps_the_least_delay_under_jitter) {
   for (int n = 0; n < 300; ++n) {
     const std::int64_t sent_ns = n * 33 * kMs;
     const std::int64_t delay_ns = kLeastDelay_ns + static_cast<std::int64_t>(jitter_ms(random) * kMs);
-    arrived_ns = std::max(arrived_ns, sent_ns + delay_ns);  // TCP keeps the order
+    // TCP keeps the order, so no packet arrives before the one sent earlier.
+    arrived_ns = std::max(arrived_ns, sent_ns + delay_ns);
     clock.observe(sent_ns - kOffset_ns, arrived_ns);
     least_seen_ns = std::min(least_seen_ns, arrived_ns - sent_ns);
     EXPECT_EQ(clock.to_local(-kOffset_ns), least_seen_ns);
@@ -39,14 +42,17 @@ TEST(ClockEstimate, keeps_the_least_delay_under_jitter) {
   EXPECT_LT(least_seen_ns, kLeastDelay_ns + 2 * kMs);
 }
 
-// Compares the filter with its definition: the least offset of the window, for any samples.
+// Compares the estimate with its definition, the least offset of all samples in the window, for random samples.
 TEST(ClockEstimate, is_the_minimum_over_the_window) {
   std::mt19937 random(2);
   ClockEstimate clock(kWindow_ns);
-  std::vector<std::pair<std::int64_t, std::int64_t>> seen;  // time, offset
+  // Holds the time and the offset of each sample.
+  std::vector<std::pair<std::int64_t, std::int64_t>> seen;
   std::int64_t now_ns = 0;
   for (int n = 0; n < 3000; ++n) {
-    now_ns += 50 * kMs + static_cast<std::int64_t>(random() % 200) * kMs;  // apart by more than samples are merged
+    // The estimate merges samples that are less than 1/256 of the window apart (39 ms here), so these are farther
+    // apart.
+    now_ns += 50 * kMs + static_cast<std::int64_t>(random() % 200) * kMs;
     const std::int64_t offset_ns = static_cast<std::int64_t>(random() % 1000) * kMs;
     clock.observe(now_ns - offset_ns, now_ns);
     seen.emplace_back(now_ns, offset_ns);
@@ -58,6 +64,7 @@ TEST(ClockEstimate, is_the_minimum_over_the_window) {
   }
 }
 
+// Clocks of computers drift by up to some 100 ppm.
 TEST(ClockEstimate, follows_drift_either_way) {
   for (const double drift : {-100e-6, 100e-6}) {
     ClockEstimate clock(kWindow_ns);
@@ -92,9 +99,11 @@ TEST(ClockEstimate, is_bounded_in_memory_however_fast_the_peer_sends) {
   ClockEstimate clock(kWindow_ns);
   // Delay that only rises keeps every sample in a plain monotone queue.
   for (std::int64_t n = 0; n < 200'000; ++n) clock.observe(n * kMs / 10 - n, n * kMs / 10);
+  // The window has room for 256 merged samples (kSamplesPerWindow) and a few at its ends.
   EXPECT_LE(clock.sample_count(), 260u);
 }
 
+// A peer may send any clock. Sums at the ends of 64 bits must saturate, and keep the order of times.
 TEST(ClockEstimate, bears_any_clock) {
   constexpr std::int64_t kFar = std::numeric_limits<std::int64_t>::max();
   for (const std::int64_t peer_ns : {kFar, -kFar, std::int64_t{0}}) {

@@ -15,9 +15,10 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
+// A datagram has 40 bits, with sign, for the clock's distance from the time of its sample.
 constexpr std::int64_t kClockDistanceMax_ns = std::int64_t{1} << 39;
 
-// A batch that fits a datagram.
+// Draws random batches until one has frames and fits a datagram.
 FrameBatch random_batch(RandomMessages& random) {
   while (true) {
     FrameBatch batch = random.frame_batch();
@@ -39,7 +40,7 @@ const FrameBatch& batch_of(const DecodedPacket& decoded) {
   return std::get<FrameBatch>(decoded.envelope.message);
 }
 
-// Decodes what may be of either layout, as clients do.
+// Decodes a packet or a frame datagram, by their first bytes, as clients do.
 DecodedPacket decoded(const Bytes& bytes) {
   return is_frame_datagram(bytes) ? decode_frame_datagram(bytes) : decode_packet(bytes);
 }
@@ -61,6 +62,7 @@ TEST(FrameDatagram, brings_the_batch_as_it_was) {
 
 TEST(FrameDatagram, has_at_most_20_bytes_before_its_frames_in_the_first_year) {
   FrameBatch batch = small_batch();
+  // At 30 ticks a second this is the tick after a year, whose varint has 5 bytes; the fields before it have 15.
   batch.tick = 30ull * 3600 * 24 * 365;
   EXPECT_LE(frame_datagram_head_bytes(batch.tick), 20u);
   const std::size_t frames_bytes = 2 * (1 + frame_bytes(batch.frames[0]));
@@ -91,7 +93,8 @@ TEST(FrameDatagram, is_never_taken_for_a_packet_nor_a_packet_for_it) {
     EXPECT_FALSE(is_frame_datagram(encode_packet(random.envelope(static_cast<std::size_t>(n) % kMessageKinds))));
     EXPECT_EQ(decode_packet(encode_frame_datagram(0, random_batch(random))).error, DecodeError::malformed);
   }
-  // A packet whose size prefix has the same first bytes is too large for a datagram.
+  // The first two bytes of a packet are those of its size prefix. A prefix that begins with "FB" means at least 0x4246
+  // = 16 966 bytes, which no datagram has.
   Bytes large = encode_packet({1, GroomChunk{{}, 0, Bytes(16'000)}});
   large.resize(4 + 0x4246);
   large[0] = 'F';
@@ -103,7 +106,8 @@ TEST(FrameDatagram, is_never_taken_for_a_packet_nor_a_packet_for_it) {
 
 TEST(FrameDatagram, is_not_written_above_the_limit_of_datagrams) {
   FrameBatch batch = small_batch();
-  const std::size_t beside = encode_frame_datagram(0, batch).size() + 1;  // the length of a content takes a byte more
+  // A long content takes one byte more for its length than the empty one.
+  const std::size_t beside = encode_frame_datagram(0, batch).size() + 1;
   const Bytes content(kDatagramBytesMax - beside);
   batch.frames[0].content = content;
   const Bytes largest = encode_frame_datagram(0, batch);
@@ -151,6 +155,7 @@ TEST(FrameDatagram, with_a_value_out_of_range_is_invalid) {
   EXPECT_EQ(decode_frame_datagram(encode_frame_datagram(kTimeMax_ns + 1, latest)).error, DecodeError::invalid);
 }
 
+// The largest tick has 64 bits, that is 9 bytes of 7 bits and one bit in a tenth byte. A 2 there would be a 65th bit.
 TEST(FrameDatagram, with_a_tick_of_too_many_bits_is_malformed) {
   FrameBatch batch = small_batch();
   batch.tick = std::numeric_limits<std::uint64_t>::max();
@@ -170,7 +175,8 @@ TEST(FrameDatagram, that_is_damaged_never_gives_an_invalid_batch) {
   for (int n = 0; n < kMutations; ++n) {
     const FrameBatch batch = random_batch(messages);
     Bytes bytes = mutated(random, encode_frame_datagram(batch.sample_time_ns, batch));
-    if (n % 4 != 0 && bytes.size() > 2) bytes[0] = 'F', bytes[1] = 'B';  // else most are no frame datagram
+    // Three quarters get the two bytes back that mark a frame datagram; otherwise most mutations would not be one.
+    if (n % 4 != 0 && bytes.size() > 2) bytes[0] = 'F', bytes[1] = 'B';
     const DecodedPacket got = decoded(bytes);
     ASSERT_EQ(got.error == DecodeError::none, got.detail.empty());
     (got.error == DecodeError::none ? accepted : refused)++;

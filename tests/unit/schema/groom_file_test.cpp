@@ -23,12 +23,14 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// The file unpacked: it can be decoded too, and changing one of its bytes changes one number.
+// Returns the file without its compression. The decoder takes such a file too, and a change of one of its bytes changes
+// one number instead of everything behind it.
 Bytes unpacked(const Groom& groom) {
   return unpack(encode_groom(groom), kPackedGroom).value();
 }
 
-// Moves `got`'s rounded numbers to `sent`, and returns the largest distance of a point or a vertex.
+// Copies the numbers that the file rounds from `got` to `sent`, so that a comparison of both is exact for all others.
+// Returns the largest distance of a point or a vertex from what was sent.
 float replace_rounded(const Groom& got, Groom& sent) {
   float distance_m = 0;
   const auto replace = [&](const std::vector<Vec3f>& from, std::vector<Vec3f>& to) {
@@ -41,6 +43,7 @@ float replace_rounded(const Groom& got, Groom& sent) {
   EXPECT_EQ(got.body.bone_weights.size(), sent.body.bone_weights.size());
   for (std::size_t v = 0; v < sent.body.bone_weights.size(); ++v) {
     for (std::size_t bone = 0; bone < kBoneCount; ++bone)
+      // A weight has steps of 1/4095 (kGroomWeightMax); the last one of a vertex makes up for the rounding of all.
       EXPECT_NEAR(got.body.bone_weights[v][bone], sent.body.bone_weights[v][bone], 0.001f);
   }
   sent.body.bone_weights = got.body.bone_weights;
@@ -53,6 +56,7 @@ TEST(GroomFile, gives_back_every_groom_within_a_twentieth_of_a_millimetre) {
     Groom sent = random.groom(strand_count);
     const Result<Groom> got = decode_groom(encode_groom(sent));
     ASSERT_TRUE(got) << got.error();
+    // Coordinates have steps of 0.05 mm (kGroomStep_m), so a point moves by at most 0.043 mm.
     EXPECT_LE(replace_rounded(*got, sent), 5e-5f);
     EXPECT_TRUE(equal(*got, sent));
   }
@@ -66,7 +70,8 @@ TEST(GroomFile, gives_back_a_groom_that_was_decoded_exactly) {
   }
 }
 
-// Strands that fall in waves, enough of them for weights of each number.
+// Makes 300 wavy strands of 5 to 24 points, so that each number of a point in its strand has enough strands to fit the
+// weights of its prediction.
 Groom make_wavy_groom() {
   Groom groom;
   groom.group_names = {"all"};
@@ -96,6 +101,8 @@ TEST(GroomFile, predicts_strands_from_each_other) {
   EXPECT_EQ(encode_groom(*got), file);
 }
 
+// A decoder must be safe for every file. The largest weights and remainders must give finite points within the range of
+// 24 bits, and no overflow.
 TEST(GroomFile, points_take_any_weights_and_any_remainders) {
   const Groom groom = make_wavy_groom();
   const std::vector<PointRun> runs = point_runs(groom);
@@ -121,11 +128,15 @@ TEST(GroomFile, copies_of_strands_refer_to_the_originals) {
   ASSERT_EQ(planes.size(), 3 * count);
   for (std::size_t s = groom.strand_count(); s < count; ++s) {
     const std::size_t folded = planes[s] + 256u * planes[count + s] + 65536u * planes[2 * count + s];
+    // A reference says how many strands back the original is. It is stored as three byte planes, doubled so that the
+    // lowest bit is free for the sign.
     EXPECT_EQ(folded, 2 * groom.strand_count());
   }
 }
 
 TEST(GroomFile, indices_too_large_for_any_groom_stay_so) {
+  // Indices travel as 24 bits with a sign, so 2^23 - 1 = 8 388 607 is the largest. A larger one becomes this, which no
+  // groom can have (point_count_max), so validation still refuses it.
   const std::vector<std::uint32_t> sent{7, 0, 8'388'607, 8'388'608, 1u << 24, 0xFFFFFFFF, 3};
   std::vector<std::uint32_t> got;
   EXPECT_EQ(decode_indices(encode_indices(sent), got), "");
@@ -171,6 +182,7 @@ TEST(GroomFile, can_contain_a_big_groom) {
   std::vector<Vec3f> strand(16, Vec3f(0.1f, 0.2f, 0.3f));
   for (int s = 0; s < 10'000; ++s) groom.add_strand(strand, {});
   const Bytes bytes = encode_groom(groom);
+  // 160 000 points of 9 bytes and 10 000 strands of 23 bytes are 1 670 000 bytes.
   EXPECT_LT(unpacked(groom).size(), 1'700'000u) << "9 bytes a point, 23 a strand";
   EXPECT_LT(bytes.size(), 10'000u) << "all are the same";
   const Result<Groom> got = decode_groom(bytes);
@@ -220,6 +232,7 @@ TEST(GroomFile, refuses_what_validate_refuses) {
     corrupt(groom);
     return !decode_groom(encode_groom(groom));
   };
+  // Coordinates may reach 10 m (GroomLimits::coordinate_max_m).
   for (const float value :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 10.1f, -10.1f, 1e9f, -1e30f}) {
     EXPECT_TRUE(is_refused([&](Groom& g) { g.points.front().x() = value; })) << value;
@@ -259,7 +272,8 @@ TEST(GroomFile, refuses_more_than_the_limits_given) {
   EXPECT_TRUE(decode_groom(bytes));
 }
 
-// The place of the version: the only two-byte number in the root table. Found by the decoder's answer to another value.
+// Returns the offset of the version, which is 3, in a file. FlatBuffers put it at no fixed place: the offset is that of
+// a 3 for which the decoder, given a 9 instead, complains of version 9. Returns 0 when there is none.
 std::size_t version_at(const Bytes& bytes) {
   for (std::size_t at = 12; at + 2 <= bytes.size(); ++at) {
     if (bytes[at] != 3 || bytes[at + 1] != 0) continue;
@@ -271,6 +285,7 @@ std::size_t version_at(const Bytes& bytes) {
   return 0;
 }
 
+// Version 0 is before the first one, 4 is the next, and 255 is the largest of a byte.
 TEST(GroomFile, refuses_another_version_by_name) {
   const Bytes bytes = unpacked(Groom{});
   const std::size_t at = version_at(bytes);
@@ -284,7 +299,8 @@ TEST(GroomFile, refuses_another_version_by_name) {
   }
 }
 
-// Files that earlier versions of this library wrote.
+// Reads a file that an earlier version of this library wrote. Nothing writes these formats any more, but the decoder
+// must still read them.
 Bytes older_groom(int version) {
   std::ifstream file(
       std::string(HAIRNET_SOURCE_DIR) + "/tests/support/older_grooms/version_" + std::to_string(version) + ".groom",
@@ -330,7 +346,7 @@ TEST(GroomFile, of_older_versions_survives_every_flipped_bit_and_is_refused_at_e
   }
 }
 
-// A random groom that has all kinds of features.
+// Draws random grooms until one has threads, cards, cloths and knots.
 Groom groom_with_features(std::uint64_t seed, std::size_t strand_count) {
   RandomMessages random(seed);
   Groom groom = random.groom(strand_count);
@@ -418,9 +434,12 @@ TEST(GroomFile, has_learnt_hair_that_only_those_who_ask_for_it_see) {
   const auto none = decode_learnt_of_groom(encode_groom(groom));
   ASSERT_TRUE(none);
   EXPECT_EQ(*none, nullptr);
+  // The file is long, so only some truncations are tried; 97 is prime, so they fall at all offsets within a number.
   for (std::size_t n = 0; n < file.size(); n += 97) EXPECT_FALSE(decode_learnt_of_groom(std::span(file).first(n))) << n;
 }
 
+// A fault in the learnt hair must not cost the groom itself. The first hidden weights are found in the file by their
+// bytes, and become NaN.
 TEST(GroomFile, with_learnt_hair_of_wrong_numbers_is_still_a_groom) {
   RandomMessages random(12);
   const LearntHair hair = support::random_learnt_hair(3);

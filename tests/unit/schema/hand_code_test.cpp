@@ -11,7 +11,7 @@
 namespace hairnet::codec {
 namespace {
 
-// A palm of two capsules, and four fingers.
+// Makes a hand of six capsules: a palm of two, and four fingers.
 Hand open_hand(const Vec3& at) {
   Hand hand{.place = {Quat(Eigen::AngleAxisd(2, Vec3(1, 2, 3).normalized())), at}};
   for (const double x : {-0.02, 0.02}) hand.shapes.push_back({{x, 0, 0}, {x, 0.08, 0}, 0.018});
@@ -65,6 +65,7 @@ TEST(HandCode, any_end_up_to_the_limit_stays_valid) {
   wire::RandomMessages random(11);
   const auto coordinate = [&] {
     const double some = random.real(-kHandSizeMax_m, kHandSizeMax_m);
+    // A coordinate is at either limit, anywhere, or a whole number of steps, where rounding errors would show.
     const double values[] = {-kHandSizeMax_m, kHandSizeMax_m, some, std::nearbyint(some / kHandStep_m) * kHandStep_m};
     return std::clamp(values[random.integer(0, 3)], -kHandSizeMax_m, kHandSizeMax_m);
   };
@@ -118,6 +119,7 @@ TEST(Hands, that_are_not_valid_have_a_reason_each) {
   EXPECT_NE(fault([](auto& h) { h[0].first_number = kHandShapesMax - 2; }), "");
   EXPECT_NE(fault([](auto& h) { h.push_back(h[0]); }), "") << "both begin at 0";
   EXPECT_NE(fault([&](auto& h) { h[0].place.position.y() = nan; }), "");
+  // The limits are kHandPlaceMax_m = 10 000 for places and kHandSizeMax_m = 10 for ends and radii.
   EXPECT_NE(fault([](auto& h) { h[0].place.position.y() = 10'001; }), "");
   EXPECT_NE(fault([](auto& h) { h[0].place.rotation.w() += 1; }), "");
   EXPECT_NE(fault([&](auto& h) { h[0].place.rotation.w() = nan; }), "");

@@ -25,6 +25,7 @@ Groom groom_of(int strand_count) {
   return groom;
 }
 
+// Builds the levels and the quickest modes of one small groom once, for all cases, and encodes them.
 class LevelFile : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -34,6 +35,7 @@ class LevelFile : public testing::Test {
     bytes_ = encode_levels(kGroom, *levels_);
   }
   static void TearDownTestSuite() { levels_.reset(); }
+  // Returns the file with one bit flipped at that byte.
   static Bytes corrupted(std::size_t at) {
     Bytes bytes = bytes_;
     bytes[at] ^= 1;
@@ -157,6 +159,8 @@ TEST_F(LevelFile, is_refused_at_every_truncation) {
 }
 
 TEST_F(LevelFile, sealed_again_at_a_truncation_is_refused_still) {
+  // The first 2000 sizes cover the header and the tables; behind them lie long arrays of numbers, of which every 997th
+  // byte is tried.
   for (std::size_t size = kLevelFileHeaderBytes; size < bytes_.size(); size += size < 2000 ? 1 : 997) {
     Bytes bytes(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(size));
     set_level_file_checksum(bytes);
@@ -173,6 +177,7 @@ TEST_F(LevelFile, with_bytes_behind_it_is_refused) {
 }
 
 TEST_F(LevelFile, says_what_is_other_about_it) {
+  // The offsets are those of the header in level_file.hpp. The magic is other.
   EXPECT_EQ(decode_levels(corrupted(0), kGroom).fault, LevelFileFault::not_a_level_file);
   // The layout's version is other.
   EXPECT_EQ(decode_levels(corrupted(8), kGroom).fault, LevelFileFault::other_version);
@@ -181,6 +186,7 @@ TEST_F(LevelFile, says_what_is_other_about_it) {
   // The specs are other.
   EXPECT_EQ(decode_levels(corrupted(16), kGroom).fault, LevelFileFault::other_version);
   EXPECT_EQ(decode_levels(corrupted(111), kGroom).fault, LevelFileFault::other_version);
+  // The hash of the groom is other, then the number of payload bytes, then the checksum.
   EXPECT_EQ(decode_levels(corrupted(112), kGroom).fault, LevelFileFault::other_groom);
   EXPECT_EQ(decode_levels(corrupted(144), kGroom).fault, LevelFileFault::damaged);
   EXPECT_EQ(decode_levels(corrupted(152), kGroom).fault, LevelFileFault::damaged);
@@ -199,8 +205,10 @@ TEST_F(LevelFile, with_any_bit_flipped_is_refused) {
   }
 }
 
-// With a right checksum: refused, or levels that a solver may run.
+// A file with a right checksum may still be wrong, when its writer was. Each of 3000 damaged files must be refused, or
+// give levels that a solver may run.
 TEST_F(LevelFile, damaged_with_a_right_checksum_never_gives_an_invalid_level) {
+  // These words are the limits of 16 and 32 bits, and the floats NaN (0x7FC00000) and infinity (0x7F800000).
   static constexpr std::array<std::uint32_t, 9> kNasty{0,          1,          4,          0xFFFF,    0x7FFFFFFF,
                                                        0x80000000, 0xFFFFFFFF, 0x7FC00000, 0x7F800000};
   std::mt19937 random(2);
@@ -208,7 +216,8 @@ TEST_F(LevelFile, damaged_with_a_right_checksum_never_gives_an_invalid_level) {
   for (int n = 0; n < 3000; ++n) {
     Bytes bytes = bytes_;
     for (std::size_t change = 1 + random() % 3; change > 0; --change) {
-      // Half of them in the tables and offsets, which are few among the numbers and lie at both ends.
+      // FlatBuffers keep the few tables and offsets at both ends of the file. Half of the changes fall anywhere, a
+      // quarter in the first 600 bytes of the payload, and a quarter in the last 600.
       const std::size_t span = n % 2 ? bytes.size() - kLevelFileHeaderBytes : 600;
       std::size_t at = kLevelFileHeaderBytes + random() % span;
       if (n % 4 == 2) at = bytes.size() - 1 - random() % span;

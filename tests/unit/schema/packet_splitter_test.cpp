@@ -10,8 +10,10 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
+// Is the limit of most splitters below; a small one keeps the tests quick.
 constexpr std::size_t kMax_bytes = 1000;
 
+// Returns a packet of that size: a size prefix, which does not count itself, and filling.
 Bytes packet(std::size_t bytes, std::uint8_t fill) {
   Bytes out(bytes, fill);
   const auto counted = static_cast<std::uint32_t>(bytes - 4);
@@ -40,6 +42,8 @@ TEST(PacketSplitter, gives_the_same_packets_for_any_partition) {
   for (int round = 0; round < 300; ++round) {
     PacketSplitter splitter(kMax_bytes);
     std::vector<Bytes> got;
+    // Every third round has pieces of up to 5 bytes, which cut size prefixes; the others have several packets in a
+    // piece.
     const std::size_t piece_max = 1 + random() % (round % 3 == 0 ? 5 : 3000);
     for (std::size_t at = 0; at < stream.size();) {
       const std::size_t piece = std::min<std::size_t>(1 + random() % piece_max, stream.size() - at);
@@ -115,6 +119,8 @@ TEST(PacketSplitter, dies_of_the_prefix_alone_however_it_arrives) {
   EXPECT_FALSE(splitter.feed(std::span(prefix).subspan(3, 1), [](auto) {}));
 }
 
+// A peer may announce a packet of 64 MB and send nothing more. The splitter may take memory only for what has arrived;
+// it doubles its buffer, so up to twice as much and some rounding.
 TEST(PacketSplitter, allocates_for_received_bytes_and_not_for_announced_ones) {
   constexpr std::size_t kHuge_bytes = 64u << 20;
   PacketSplitter splitter(kHuge_bytes);

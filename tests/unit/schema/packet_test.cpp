@@ -75,7 +75,8 @@ TEST(Packet, is_refused_at_every_truncation) {
   }
 }
 
-// The last bytes may be padding, whose loss changes nothing.
+// Cuts a packet and corrects its size prefix, so that only the decoder can notice. FlatBuffers may pad the end by up to
+// 7 bytes, whose loss changes nothing; any other cut must be refused.
 TEST(Packet, loses_nothing_but_padding_by_a_truncation_whose_prefix_agrees) {
   RandomMessages random(5);
   for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
@@ -110,6 +111,8 @@ TEST(Packet, is_refused_with_another_identifier) {
   EXPECT_EQ(decode_error(packet), DecodeError::malformed);
 }
 
+// A buffer may begin at any address, while FlatBuffers read aligned numbers. The eight shifts are all alignments of 8
+// bytes.
 TEST(Packet, is_decoded_at_any_address) {
   RandomMessages random(7);
   for (std::size_t kind = 0; kind < kMessageKinds; ++kind) {
@@ -151,6 +154,7 @@ TEST(Packet, above_the_limit_is_too_large_with_any_content) {
 TEST(Packet, is_not_written_above_the_limit) {
   FrameBatch batch;
   const Bytes content(110);
+  // 40 000 frames of 110 bytes are 4.4 MB, above kPacketBytesMax of 4 194 304.
   for (std::uint32_t member = 1; member <= 40'000; ++member) {
     batch.frames.emplace_back().member = member;
     batch.frames.back().content = content;
@@ -224,6 +228,7 @@ TEST(Packet, with_an_enum_out_of_range_is_invalid) {
 }
 
 TEST(Packet, with_a_time_out_of_range_is_invalid) {
+  // Times may have an absolute value of at most kTimeMax_ns, which is 2^61.
   constexpr std::int64_t kFar_ns = std::numeric_limits<std::int64_t>::max();
   EXPECT_EQ(decode_error(encode_packet({kFar_ns, RemoveCharacter{1}})), DecodeError::invalid);
   EXPECT_EQ(decode_error(encode_packet({-kFar_ns, RemoveCharacter{1}})), DecodeError::invalid);
@@ -232,12 +237,14 @@ TEST(Packet, with_a_time_out_of_range_is_invalid) {
 }
 
 TEST(Packet, with_an_unusable_welcome_or_offer_is_invalid) {
+  // The third number of a Welcome is the tick rate, from 1 to kTickRateMax_hz.
   EXPECT_EQ(round_trip_error(Welcome{1, 1, 0, 0, 1, 1}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(Welcome{1, 1, kTickRateMax_hz + 1, 0, 1, 1}), DecodeError::invalid);
   EXPECT_EQ(round_trip_error(GroomOffer{{}, 0}), DecodeError::invalid);
 }
 
-// One bad pose must not cost the others of its batch: the session checks each.
+// The decoder accepts a pose that is not valid. One bad pose must not cost the others of its batch, so the session
+// checks each.
 TEST(Packet, delivers_invalid_poses_for_the_session_to_judge) {
   PoseBatch batch;
   batch.poses.resize(2);
@@ -298,6 +305,8 @@ TEST(Packet, carries_earlier_poses_rounded) {
     EXPECT_TRUE(equal(sample.pose, rounded_to_wire(sample.pose)));
     for (std::size_t b = 0; b < kBoneCount; ++b) {
       const RigidTransform &is = sample.pose.bones[b], &was = earlier.pose.bones[b];
+      // These are the errors that from_earlier() promises: rotations of 0.1 mrad, positions of 0.025 mm an axis, and
+      // the rounding to floats.
       EXPECT_LE(2 * (is.rotation * was.rotation.conjugate()).vec().norm(), 1e-4);
       const double rounding_m = 2.5e-5 + 1e-7 * was.position.cwiseAbs().maxCoeff() + 1e-9;
       EXPECT_LE((is.position - was.position).cwiseAbs().maxCoeff(), rounding_m);
@@ -305,6 +314,8 @@ TEST(Packet, carries_earlier_poses_rounded) {
   }
 }
 
+// An earlier pose is sent as its difference from a later one in few bits. The limits are 1.6 m, 120 degrees, 4 s (2^32
+// ns) and 65535 of the sequence; the earlier pose must not be the later one.
 TEST(EarlierPose, is_none_of_a_pose_that_differs_too_much) {
   const PoseSample later{7, 100'000, 5'000'000'000, false, rigid_pose({})};
   const auto fits = [&](auto&& change) {
@@ -317,10 +328,12 @@ TEST(EarlierPose, is_none_of_a_pose_that_differs_too_much) {
   EXPECT_FALSE(fits([](PoseSample& p) { p.capture_time_ns += 1; }));
   EXPECT_FALSE(fits([](PoseSample& p) { p.capture_time_ns -= std::int64_t{1} << 32; }));
   EXPECT_FALSE(fits([](PoseSample& p) { ++p.sequence; }));
+  // With the one that `fits` takes off, the sequences differ by 65536.
   EXPECT_FALSE(fits([](PoseSample& p) { p.sequence -= 65'535; }));
   EXPECT_FALSE(fits([](PoseSample& p) { p.pose[Bone::neck].position.x() = 1.7; }));
   EXPECT_FALSE(fits([](PoseSample& p) { p.pose[Bone::neck].position.x() = kNan; }));
   EXPECT_FALSE(fits([](PoseSample& p) { p.pose[Bone::neck].rotation.coeffs().setConstant(kNan); }));
+  // The quaternion's w is below 0.5, so the turn is of more than 120 degrees.
   const Quat too_far(0.49, 0, std::sqrt(1 - 0.49 * 0.49), 0);
   EXPECT_FALSE(fits([&](PoseSample& p) { p.pose[Bone::neck].rotation = too_far; }));
   EXPECT_TRUE(fits([](PoseSample& p) { p.pose[Bone::head].rotation.coeffs() *= -1; })) << "the same rotation";
@@ -356,6 +369,8 @@ TEST(Packet, with_generations_of_some_frames_only_is_invalid) {
   batch.generations = {0xa7, 0xb8};
   Bytes packet = encode(batch);
   EXPECT_EQ(std::get<FrameBatch>(decode_packet(packet).envelope.message).generations, batch.generations);
+  // The generations lie in the packet as their number, 2, and their bytes. A number of 1 leaves one of the two frames
+  // without a generation.
   const Bytes vector{2, 0, 0, 0, 0xa7, 0xb8};
   const auto found = std::ranges::search(packet, vector);
   ASSERT_FALSE(found.empty());
@@ -382,7 +397,8 @@ TEST(Packet, with_a_bad_frame_is_invalid) {
   EXPECT_EQ(error_of([](Frame& f) { f.step_stride = 8; }), DecodeError::invalid);
 }
 
-// The counts inside a valid packet, each replaced by one that does not fit the packet.
+// Replaces each four bytes of a valid packet by a huge number, so that each count and offset is wrong once. A packet
+// that is still accepted must have no more frames than the valid one.
 TEST(Packet, with_an_absurd_count_is_refused_without_the_memory_for_it) {
   FrameBatch batch;
   batch.frames.resize(1);
@@ -406,6 +422,7 @@ TEST(Packet, makes_text_fit_to_travel) {
     return std::get<Hello>(got.envelope.message).client_name;
   };
   EXPECT_EQ(sent_name("plain"), "plain");
+  // Control characters would let a name write escape sequences to a terminal, so each becomes a question mark.
   EXPECT_EQ(sent_name(std::string("a\0b\x1b[31m\n", 9)), "a?b?[31m?");
   EXPECT_EQ(sent_name("\xff\xc3"), "??");
   EXPECT_EQ(sent_name(std::string(kTextBytesMax + 100, 'x')).size(), kTextBytesMax);

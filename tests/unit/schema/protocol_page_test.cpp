@@ -10,7 +10,8 @@
 #include "schema/wire/frame_datagram.hpp"
 #include "schema/wire/messages.hpp"
 
-// PROTOCOL.md is the contract: its figures, names and bytes must equal those of the code.
+// PROTOCOL.md is the contract with other clients. Its numbers, names and bytes must equal those of the code, so these
+// tests read the page and the sources as text.
 namespace hairnet::wire {
 namespace {
 
@@ -42,7 +43,7 @@ std::vector<std::string> matches_of(const std::string& text, const std::string& 
   return found;
 }
 
-// What stands between the braces after `opening` in a schema or header.
+// Returns what is between `opening` and the next closing brace of a schema or header.
 std::string block_of(const std::string& path, const std::string& opening) {
   const std::string text = text_of(path);
   const std::size_t begin = text.find(opening);
@@ -63,6 +64,7 @@ std::vector<Row> table_below(const std::string& header) {
       if (line_count > 0) break;
       continue;
     }
+    // The first two lines of a table are its header and a rule.
     if (++line_count < 3) continue;
     Row& row = rows.emplace_back();
     std::istringstream cells(line.substr(1));
@@ -100,7 +102,8 @@ std::vector<std::string> values_of(const std::string& enum_name) {
 
 void expect_reasons_in_order(const std::string& enum_name, const std::vector<Row>& rows, std::size_t column_count) {
   const std::vector<std::string> reasons = values_of(enum_name);
-  ASSERT_EQ(rows.size() + 1, reasons.size());  // `none` never travels
+  // The reason `none` is never sent, so the page does not have it.
+  ASSERT_EQ(rows.size() + 1, reasons.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     ASSERT_EQ(rows[i].size(), column_count) << reasons[i + 1];
     EXPECT_EQ(rows[i].front(), reasons[i + 1]);
@@ -194,6 +197,7 @@ std::map<std::string, std::string> stated_below(const std::string& header) {
 TEST(ProtocolPage, states_the_limits_that_hold) {
   auto limits = constants_of(text_of("schema/limits.hpp"), "inline constexpr [\\w:]+ (k\\w+) = ([\\d'.f]+);");
   EXPECT_EQ(limits.extract("kProtocolVersion").mapped(), std::to_string(kProtocolVersion));
+  // The counts here and below make sure that the pattern still finds every constant; a new limit raises them.
   EXPECT_EQ(limits.size(), 29u);
   EXPECT_EQ(limits["kTimeMax_ns"], std::to_string(kTimeMax_ns));
   EXPECT_EQ(stated_below("| limit |"), limits);
@@ -218,6 +222,7 @@ TEST(ProtocolPage, has_vectors_that_are_what_is_written_and_read) {
   frame.step_stride = 2;
   frame.content = content;
   constexpr Appearance kRed{{0x9e, 0x58, 0x2f}, {0xb0, 0x70, 0x40}, {0xe0, 0xc0, 0xb0}, 77};
+  // These are the messages whose bytes the page shows, in its order.
   const std::vector<Envelope> said{{1'000'000'000, Hello{4, "example", "hall", "", Role::participant, 0, {}, 28}},
                                    {2'000'000'000, SetLevel{7, LevelIndex::low}},
                                    {3'000'000'000, SetAppearance{7, "Ann", kRed}},

@@ -33,6 +33,7 @@ TEST(Text, refuses_control_characters) {
   EXPECT_FALSE(is_text("\x1b[2J"));
   EXPECT_FALSE(is_text(std::string_view("\0", 1)));
   EXPECT_FALSE(is_text("\x7f"));
+  // This is a line break of the control characters from 0x80 to 0x9F.
   EXPECT_FALSE(is_text("\u0085"));
 }
 
@@ -41,6 +42,7 @@ TEST(Text, is_limited_in_bytes) {
   EXPECT_FALSE(is_text(std::string(kTextBytesMax + 1, 'x')));
 }
 
+// The last letter has two bytes, of which only one fits. The cut must leave it out as a whole.
 TEST(Text, is_cut_between_characters) {
   const std::string before(kTextBytesMax - 1, 'x');
   std::string text = before;

@@ -19,7 +19,8 @@ static void PrintTo(const TokenClaims& claims, std::ostream* out) {
 
 namespace {
 
-// RFC 7515, appendix A.1, and RFC 7519, section 6.1.
+// The key and the signed token are the example of RFC 7515, appendix A.1; the unsigned token is that of RFC 7519,
+// section 6.1.
 constexpr const char* kRfcKey =
     "AyM1SysPpbyDfgZld3umj1qzKObwVMkoqQ-EstJQLr_T-1qS0gZH75aKtMN3Yj0iPS4hcgUuTwjAzZr1Z9CAow";
 constexpr const char* kRfcToken =
@@ -32,6 +33,7 @@ constexpr const char* kRfcUnsigned =
     "eyJhbGciOiJub25lIn0."
     "eyJpc3MiOiJqb2UiLA0KICJleHAiOjEzMDA4MTkzODAsDQogImh0dHA6Ly9leGFtcGxlLmNvbS9pc19yb290Ijp0cnVlfQ.";
 
+// Is 2023-11-14 22:13:20 UTC, which the messages below show.
 constexpr std::int64_t kNow_s = 1'700'000'000;
 
 TokenKey rfc_key() {
@@ -60,7 +62,7 @@ TokenClaims full_claims() {
   return claims;
 }
 
-// A token whose payload is this text, signed as it should be.
+// Returns a token with this text as payload, signed as it should be, so that only its claims can be wrong.
 std::string with_payload(const std::string& json) {
   return sign_jwt(json, rfc_key());
 }
@@ -72,7 +74,7 @@ std::string refusal_of_payload(const std::string& json) {
   return refusal(verify(with_payload(json), rfc_key(), kNow_s, "stage"));
 }
 
-// base64url of a text, by way of the key's own.
+// Returns the base64url of a text, cut out of a token that has it as payload.
 std::string base64(std::string text) {
   const std::string token = sign_jwt(text, rfc_key());
   const std::size_t first = token.find('.');
@@ -85,6 +87,8 @@ TEST(Jwt, opens_the_example_of_the_rfc) {
   EXPECT_EQ(*payload, kRfcPayload);
 }
 
+// An attacker who may choose the algorithm needs no key ("none") or another kind of key. Each header but that of HS256
+// must be refused.
 TEST(Jwt, refuses_the_unsigned_example_of_the_rfc_and_every_other_algorithm) {
   EXPECT_EQ(open_jwt(kRfcUnsigned, rfc_key()).error(), JwtRefusal::malformed);
   const std::string token = kRfcToken, rest = token.substr(token.find('.'));
@@ -173,7 +177,8 @@ TEST(TokenDeathTest, claims_that_are_not_valid_are_not_signed) {
 
 TEST(Token, fits_a_hello_with_the_longest_texts) {
   std::string longest, invalid(kTokenNameBytesMax, '\xff');
-  while (longest.size() < kTokenNameBytesMax) longest += "ß";  // six bytes each in the payload
+  // JSON escapes this letter to six bytes in the payload.
+  while (longest.size() < kTokenNameBytesMax) longest += "ß";
   TokenClaims claims = full_claims();
   for (const std::string& text : {longest, invalid, std::string(kTokenNameBytesMax, '"')}) {
     claims.name = claims.subject = claims.id = text;
@@ -195,6 +200,7 @@ TEST(Token, without_a_room_is_good_in_any_and_with_either_of_its_names_in_the_lo
   }
 }
 
+// full_claims() is valid from 60 s before kNow_s up to 60 s after, without that second.
 TEST(Token, is_good_from_its_first_second_up_to_its_last) {
   const std::string token = sign(full_claims(), rfc_key());
   const auto at = [&token](std::int64_t now_s) { return refusal(verify(token, rfc_key(), now_s, "stage.2")); };
@@ -212,7 +218,8 @@ TEST(Token, says_why_it_is_refused) {
   EXPECT_EQ(refusal(verify(token, key_of(1), kNow_s, "stage.2")), "bad_signature");
   EXPECT_EQ(refusal(verify("", rfc_key(), kNow_s, "")), "malformed");
   EXPECT_EQ(refusal(verify(kRfcUnsigned, rfc_key(), 0, "")), "malformed");
-  EXPECT_EQ(refusal(verify(kRfcToken, rfc_key(), 0, "")), "malformed");  // well signed, but without a role
+  // The example of the RFC is well signed, but it has no role.
+  EXPECT_EQ(refusal(verify(kRfcToken, rfc_key(), 0, "")), "malformed");
 }
 
 TEST(Token, explains_a_refusal_to_its_holder) {
@@ -257,6 +264,8 @@ TEST(Token, for_another_audience_is_refused) {
   EXPECT_EQ(with("7"), "wrong_audience");
 }
 
+// Each line adds one wrong claim to a good payload. The limits are 2^32 - 1 characters, 10^12 strands, 8 levels of
+// nesting (flat_json.cpp), and the end of the year 9999 (kTokenTimeMax_s) for times.
 TEST(Token, a_signed_payload_that_is_not_in_order_is_malformed) {
   const std::string good = R"("role":"participant","exp":1800000000)";
   ASSERT_EQ(refusal_of_payload("{" + good + "}"), "taken");
@@ -302,6 +311,7 @@ TEST(Token, a_signed_payload_that_is_not_in_order_is_malformed) {
         R"({"role":"observer","exp":-1})", R"({"role":"observer","exp":253402300800})",
         R"({"role":"observer","exp":18446744073709551615})", R"({"role":"observer","exp":1800000000} x)"})
     EXPECT_EQ(refusal_of_payload(json), "malformed") << json;
+  // A room name has at most 64 bytes (kRoomNameBytesMax); the texts below have at most 256 (kTokenNameBytesMax).
   EXPECT_EQ(refusal_of_payload("{" + good + R"(,"room":")" + std::string(65, 'a') + "\"}"), "malformed");
   for (const char* claim : {"name", "sub", "jti"}) {
     EXPECT_EQ(refusal_of_payload("{" + good + ",\"" + claim + "\":\"" + std::string(256, 'a') + "\"}"), "taken");
