@@ -19,8 +19,8 @@ inline constexpr double kBoneRotationStep = 1.0 / (1 << 9);
 inline constexpr std::size_t kPoseBytesMax = 96;
 
 // Writes the pose and returns it as decode_pose gives it. Head: positions err by at most half a step, rotations by 0.25
-// mrad; other bones: by 1.8 mm at their joints, and 4 mrad. Asserts that the pose is valid and within the wire's
-// bounds.
+// mrad; other bones: by 1.8 mm at their joints, and 4 mrad, or 6 mrad where they are turned far from the head as nobody
+// can. Asserts that the pose is valid and within the wire's bounds.
 Pose encode_pose(const Pose& pose, BitWriter& writer);
 
 // Returns false when a position is out of the wire's bounds; check reader.beyond_end() as well.

@@ -61,7 +61,8 @@ TEST(PoseCode, keeps_other_bones_within_millimetres_of_any_pose) {
   Random random(2);
   for (int round = 0; round < 2000; ++round) {
     Pose pose = natural_pose(random);
-    if (round % 2 == 0) {
+    const bool is_natural = round % 2 != 0;
+    if (!is_natural) {
       for (RigidTransform& bone : pose.bones) {
         bone.rotation = any_rotation(random);
         bone.position += 0.3 * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
@@ -69,7 +70,7 @@ TEST(PoseCode, keeps_other_bones_within_millimetres_of_any_pose) {
     }
     const Pose got = round_trip(pose);
     for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
-      EXPECT_LE(angle(got.bones[bone].rotation, pose.bones[bone].rotation), 4e-3) << bone;
+      EXPECT_LE(angle(got.bones[bone].rotation, pose.bones[bone].rotation), is_natural ? 4e-3 : 6e-3) << bone;
       // The positions are compared at a joint below the head, since a rotation error moves the origin of a bone far
       // away from it.
       EXPECT_LE((got.bones[bone].point(Vec3(0, -0.12, 0)) - pose.bones[bone].point(Vec3(0, -0.12, 0))).norm(), 3e-3)
