@@ -34,7 +34,8 @@ TEST_F(Failure, a_killed_server_ends_the_client_with_a_plain_reason) {
   auto view = start_streaming("view");
   server->send(SIGKILL);
   finish(*view, 1);
-  EXPECT_THAT(view->err(), HasSubstr("\nhairnet-view: the "));
+  // What the client hears first depends on the transport: a reset, silence, or that nothing listens any more.
+  EXPECT_THAT(view->err(), testing::ContainsRegex("\nhairnet-view: the (server|connection|peer)[^\n]*\n"));
   EXPECT_THAT(view->out(), HasSubstr("frames received"));
 }
 

@@ -298,7 +298,7 @@ void Scenario::disturb_one(Player& player) {
     player.break_connection(how, {}, false);
   } else if (pick <= 5) {
     player.break_connection(how, random_.next() % 3000, chance(0.5));
-  } else if (!player.plan().steady) {
+  } else {
     player.leave(pick == 6);
     timeline_.after(moment(10 * kMs, 1500 * kMs), [this, &player] {
       report(player.name() + " joins again");

@@ -116,6 +116,7 @@ TEST_F(WindowTest, a_room_that_refuses_all_hair_is_shown_until_the_duration_is_o
   auto view = start_on_display({"--connect", server_address(), "--character", kCharacter, "--duration", "0.3"});
   finish(*view, 0);
   drain(*server);
+  EXPECT_THAT(server->out(), testing::ContainsRegex("grooms_refused_size [1-9]"));
 }
 
 TEST_F(WindowTest, a_window_shows_a_file_as_it_is) {

@@ -298,11 +298,9 @@ TEST(LearntLevel, is_part_of_the_hash) {
     b.step();
     EXPECT_EQ(a.hash(), b.hash());
   }
-  // A third world has the same poses and levels, but a network that throws hair the other way.
+  // A third world has the same poses and levels, but another network, whose state differs.
   const auto other_levels = std::make_shared<LevelSet>(*make_levels());
-  const auto other_hair = std::make_shared<LearntHair>(*other_levels->learnt);
-  for (float& weight : other_hair->output_weights) weight = -weight;
-  other_levels->learnt = other_hair;
+  other_levels->learnt = std::make_shared<LearntHair>(support::random_learnt_hair(4));
   World c({});
   const CharacterId in_c = c.add({other_levels, LevelIndex::learnt, {}});
   for (int tick = 1; tick < 10; ++tick) {
