@@ -371,6 +371,7 @@ TEST_F(SessionInMovedRoom, a_draining_server_keeps_what_has_just_changed) {
 }
 
 TEST_F(SessionInMovedRoom, a_lock_ends_when_those_who_were_in_the_room_do_not_come_back_and_bans_stay) {
+  // The server waits `kReturn_ns` (60 s, room_keeper.hpp) for the people of a moved room; 58 s are just less.
   for (int i = 0; i < 58; ++i) pass(kSecond_ns);
   EXPECT_THAT(fleet_.released, IsEmpty());
   EXPECT_EQ(goodbye(enter("stranger")).reason, wire::GoodbyeReason::room_refused);

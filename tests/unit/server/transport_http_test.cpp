@@ -325,6 +325,9 @@ class LimitedTest : public TransportTest {
  protected:
   TransportOptions options() override {
     TransportOptions made = TransportTest::options();
+    // The numbers are the first members of `AdmissionLimits`: at most 40 connections in all, 30 from one address, 10
+    // whose protocol is not known yet, and 5 that request pages. Loopback is usually exempt from the bound of one
+    // address; here it is not.
     made.admission = {40, 30, 10, 5};
     made.exempt_addresses = {};
     return made;
@@ -333,6 +336,7 @@ class LimitedTest : public TransportTest {
 
 TEST_F(LimitedTest, arrivals_are_bounded_and_make_room_when_they_speak) {
   std::vector<std::unique_ptr<Peer>> peers;
+  // Nobody has sent a byte yet, so 10 of the 15 connections fill `arrivals_max` and the other 5 are refused.
   for (int i = 0; i < 15; ++i) peers.push_back(std::make_unique<Peer>(listener_->port()));
   ASSERT_TRUE(run_until([&] { return counters_.connections_refused_arrivals.value() == 5; }));
   for (const auto& peer : peers) peer->send(packet(32, 1));
@@ -344,6 +348,7 @@ TEST_F(LimitedTest, arrivals_are_bounded_and_make_room_when_they_speak) {
 
 TEST_F(LimitedTest, one_address_is_bounded_and_gets_its_places_back) {
   std::vector<std::unique_ptr<Peer>> peers;
+  // Each client sends before the next connects, so only the bound of 30 connections from one address is reached.
   for (std::size_t i = 0; i < 30; ++i) {
     peers.push_back(std::make_unique<Peer>(listener_->port()));
     peers.back()->send(packet(32, 1));
