@@ -17,6 +17,8 @@
 namespace hairnet::whole {
 namespace {
 
+// Programs with sanitizers build levels ten times as long.
+constexpr double kPatience_s = HAIRNET_SANITIZED ? 1800 : 300;
 // A busy machine skips ticks, and a slow build more of them.
 constexpr double kMissedShareMax = HAIRNET_SANITIZED ? 0.5 : 0.2;
 
@@ -89,7 +91,7 @@ std::unique_ptr<Process> WholeTest::start_view(const Arguments& more, const std:
 }
 
 void WholeTest::finish(Process& process, int exit_code) {
-  EXPECT_EQ(process.wait(), exit_code) << process.out() << process.err();
+  EXPECT_EQ(process.wait(kPatience_s), exit_code) << process.out() << process.err();
 }
 
 void WholeTest::drain(Process& server) {
