@@ -17,7 +17,7 @@ constexpr std::int32_t kIntegerMax = (1 << 23) - 1;
 constexpr std::size_t kRunsPerRowMin = 64;  // fewer runs do not pay for weights of their own
 constexpr double kWeightUnit = 4096;
 constexpr std::size_t kReferencesTriedMax = 2048;  // for each run
-// A row's weights are fitted to so many of its runs. More of them change weights in the last digit.
+// A row's weights are fitted to so many of its runs. A file of 100 000 strands gets no smaller by fitting them to all.
 constexpr std::size_t kRunsFittedMax = 16384;
 constexpr std::size_t kNone = ~std::size_t{0};
 

@@ -341,8 +341,9 @@ TEST_F(AttackTest, bad_touches_are_refused_and_none_ends_its_session) {
 
 TEST_F(AttackTest, each_attack_has_a_meaning_and_attackers) {
   EXPECT_THAT(attack_meanings(), Each(testing::Ne("")));
-  for (const Attack attack : {Attack::resume, Attack::silent, Attack::hellos, Attack::prologue, Attack::churn,
-                              Attack::rooms, Attack::observe, Attack::wind, Attack::poses, Attack::hands})
+  for (const Attack attack :
+       {Attack::resume, Attack::silent, Attack::hellos, Attack::prologue, Attack::churn, Attack::rooms, Attack::observe,
+        Attack::wind, Attack::poses, Attack::appearances, Attack::rides, Attack::offers, Attack::hands})
     EXPECT_FALSE(make_attackers(attack, context_).empty());
 }
 

@@ -37,7 +37,7 @@ void Toucher::see(std::uint32_t member, const Vec3& head) {
 }
 
 void Toucher::begin() {
-  hold_ = Hold::none;
+  holds_ = false;
   member_.reset();
 }
 
@@ -46,19 +46,19 @@ std::vector<Hand> Toucher::move(std::int64_t captured_ns, const Vec3& own_head, 
   const double turn = 2 * std::numbers::pi * kStrokes_hz * time_s, in_cycle_s = std::fmod(time_s, kCycle_s);
   const Hand left = hand_at(kLeftHand, round_head(own_head, -turn, kStroke_m));
   if (!member_) return {left};
-  const bool holds = in_cycle_s >= kHoldFrom_s && in_cycle_s < kHoldUntil_s;
+  const bool wants_hold = in_cycle_s >= kHoldFrom_s && in_cycle_s < kHoldUntil_s;
   // The hand stays where it takes hold, and moves away from there.
   const double held_turn = turn - 2 * std::numbers::pi * kStrokes_hz * (in_cycle_s - kHoldFrom_s);
-  const double pulled = holds ? (in_cycle_s - kHoldFrom_s) / (kHoldUntil_s - kHoldFrom_s) : 0;
-  const Vec3 place = round_head(head_, holds ? held_turn : turn, kStroke_m + kPull_m * pulled);
-  if (holds && hold_ == Hold::none) {
+  const double pulled = wants_hold ? (in_cycle_s - kHoldFrom_s) / (kHoldUntil_s - kHoldFrom_s) : 0;
+  const Vec3 place = round_head(head_, wants_hold ? held_turn : turn, kStroke_m + kPull_m * pulled);
+  if (wants_hold && !holds_) {
     protocol.take_hold({*member_, kRightHand, Vec3f::Zero(), kHoldRadius_m});
-    hold_ = Hold::taken;
-  } else if (!holds && hold_ == Hold::taken) {
+    holds_ = true;
+  } else if (!wants_hold && holds_) {
     // Pins would gather: each second hold unpins those before it.
     if (++hold_count_ % 2 == 0) protocol.let_go({*member_, kRightHand, Release::unpin});
     protocol.let_go({*member_, kRightHand, hold_count_ % 2 == 0 ? Release::drop : Release::pin});
-    hold_ = Hold::none;
+    holds_ = false;
   }
   return {hand_at(kRightHand, place), left};
 }

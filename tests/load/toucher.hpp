@@ -24,10 +24,8 @@ class Toucher {
   [[nodiscard]] std::vector<Hand> move(std::int64_t captured_ns, const Vec3& own_head, ProtocolClient& protocol);
 
  private:
-  enum class Hold : std::uint8_t { none, taken };
-
   double phase_s_;
-  Hold hold_ = Hold::none;
+  bool holds_ = false;
   std::uint64_t hold_count_ = 0;
   std::optional<std::uint32_t> member_;
   Vec3 head_ = Vec3::Zero();

@@ -153,8 +153,8 @@ std::string joint_warning(const Placement& placement, const Vec3& joint, std::st
 
 struct Counts {
   std::size_t rooted = 0, far_below = 0;
-  std::size_t no_hair_widths = 0;
-  double no_hair_width_m = 0;  // one of these
+  std::size_t unlikely_widths = 0;
+  double unlikely_width_m = 0;  // one of these
 };
 
 // Appends all strands to the groom in head space. The body must be complete, since the distance to its skin decides
@@ -181,8 +181,8 @@ Counts add_strands(const GroomDef& def, const Vec3& origin, Groom& groom) {
         if (width_m >= kThinnest_m && width_m <= kThickest_m) {
           properties.radius_m = static_cast<float>(width_m / 2);
         } else {
-          ++counts.no_hair_widths;
-          counts.no_hair_width_m = width_m;
+          ++counts.unlikely_widths;
+          counts.unlikely_width_m = width_m;
         }
       }
       strand.clear();
@@ -208,9 +208,9 @@ void warn_of_counts(const Counts& counts, std::size_t strand_count, std::vector<
                        decimal(percent, 2) + " %) begin more than " + decimal(100 * kFarBelow_m, 2) +
                        " cm below the head joint, as on a back: they follow the head all the same");
   }
-  if (counts.no_hair_widths > 0) {
-    warnings.push_back(std::to_string(counts.no_hair_widths) + " of " + std::to_string(strand_count) +
-                       " strands have a width that is no hair's, such as " + decimal(counts.no_hair_width_m, 3) +
+  if (counts.unlikely_widths > 0) {
+    warnings.push_back(std::to_string(counts.unlikely_widths) + " of " + std::to_string(strand_count) +
+                       " strands have a width that is no hair's, such as " + decimal(counts.unlikely_width_m, 3) +
                        " m: they are taken as " + decimal(2 * double{StrandProperties{}.radius_m}, 2) + " m wide");
   }
   if (counts.rooted == 0) {

@@ -29,23 +29,22 @@ struct Row {
   std::set<std::string> unused;
 };
 
-// The program that a real file comes from, by the beginning of its name.
-std::string program_of(const std::string& name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kPrograms{{{"blender", "Blender"},
-                                                                                     {"houdini", "Houdini"},
-                                                                                     {"openusd", "OpenUSD's examples"},
-                                                                                     {"maya", "Maya"},
-                                                                                     {"c4d", "Cinema 4D"},
-                                                                                     {"cortex", "Cortex"},
-                                                                                     {"harolongo", "USC-HairSalon"},
-                                                                                     {"Sintel", "TressFX 3"},
-                                                                                     {"straight", "Cem Yuksel"},
-                                                                                     {"hdf5", "Maya"},
-                                                                                     {"mesh", "Maya"}}};
-  for (const auto& [begin, program] : kPrograms) {
+// The program that a real file comes from, by its name.
+std::string program_of(const fs::path& file) {
+  const std::string name = file.filename().string();
+  if (file.extension() == ".tfx") return "TressFX 3";
+  using Program = std::pair<std::string_view, std::string_view>;
+  for (const auto& [begin, program] : {Program{"blender", "Blender"},
+                                       {"houdini", "Houdini"},
+                                       {"openusd", "OpenUSD's examples"},
+                                       {"maya", "Maya"},
+                                       {"c4d", "Cinema 4D"},
+                                       {"cortex", "Cortex"},
+                                       {"harolongo", "USC-HairSalon"},
+                                       {"straight", "Cem Yuksel"}}) {
     if (name.starts_with(begin)) return std::string(program);
   }
-  return "TressFX 3";
+  return name;
 }
 
 void add(const ImportedStrands& strands, bool moves, Row& row) {
@@ -133,7 +132,7 @@ TEST(ImportTable, of_the_page_is_what_the_files_hold) {
   std::map<std::string, Row> rows;
   for (const char* folder : {"import/abc", "import/usd", "hair"}) {
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(test::shared_data() / folder)) {
-      if (entry.is_regular_file()) add_file(entry.path(), rows[program_of(entry.path().filename().string())]);
+      if (entry.is_regular_file()) add_file(entry.path(), rows[program_of(entry.path())]);
     }
   }
   const fs::path made = fs::path(testing::TempDir()) / ("import_table_" + std::to_string(::getpid()));
