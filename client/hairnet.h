@@ -28,8 +28,8 @@
  *
  * Errors: a function that can fail returns a hairnet_error, HAIRNET_OK (0) when it did not. Where it takes `error`, one line for
  * people is written there, cut to `error_size` bytes with its final 0; `error` may be NULL. A call that fails changes nothing.
- * Nothing throws. A lack of memory in a function that returns no error ends the program, as does a failed assertion, which is a
- * fault of Hairnet. Pointers may be NULL only where it is said.
+ * Nothing throws. A lack of memory in a function that returns no error ends the program, as does a failed assertion, which is a bug
+ * of Hairnet. Pointers may be NULL only where it is said.
  *
  * Ownership: what a function returns by `hairnet_x**` is the caller's, to be freed by hairnet_x_free(), which takes NULL. Grooms,
  * levels and bases are immutable and counted: freeing one that a room still uses is right. Pointers inside structs are the
@@ -211,7 +211,7 @@ typedef enum hairnet_event_kind {
   HAIRNET_EVENT_LEFT,    /* `member` is no longer */
   HAIRNET_EVENT_CHANGED, /* its tag or its appearance */
   HAIRNET_EVENT_WIND,    /* the room's, which `session` has set: see hairnet_get_wind() */
-  HAIRNET_EVENT_FAULT,   /* the server refused something, or a hairstyle cannot be shown: `text` says what */
+  HAIRNET_EVENT_ERROR,   /* the server refused something, or a hairstyle cannot be shown: `text` says what */
   HAIRNET_EVENT_HELD,    /* `hand` holds `held` points of the hair of `member`: after hairnet_take_hold(), and 0 when it is lost */
   HAIRNET_EVENT_PROPS,   /* the room's: see hairnet_get_props() */
   HAIRNET_EVENT_TOUCH    /* another audience may touch the hair of `member`: see hairnet_may_touch() */
@@ -336,7 +336,7 @@ typedef struct hairnet_wind {
   uint32_t carried; /* 1: the air goes along with each head, as in a vehicle; 0: it stands in the room */
 } hairnet_wind;
 #define HAIRNET_STILL_AIR {{0, 0, 0}, 0, 4, 0, 0.6, 1, 0}
-/* Sets it for the whole room, until another client sets one or this one leaves. A server may refuse it: HAIRNET_EVENT_FAULT. */
+/* Sets it for the whole room, until another client sets one or this one leaves. A server may refuse it: HAIRNET_EVENT_ERROR. */
 HAIRNET_API hairnet_error hairnet_set_wind(hairnet_room* room, const hairnet_wind* wind, char* error, size_t error_size);
 HAIRNET_API void hairnet_get_wind(const hairnet_room* room, hairnet_wind* wind); /* Reads. */
 
@@ -358,7 +358,7 @@ typedef enum hairnet_moderation {
   HAIRNET_UNLOCK
 } hairnet_moderation;
 /*
- * Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise HAIRNET_EVENT_FAULT follows. The
+ * Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise HAIRNET_EVENT_ERROR follows. The
  * person is the owner of `member`, or if that is 0 the subject as the server's log names it ("sub:alice"). `seconds`: of the ban
  * after a removal.
  */
@@ -441,7 +441,7 @@ HAIRNET_API hairnet_error hairnet_let_go(hairnet_room* room, uint32_t member, ui
 
 /*
  * Adds and moves props of the room, with numbers below 128, and takes away those of `removed`. They touch everyone, and stay when this
- * client leaves. A server may refuse it: HAIRNET_EVENT_FAULT. `toucher` is not read; a box that a program in C++ has set may have a
+ * client leaves. A server may refuse it: HAIRNET_EVENT_ERROR. `toucher` is not read; a box that a program in C++ has set may have a
  * `radius_m` about it, too.
  */
 HAIRNET_API hairnet_error hairnet_set_props(hairnet_room* room, const hairnet_touch_body* props, size_t count,

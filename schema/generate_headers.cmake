@@ -56,7 +56,7 @@ set(codecs)
 foreach(name IN LISTS messages)
   string(APPEND declared "struct ${name};\n")
   string(APPEND codecs "flatbuffers::Offset<fb::${name}> write(flatbuffers::FlatBufferBuilder& to, const ${name}& message);\n"
-                       "Fault read(const fb::${name}& in, ${name}& out);\n")
+                       "std::string read(const fb::${name}& in, ${name}& out);\n")
 endforeach()
 file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/schema/wire/message.hpp @ONLY CONTENT "#pragma once
 

@@ -39,7 +39,7 @@ Result<ImportedStrands> strands_of(const float* points, const std::uint32_t* cou
 hairnet_error keep(Result<Groom>&& groom, hairnet_error code, hairnet_groom** out, char* error,
                    std::size_t error_size) {
   if (!groom) return refuse(code, groom.error(), error, error_size);
-  if (const std::string fault = validate(*groom); !fault.empty()) return refuse(code, fault, error, error_size);
+  if (const std::string invalid = validate(*groom); !invalid.empty()) return refuse(code, invalid, error, error_size);
   // A room names the groom by the hash of its file, so a groom that was made gets a file as well.
   auto file = std::make_shared<const std::vector<std::uint8_t>>(wire::encode_groom(*groom));
   const wire::GroomHash hash = wire::hash_groom(*file);

@@ -116,8 +116,8 @@ void write(const room::TouchChanged& from, hairnet_event& event, std::string&) {
   event.kind = HAIRNET_EVENT_TOUCH;
   event.member = from.number;
 }
-void write(const room::Fault& from, hairnet_event& event, std::string& text) {
-  event.kind = HAIRNET_EVENT_FAULT;
+void write(const room::Error& from, hairnet_event& event, std::string& text) {
+  event.kind = HAIRNET_EVENT_ERROR;
   event.character = from.character;
   text = from.detail;
 }

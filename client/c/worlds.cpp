@@ -206,7 +206,7 @@ hairnet_error hairnet_levels_load(const hairnet_groom* groom, const void* bytes,
         wire::DecodedLevels decoded = wire::decode_levels({static_cast<const std::uint8_t*>(bytes), size}, groom->hash);
         if (groom->groom->points.empty())
           return c::refuse(HAIRNET_MALFORMED, "a groom without points has no levels", error, error_size);
-        if (decoded.fault != wire::LevelFileFault::none)
+        if (decoded.error != wire::LevelFileError::none)
           return c::refuse(HAIRNET_MALFORMED, decoded.detail, error, error_size);
         // The maps between levels are no part of the file, since they follow from the groom and the levels.
         make_level_maps(*groom->groom, *decoded.levels);
@@ -316,8 +316,8 @@ hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own, con
                                          char* error, size_t error_size) {
   if (world->find(own) == nullptr) return c::no_such_character(error, error_size);
   const MaterialScale scale = c::scale_of(*material);
-  if (const std::string fault = validate(scale); !fault.empty())
-    return c::refuse(HAIRNET_INVALID, fault, error, error_size);
+  if (const std::string invalid = validate(scale); !invalid.empty())
+    return c::refuse(HAIRNET_INVALID, invalid, error, error_size);
   world->world.set_material(own, scale);
   return HAIRNET_OK;
 }
@@ -331,8 +331,8 @@ hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, c
         const Result<std::optional<wire::Appearance>> wanted = c::checked(appearance);
         if (!wanted) return c::refuse(HAIRNET_INVALID, wanted.error(), error, error_size);
         std::string name = c::tag_of(tag, tag_size);
-        if (const std::string fault = wire::validate_tag(name); !fault.empty())
-          return c::refuse(HAIRNET_INVALID, fault, error, error_size);
+        if (const std::string invalid = wire::validate_tag(name); !invalid.empty())
+          return c::refuse(HAIRNET_INVALID, invalid, error, error_size);
         character->member->tag = std::move(name);
         character->member->appearance = *wanted;
         return hairnet_error{HAIRNET_OK};
@@ -342,8 +342,8 @@ hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, c
 
 hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind, char* error, size_t error_size) {
   const Wind wanted = c::wind_of(*wind);
-  if (const std::string fault = validate(wanted); !fault.empty())
-    return c::refuse(HAIRNET_INVALID, fault, error, error_size);
+  if (const std::string invalid = validate(wanted); !invalid.empty())
+    return c::refuse(HAIRNET_INVALID, invalid, error, error_size);
   world->world.set_wind(wanted);
   return HAIRNET_OK;
 }
@@ -365,7 +365,7 @@ hairnet_error hairnet_world_set_bodies(hairnet_world* world, const hairnet_touch
       Result<TouchBody> body = c::body_of(bodies[i]);
       const std::string name = "body " + std::to_string(i) + ": ";
       if (!body) return refuse(name + body.error());
-      if (const std::string fault = validate(*body); !fault.empty()) return refuse(name + fault);
+      if (const std::string invalid = validate(*body); !invalid.empty()) return refuse(name + invalid);
       body->place.rotation.normalize();
       const auto before = world->bodies.find(body->key);
       const bool is_new = before == world->bodies.end() || body->has_jumped;

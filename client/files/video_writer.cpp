@@ -134,17 +134,17 @@ Result<VideoWriter> VideoWriter::create(const std::string& path, int width, int 
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   posix_spawnattr_setpgroup(&attributes, 0);
   // posix_spawn does not copy this process, which may have much memory and several threads.
-  const int fault = posix_spawnp(&writer.process_, "ffmpeg", &actions, &attributes, arguments.data(), environ);
+  const int error = posix_spawnp(&writer.process_, "ffmpeg", &actions, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   close_end(pictures_read);
   close_end(complaints_write);
-  if (fault != 0) {
+  if (error != 0) {
     // The destructor must not end a process that never was.
     writer.process_ = -1;
-    return Refusal(fault == ENOENT
+    return Refusal(error == ENOENT
                        ? "videos need the program ffmpeg, which is not here (Debian: apt-get install ffmpeg)"
-                       : "ffmpeg does not start: " + std::string(std::strerror(fault)));
+                       : "ffmpeg does not start: " + std::string(std::strerror(error)));
   }
   return writer;
 }

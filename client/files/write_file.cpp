@@ -7,7 +7,7 @@ namespace hairnet {
 Result<void> check_can_write(std::initializer_list<std::string_view> paths) {
   for (const std::string_view path : paths) {
     if (path.empty()) continue;
-    if (const std::string error = fault_of_output(std::string(path)); !error.empty())
+    if (const std::string error = error_of_output(std::string(path)); !error.empty())
       return Refusal(std::string(path) + ": " + error);
   }
   return {};

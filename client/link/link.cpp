@@ -147,13 +147,13 @@ struct Link::Impl {
   }
 
   asio::awaitable<void> connect(std::shared_ptr<Connection> c) {
-    std::string fault = co_await c->stream->open();
+    std::string error = co_await c->stream->open();
     // The core may have dropped this connection while it was opening, and may already have another one.
     if (c->over) {
       c->stream->close();
       co_return;
     }
-    if (!fault.empty()) co_return end(c, std::move(fault));
+    if (!error.empty()) co_return end(c, std::move(error));
     talk_over(c);
     // A better stream is moved to by resuming the session, which a link that does not reconnect must not do.
     while (options.core.reconnect) {
@@ -202,14 +202,14 @@ struct Link::Impl {
   }
 
   // The stream has ended, or was not to be opened.
-  void end(const std::shared_ptr<Connection>& c, std::string fault) {
+  void end(const std::shared_ptr<Connection>& c, std::string error) {
     c->over = true;
     c->stream->close();
     c->wake.cancel();
     current.reset();
     with_core([&](LinkCore& k) {
       transport = fallback_reason = {};
-      k.on_closed(std::move(fault), channel::monotonic_ns());
+      k.on_closed(std::move(error), channel::monotonic_ns());
     });
     look_again();
   }

@@ -60,8 +60,8 @@ namespace {
 std::optional<wire::Error> refused_here(const wire::ClientMessage& message) {
   const auto refused = [](const auto& m) -> std::optional<wire::Error> {
     if constexpr (requires { m.tag; }) {
-      if (std::string fault = wire::validate_tag(m.tag); !fault.empty())
-        return wire::Error{wire::ErrorReason::limit_exceeded, m.character, {}, std::move(fault)};
+      if (std::string error = wire::validate_tag(m.tag); !error.empty())
+        return wire::Error{wire::ErrorReason::limit_exceeded, m.character, {}, std::move(error)};
     }
     return std::nullopt;
   };
@@ -230,10 +230,10 @@ void LinkCore::poll(std::int64_t now_ns) {
 
 std::int64_t LinkCore::next_deadline_ns() const {
   if (ended()) return kNever_ns;
-  const std::int64_t least_ns = std::min(deadline_ns_, give_up_ns_);
-  if (!active()) return least_ns;
+  const std::int64_t min_ns = std::min(deadline_ns_, give_up_ns_);
+  if (!active()) return min_ns;
   const std::int64_t look_ns = welcome_->signs_of_life ? silence_.next_look_ns() : kNever_ns;
-  return std::min({least_ns, look_ns, members_due_ns_, importance_.due_ns(), sent_ns_ + channel::kSignOfLife_ns});
+  return std::min({min_ns, look_ns, members_due_ns_, importance_.due_ns(), sent_ns_ + channel::kSignOfLife_ns});
 }
 
 bool LinkCore::wants_close() const {
@@ -543,15 +543,15 @@ void LinkCore::on(wire::GroomData& data, std::int64_t now_ns) {
     if (fetched->bytes) members_.add_groom(fetched->hash);
     return push(std::move(*fetched));
   }
-  const std::string fault = members_.learnt().take(*fetched);
-  if (!fault.empty())
-    push(wire::Error{wire::ErrorReason::groom_invalid, 0, grooms[0], "its learnt hair cannot be used: " + fault});
+  const std::string error = members_.learnt().take(*fetched);
+  if (!error.empty())
+    push(wire::Error{wire::ErrorReason::groom_invalid, 0, grooms[0], "its learnt hair cannot be used: " + error});
 }
 
 void LinkCore::take(const GroomFetched& basis, const std::vector<wire::GroomHash>& grooms, std::int64_t now_ns) {
-  const std::string fault = members_.bases().take(basis);
-  if (!fault.empty())
-    return push(wire::Error{wire::ErrorReason::groom_invalid, 0, grooms[0], "its basis cannot be used: " + fault});
+  const std::string error = members_.bases().take(basis);
+  if (!error.empty())
+    return push(wire::Error{wire::ErrorReason::groom_invalid, 0, grooms[0], "its basis cannot be used: " + error});
   for (const wire::GroomHash& groom : grooms) {
     for (const auto& [frame, tick, sample_time_ns, decoded] : members_.decode_waiting(groom)) {
       counters_.frames_undecodable += decoded.outcome == Members::Outcome::undecodable;

@@ -96,11 +96,11 @@ void Playout::freeze() {
 void Playout::record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
   arrivals_.push_back({sample_time_ns, arrival_time_ns - sample_time_ns});
   if (arrivals_.size() > kArrivalsMax) arrivals_.pop_front();
-  least_late_ns_ = most_late_ns_ = arrivals_.front().lateness_ns;
+  min_late_ns_ = max_late_ns_ = arrivals_.front().lateness_ns;
   std::vector<std::int64_t> intervals;
   for (std::size_t i = 0; i < arrivals_.size(); ++i) {
-    least_late_ns_ = std::min(least_late_ns_, arrivals_[i].lateness_ns);
-    most_late_ns_ = std::max(most_late_ns_, arrivals_[i].lateness_ns);
+    min_late_ns_ = std::min(min_late_ns_, arrivals_[i].lateness_ns);
+    max_late_ns_ = std::max(max_late_ns_, arrivals_[i].lateness_ns);
     if (i > 0 && arrivals_[i].time_ns > arrivals_[i - 1].time_ns)
       intervals.push_back(arrivals_[i].time_ns - arrivals_[i - 1].time_ns);
   }
@@ -116,7 +116,7 @@ std::int64_t Playout::target_delay_ns() const {
   HAIRNET_ASSERT(!frames_.empty());
   // A frame announces that the server now steps the character less often, before the arrivals show it.
   const std::int64_t interval = std::max(interval_ns_, frames_.back().step_ns);
-  return least_late_ns_ + interval + std::max(interval / 2, most_late_ns_ - least_late_ns_);
+  return min_late_ns_ + interval + std::max(interval / 2, max_late_ns_ - min_late_ns_);
 }
 
 // Advances the play time to `render_time_ns`.

@@ -114,7 +114,7 @@ class Playout {
   std::deque<BufferedFrame> frames_;
   // Holds the last frames, in the order of their arrival.
   std::deque<Arrival> arrivals_;
-  std::int64_t least_late_ns_ = 0, most_late_ns_ = 0;
+  std::int64_t min_late_ns_ = 0, max_late_ns_ = 0;
   // Nine tenths of the intervals between frames are shorter.
   std::int64_t interval_ns_ = 0;
   // Are the last result of sample(), and its time.

@@ -82,10 +82,10 @@ asio::ip::address Socket::remote_address() const {
 asio::awaitable<std::string> Socket::open() {
   if (!options_.server.encrypted()) co_return co_await connect();
   context_.emplace(asio::ssl::context::tls_client);
-  std::string fault = configure(*context_, options_.tls);
-  if (fault.empty()) fault = co_await connect();
-  if (fault.empty()) fault = co_await shake_hands();
-  co_return fault;
+  std::string error = configure(*context_, options_.tls);
+  if (error.empty()) error = co_await connect();
+  if (error.empty()) error = co_await shake_hands();
+  co_return error;
 }
 
 asio::awaitable<std::string> Socket::connect() {

@@ -21,9 +21,9 @@ class WebSocketStream : public ServerStream {
   WebSocketStream(asio::io_context& io, StreamOptions options) : stream_(io, std::move(options)) {}
 
   asio::awaitable<std::string> open() override {
-    std::string fault = co_await socket().open();
-    if (fault.empty()) fault = co_await upgrade();
-    co_return fault;
+    std::string error = co_await socket().open();
+    if (error.empty()) error = co_await upgrade();
+    co_return error;
   }
 
   asio::awaitable<Read> read() override {

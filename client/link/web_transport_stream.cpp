@@ -39,21 +39,21 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
         io_(std::make_shared<Io>(io)) {}
 
   asio::awaitable<std::string> open() override {
-    std::string fault;
+    std::string error;
     // Streams that share a memory read the page once.
-    if (!memory_->page) fault = co_await read_page();
+    if (!memory_->page) error = co_await read_page();
     // close() may have come while the page was read, before there was a session to close.
-    if (fault.empty() && is_closed_) fault = "closed";
-    if (fault.empty()) fault = begin();
-    if (failure_ != WebTransportFailure::none) co_return fault;
-    while (fault.empty() && !session_->is_open() && !session_->is_over()) co_await turn();
+    if (error.empty() && is_closed_) error = "closed";
+    if (error.empty()) error = begin();
+    if (failure_ != WebTransportFailure::none) co_return error;
+    while (error.empty() && !session_->is_open() && !session_->is_over()) co_await turn();
     if (session_ && session_->is_open()) co_return std::string();
-    if (fault.empty()) fault = session_->reason();
+    if (error.empty()) error = session_->reason();
     failure_ = WebTransportFailure::blocked;
     // The page may be out of date, as after a change of the certificate: the next attempt reads it again.
     memory_->page.reset();
     co_return "no WebTransport with " + options_.server.authority() + ": " +
-        (fault.empty() ? "the server closed the connection" : fault);
+        (error.empty() ? "the server closed the connection" : error);
   }
 
   asio::awaitable<Read> read() override {

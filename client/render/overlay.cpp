@@ -15,7 +15,7 @@ namespace {
 constexpr float kHiddenAlpha = 0.22f;
 
 Mat4f clip_from_world(const draw::Camera& wanted, const draw::DepthRange& range, int width, int height) {
-  const draw::Camera camera = mended(wanted);
+  const draw::Camera camera = sanitized(wanted);
   const Eigen::Matrix3d rotation = view_rotation(camera);
   Mat4f view = Mat4f::Identity();
   view.topLeftCorner<3, 3>() = rotation.cast<float>();

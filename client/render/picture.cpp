@@ -141,7 +141,7 @@ void Picture::draw(Stage& stage, std::span<const draw::ShownCharacter> character
     stage.draw(characters, wanted, look, width, height, false, {});
     return;
   }
-  const draw::Camera camera = mended(wanted);
+  const draw::Camera camera = sanitized(wanted);
   if (before_ && is_cut(before_->camera, camera)) cut();
   // Four samples already spread over the pixel. Half the shift suffices: together with their shifts they cover it
   // evenly.

@@ -15,7 +15,7 @@ Vec3 any_across(const Vec3& direction) {
 
 }  // namespace
 
-draw::Camera mended(const draw::Camera& camera) {
+draw::Camera sanitized(const draw::Camera& camera) {
   draw::Camera c = camera;
   if (!c.target.allFinite()) c.target = Vec3::Zero();
   // Distances below this make directions of rounding errors.

@@ -9,9 +9,9 @@ using Mat4f = Eigen::Matrix4f;
 // Returns a camera that can always be drawn with: replaces values that are not finite, zero distances and parallel
 // axes, and clamps the field of view to 1 … 150 degrees. A caller's bad value thus shows a wrong picture instead of
 // none.
-draw::Camera mended(const draw::Camera& camera);
+draw::Camera sanitized(const draw::Camera& camera);
 
-// View axes of the camera: world directions to x right, y up, z backwards. The camera must be one of mended().
+// View axes of the camera: world directions to x right, y up, z backwards. The camera must be one of sanitized().
 Eigen::Matrix3d view_rotation(const draw::Camera& camera);
 
 // Maps view to clip space, as OpenGL does: depth -1 at `near_m` and 1 at `far_m`, m along the view. `aspect` is width

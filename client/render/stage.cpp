@@ -402,7 +402,7 @@ void GlStage::draw(std::span<const draw::ShownCharacter> characters, const draw:
                    int width, int height, bool target_is_srgb, const Sampling& sampling) {
   if (width < 1 || height < 1) return;
   View view{};
-  view.camera = mended(wanted);
+  view.camera = sanitized(wanted);
   view.sampling = sampling;
   view.rig = draw::studio_lights(view.camera);
   GLint samples = 0;

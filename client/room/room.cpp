@@ -322,7 +322,7 @@ void Room::take(const wire::RoomWind& wind) {
 void Room::take(const wire::GroomStatus& status) {
   // The reason comes in an Error of its own.
   if (status.state == wire::GroomState::refused)
-    tell(Fault{"the server refuses a groom", wire::ErrorReason::none, 0, status.hash});
+    tell(Error{"the server refuses a groom", wire::ErrorReason::none, 0, status.hash});
 }
 
 void Room::take(const link::FrameBatch& batch) {
@@ -343,7 +343,7 @@ void Room::take(const wire::Error& error) {
   if (names_groom) queue_.finish(error.groom);
   const bool may_come_later =
       error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
-  // This is no fault for people yet: the groom's owner may still be sending it.
+  // This is no error for people yet: the groom's owner may still be sending it.
   if (may_come_later && names_groom) {
     const auto known = grooms_.find(error.groom);
     if (known != grooms_.end() && !known->second.groom) {
@@ -355,7 +355,7 @@ void Room::take(const wire::Error& error) {
   std::string line = std::string("the server refuses: ") + wire::to_string(error.reason);
   if (error.character != 0) line += ", character " + std::to_string(error.character);
   if (!error.detail.empty()) line += " (" + error.detail + ")";
-  tell(Fault{std::move(line), error.reason, error.character, error.groom});
+  tell(Error{std::move(line), error.reason, error.character, error.groom});
 }
 
 // A member enters the room: it gets the groom that is known, or its groom is queued.
@@ -426,7 +426,7 @@ void Room::take(const link::GroomFetched& fetched) {
   }
   give_groom(fetched.hash);
   if (!known.error.empty())
-    tell(Fault{"a hairstyle cannot be shown: " + known.error, wire::ErrorReason::groom_invalid, 0, fetched.hash});
+    tell(Error{"a hairstyle cannot be shown: " + known.error, wire::ErrorReason::groom_invalid, 0, fetched.hash});
 }
 
 void Room::fetch(std::int64_t now_ns) {
@@ -471,7 +471,7 @@ std::string describe(const Event& event) {
     std::string operator()(const TouchChanged& e) const {
       return "another audience may touch the hair of member " + std::to_string(e.number);
     }
-    std::string operator()(const Fault& e) const { return e.detail; }
+    std::string operator()(const Error& e) const { return e.detail; }
     static std::string named(std::uint32_t number, const Member& member) {
       const std::string name = "member " + std::to_string(number);
       return member.tag.empty() ? name : name + " '" + shown_text(member.tag, wire::kTagBytesMax, '\'') + "'";

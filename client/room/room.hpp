@@ -63,14 +63,14 @@ struct TouchChanged {
   std::uint32_t number = 0;
 };
 // The server refused something, or a hairstyle cannot be shown.
-struct Fault {
+struct Error {
   std::string detail;                                  // one line for people
   wire::ErrorReason reason = wire::ErrorReason::none;  // none: the server refused a groom, and says why in another one
   std::uint32_t character = 0;                         // this client's own; 0: none
   wire::GroomHash groom{};                             // zero: none
 };
 using Event =
-    std::variant<StateChanged, Joined, Left, Changed, WindChanged, HeldChanged, PropsChanged, TouchChanged, Fault>;
+    std::variant<StateChanged, Joined, Left, Changed, WindChanged, HeldChanged, PropsChanged, TouchChanged, Error>;
 // One line for people.
 std::string describe(const Event& event);
 
@@ -165,11 +165,11 @@ class Room {
   Result<void> take_hold(std::uint32_t member, std::uint8_t hand, const Vec3f& place, float radius_m);
   // Does nothing for a member that is not there.
   Result<void> let_go(std::uint32_t member, std::uint8_t hand, Release release);
-  // Adds, moves and removes props of the room; PropsChanged follows, or a Fault.
+  // Adds, moves and removes props of the room; PropsChanged follows, or an Error.
   Result<void> set_props(std::vector<wire::Prop> props, std::vector<std::uint8_t> removed = {});
   // Sets the whole room's wind, until another client sets one or this one leaves.
   Result<void> set_wind(const Wind& wind);
-  // Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise a Fault follows.
+  // Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise an Error follows.
   void moderate(const wire::Moderate& action) { conversation_->send(action); }
 
   // How large members are on this screen, for the server's choice of detail and the order of downloads. Heights that

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/assert.hpp"
-#include "core/groom/fault_text.hpp"
+#include "core/groom/error_text.hpp"
 #include "core/groom/validate_features.hpp"
 
 namespace hairnet {
@@ -25,13 +25,13 @@ std::string validate_strands(const Groom& groom, const GroomLimits& limits) {
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     // Offsets that descend would make spans of negative length. The last offset is compared with the points in
     // validate_features.
-    if (groom.strand_begin[s] > groom.strand_begin[s + 1]) return fault_at("strand", s, "offsets descend");
-    if (const std::string error = fault_of(groom.strands[s], groom); !error.empty())
-      return fault_at("strand", s, error);
+    if (groom.strand_begin[s] > groom.strand_begin[s + 1]) return error_at("strand", s, "offsets descend");
+    if (const std::string error = error_of(groom.strands[s], groom); !error.empty())
+      return error_at("strand", s, error);
   }
   for (std::size_t i = 0; i < groom.points.size(); ++i) {
     if (!within(groom.points[i], limits.coordinate_max_m))
-      return fault_at("point", i, too_far(limits.coordinate_max_m));
+      return error_at("point", i, too_far(limits.coordinate_max_m));
   }
   return {};
 }
@@ -45,21 +45,21 @@ std::string validate_body(const Body& body, const GroomLimits& limits) {
   if (body.bone_weights.size() != mesh.vertices.size()) return "bone weights are not one entry a body vertex";
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     if (!within(mesh.vertices[v], limits.coordinate_max_m))
-      return fault_at("body vertex", v, too_far(limits.coordinate_max_m));
+      return error_at("body vertex", v, too_far(limits.coordinate_max_m));
     float sum = 0;
     for (const float weight : body.bone_weights[v]) {
-      if (!(weight >= 0 && weight <= 1.001f)) return fault_at("body vertex", v, "a bone weight is not in [0, 1]");
+      if (!(weight >= 0 && weight <= 1.001f)) return error_at("body vertex", v, "a bone weight is not in [0, 1]");
       sum += weight;
     }
-    if (std::abs(sum - 1) > 1e-3f) return fault_at("body vertex", v, "bone weights do not sum to 1");
+    if (std::abs(sum - 1) > 1e-3f) return error_at("body vertex", v, "bone weights do not sum to 1");
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (const std::uint32_t v : mesh.triangles[t]) {
-      if (v >= mesh.vertices.size()) return fault_at("body triangle", t, "a vertex does not exist");
+      if (v >= mesh.vertices.size()) return error_at("body triangle", t, "a vertex does not exist");
     }
   }
   for (std::size_t b = 0; b < kBoneCount; ++b) {
-    if (!within(body.joints[b], limits.coordinate_max_m)) return fault_at("joint", b, too_far(limits.coordinate_max_m));
+    if (!within(body.joints[b], limits.coordinate_max_m)) return error_at("joint", b, too_far(limits.coordinate_max_m));
   }
   return {};
 }

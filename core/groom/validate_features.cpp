@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/assert.hpp"
-#include "core/groom/fault_text.hpp"
+#include "core/groom/error_text.hpp"
 #include "core/number_range.hpp"
 
 namespace hairnet {
@@ -39,14 +39,14 @@ class Points {
   std::size_t next_, count_;
 };
 
-std::string fault_of(const Clump& clump, const Groom& groom, const GroomLimits& limits) {
+std::string error_of(const Clump& clump, const Groom& groom, const GroomLimits& limits) {
   if (clump.strand >= groom.strand_count()) return "its strand does not exist";
   if (clump.copy_count > limits.copy_count_max) return over_limit("copies", clump.copy_count, limits.copy_count_max);
   return out_of_range(
       {{"radius (m)", clump.radius_m, 0, 0.1f}, {"radius at the tip (m)", clump.tip_radius_m, 0, 0.1f}});
 }
 
-std::string fault_of(const Thread& thread, const Groom& groom) {
+std::string error_of(const Thread& thread, const Groom& groom) {
   if (thread.group >= groom.group_names.size()) return "its group does not exist";
   if (!is_colour(thread.colour)) return "colour is not in [0, 1]";
   return out_of_range({{"root length (m)", thread.root_length_m, 0, 10},
@@ -58,7 +58,7 @@ std::string fault_of(const Thread& thread, const Groom& groom) {
                        {"air drag (N s/m^2)", thread.air_drag_ns_per_m2, 0, 10}});
 }
 
-std::string fault_of(const Cloth& cloth, const Groom& groom, const GroomLimits& limits) {
+std::string error_of(const Cloth& cloth, const Groom& groom, const GroomLimits& limits) {
   if (cloth.group >= groom.group_names.size()) return "its group does not exist";
   if (!is_colour(cloth.colour)) return "colour is not in [0, 1]";
   if (cloth.triangles.size() > 2 * limits.vertex_count_max)
@@ -66,16 +66,16 @@ std::string fault_of(const Cloth& cloth, const Groom& groom, const GroomLimits& 
   for (std::size_t t = 0; t < cloth.triangles.size(); ++t) {
     const auto& [a, b, c] = cloth.triangles[t];
     const auto foreign = [&](std::uint32_t v) { return v < cloth.points.begin || v >= cloth.points.end; };
-    if (foreign(a) || foreign(b) || foreign(c)) return fault_at("triangle", t, "a point is not the cloth's own");
+    if (foreign(a) || foreign(b) || foreign(c)) return error_at("triangle", t, "a point is not the cloth's own");
     // Such a triangle has no area and no normal.
-    if (a == b || b == c || c == a) return fault_at("triangle", t, "a corner comes twice");
+    if (a == b || b == c || c == a) return error_at("triangle", t, "a corner comes twice");
   }
   if (!cloth.root_distance_m.empty() && cloth.root_distance_m.size() != cloth.points.count())
     return "distances from the pins are neither none nor one a point";
   for (std::size_t i = 0; i < cloth.root_distance_m.size(); ++i) {
     if (const std::string error = out_of_range({{"distance from the pins (m)", cloth.root_distance_m[i], 0, 100}});
         !error.empty())
-      return fault_at("point", i, error);
+      return error_at("point", i, error);
   }
   return out_of_range({{"root length (m)", cloth.root_length_m, 0, 10},
                        {"opacity", cloth.opacity, 0, 1},
@@ -87,7 +87,7 @@ std::string fault_of(const Cloth& cloth, const Groom& groom, const GroomLimits& 
                        {"air drag (N s/m^3)", cloth.air_drag_ns_per_m3, 0, 1000}});
 }
 
-std::string fault_of(const Knot& knot, const Groom& groom) {
+std::string error_of(const Knot& knot, const Groom& groom) {
   if (knot.points.size() < 2) return "ties fewer than two points";
   for (const std::uint32_t p : knot.points) {
     if (p >= groom.points.size()) return "a tied point does not exist";
@@ -101,7 +101,7 @@ std::string validate_root_blends(const Groom& groom) {
   if (!groom.root_blends.empty() && groom.root_blends.size() != groom.group_names.size())
     return "root blends are neither none nor one a group";
   for (std::size_t g = 0; g < groom.root_blends.size(); ++g) {
-    if (const std::string error = validate(groom.root_blends[g]); !error.empty()) return fault_at("group", g, error);
+    if (const std::string error = validate(groom.root_blends[g]); !error.empty()) return error_at("group", g, error);
   }
   return {};
 }
@@ -112,7 +112,7 @@ std::string validate_clumps(const Groom& groom, const GroomLimits& limits) {
   std::size_t drawn_points = groom.points.size();
   for (std::size_t c = 0; c < groom.clumps.size(); ++c) {
     const Clump& clump = groom.clumps[c];
-    if (const std::string error = fault_of(clump, groom, limits); !error.empty()) return fault_at("clump", c, error);
+    if (const std::string error = error_of(clump, groom, limits); !error.empty()) return error_at("clump", c, error);
     HAIRNET_ASSERT(clump.strand < groom.strand_count());
     // A few bytes of clumps could ask clients to draw very many points, so copies count towards the limit of points.
     drawn_points += clump.copy_count * groom.strand_points(clump.strand).size();
@@ -126,25 +126,25 @@ std::string validate_point_owners(const Groom& groom, const GroomLimits& limits)
   Points points(groom);
   for (std::size_t i = 0; i < groom.threads.size(); ++i) {
     std::string error = points.take(groom.threads[i].points, 2, 1);
-    if (error.empty()) error = fault_of(groom.threads[i], groom);
-    if (!error.empty()) return fault_at("thread", i, error);
+    if (error.empty()) error = error_of(groom.threads[i], groom);
+    if (!error.empty()) return error_at("thread", i, error);
   }
   for (std::size_t i = 0; i < groom.cards.size(); ++i) {
     std::string error = points.take(groom.cards[i].points, 4, 2);
-    if (error.empty()) error = fault_of(groom.cards[i].properties, groom);
-    if (!error.empty()) return fault_at("card", i, error);
+    if (error.empty()) error = error_of(groom.cards[i].properties, groom);
+    if (!error.empty()) return error_at("card", i, error);
   }
   for (std::size_t i = 0; i < groom.cloths.size(); ++i) {
     std::string error = points.take(groom.cloths[i].points, 3, 1);
-    if (error.empty()) error = fault_of(groom.cloths[i], groom, limits);
-    if (!error.empty()) return fault_at("cloth", i, error);
+    if (error.empty()) error = error_of(groom.cloths[i], groom, limits);
+    if (!error.empty()) return error_at("cloth", i, error);
   }
   return points.all_taken() ? "" : "strands, threads, cards and cloths do not cover the points";
 }
 
 }  // namespace
 
-std::string fault_of(const StrandProperties& properties, const Groom& groom) {
+std::string error_of(const StrandProperties& properties, const Groom& groom) {
   if (properties.group >= groom.group_names.size()) return "its group does not exist";
   return out_of_range({{"radius (m)", properties.radius_m, 1e-7f, 0.01f},
                        {"hair count", properties.hair_count, 1e-3f, 1e6},
@@ -168,8 +168,8 @@ std::string validate_features(const Groom& groom, const GroomLimits& limits) {
   for (std::size_t k = 0; error.empty() && k < groom.knots.size(); ++k) {
     // Knots may name the same points, so their lists are bounded together.
     tied_points += groom.knots[k].points.size();
-    error = fault_of(groom.knots[k], groom);
-    if (!error.empty()) return fault_at("knot", k, error);
+    error = error_of(groom.knots[k], groom);
+    if (!error.empty()) return error_at("knot", k, error);
   }
   if (error.empty() && tied_points > limits.point_count_max)
     return over_limit("tied points", tied_points, limits.point_count_max);

@@ -9,7 +9,7 @@ namespace hairnet {
 // Parts of validate(Groom).
 
 // Checks the properties alone; returns an empty string when valid.
-std::string fault_of(const StrandProperties& properties, const Groom& groom);
+std::string error_of(const StrandProperties& properties, const Groom& groom);
 
 // Checks root blends, clumps, threads, cards, cloths and knots. The strands must be valid and their offsets ascending.
 std::string validate_features(const Groom& groom, const GroomLimits& limits);

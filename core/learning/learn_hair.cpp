@@ -166,8 +166,8 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
   VectorXf most = VectorXf::Zero(kPoseInputCount);
   for (const LearntExamples& e : seen) {
     most = most.cwiseMax(e.inputs.topRows(kPoseInputCount).cwiseAbs().rowwise().maxCoeff());
-    hair->wind.most_m_per_s =
-        std::max(hair->wind.most_m_per_s, e.inputs.bottomRows(kAirInputCount).colwise().norm().maxCoeff());
+    hair->wind.max_m_per_s =
+        std::max(hair->wind.max_m_per_s, e.inputs.bottomRows(kAirInputCount).colwise().norm().maxCoeff());
   }
   std::ranges::copy(most, hair->most.begin());
   VectorXf weights = fit(std::move(seen), scales, size, learning, at(0.55, 1, "learning the hair"), parallel_for);
@@ -177,7 +177,7 @@ Result<std::shared_ptr<const LearntHair>> learn_hair(const Groom& groom, const s
   view.input *= scales.input.cwiseInverse().asDiagonal();
   view.output *= scales.output;
   set_weights(size, std::move(weights), *hair);
-  if (std::string fault = judge(validation, *hair); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = judge(validation, *hair); !error.empty()) return Refusal(std::move(error));
   return hair;
 }
 

@@ -18,7 +18,7 @@ std::vector<LearntExamples> take_validation_examples(const Groom& groom, const s
                                                      const std::function<bool(double)>& keep_going,
                                                      const ParallelFor& parallel_for);
 // Measures the errors of the hair and of the low level on them. Hair that errs more than the low level in wind loses
-// the weights of the wind. Returns a line about the fault of hair that does so in still air, or is not valid; else an
+// the weights of the wind. Returns a line about the error of hair that does so in still air, or is not valid; else an
 // empty string.
 std::string judge(const std::vector<LearntExamples>& validation, LearntHair& hair);
 

@@ -23,7 +23,7 @@ bool LearntHair::covers(const PoseInputs& inputs) const {
 }
 
 bool LearntHair::covers_air(double speed_m_per_s) const {
-  return speed_m_per_s == 0 || (!wind.weights.empty() && speed_m_per_s <= double{kMargin} * double{wind.most_m_per_s});
+  return speed_m_per_s == 0 || (!wind.weights.empty() && speed_m_per_s <= double{kMargin} * double{wind.max_m_per_s});
 }
 
 std::size_t LearntHair::bytes() const {
@@ -49,7 +49,7 @@ std::string validate(const LearntHair& hair) {
     if (!std::ranges::all_of(*numbers, [](float v) { return std::abs(v) <= kLearntWeightMax; }))
       return "learnt hair with a weight that is not finite, or too great";
   const auto is_size = [](float value) { return std::isfinite(value) && value >= 0; };
-  if (!std::ranges::all_of(hair.most, is_size) || !is_size(hair.wind.most_m_per_s))
+  if (!std::ranges::all_of(hair.most, is_size) || !is_size(hair.wind.max_m_per_s))
     return "learnt hair with a wrong range of inputs";
   for (const float error : {hair.error, hair.low_error, hair.wind.error, hair.wind.low_error})
     if (!is_size(error)) return "learnt hair with a wrong error";

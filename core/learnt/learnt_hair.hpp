@@ -30,7 +30,7 @@ inline constexpr std::size_t kAirInputCount = 3;
 // What learnt hair knows of wind. Servers alone have it: clients evaluate hair in still air.
 struct LearntWind {
   std::vector<float> weights;      // Zu, Nu, Ru: [3 hidden][kAirInputCount]; empty: the hair holds in still air alone
-  float most_m_per_s = 0;          // the fastest air in the training motions
+  float max_m_per_s = 0;           // the fastest air in the training motions
   float error = 0, low_error = 0;  // as those of LearntHair, in wind
 };
 
@@ -66,7 +66,7 @@ struct LearntHair {
   [[nodiscard]] std::size_t bytes() const;
 };
 
-// Returns an empty string when counts agree and all weights are within kLearntWeightMax; else one line about the fault.
+// Returns an empty string when counts agree and all weights are within kLearntWeightMax; else one line about the error.
 std::string validate(const LearntHair& hair);
 
 // What one character remembers. It may begin at any time: after two seconds it hardly differs from one that began

@@ -87,7 +87,7 @@ struct Level {
 };
 
 // Checks a level from an untrusted source: counts agree, indices are in range, numbers are finite, weights and rest
-// values match the nodes. Returns an empty string when the solver can run it, else one line about the fault. It costs
+// values match the nodes. Returns an empty string when the solver can run it, else one line about the error. It costs
 // one pass over all arrays; built levels need no such check.
 std::string validate(const Level& level);
 

@@ -33,7 +33,7 @@ struct Basis {
 };
 
 // Returns an empty string when counts agree, all numbers are finite and deviations are positive and do not ascend; else
-// one line about the fault.
+// one line about the error.
 std::string validate(const Basis& basis);
 
 // d from the first coefficients (m); the others are 0. Asserts that there are not more than modes, and that `out` (head

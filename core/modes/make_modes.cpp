@@ -41,8 +41,8 @@ VectorXf weights_of(const MatrixXf& columns, const Snapshots& snapshots) {
 
 // Rounds to 16 bits, or fewer where the coefficient is small: then the file of the basis is, too.
 void store_mode(const Eigen::Ref<const VectorXf>& mode, float deviation_m, Basis& basis) {
-  constexpr float kMost = 32767, kError_m = 3e-5f;
-  const float finest = std::max(mode.cwiseAbs().maxCoeff(), 1e-20f) / kMost;
+  constexpr float kMax = 32767, kError_m = 3e-5f;
+  const float finest = std::max(mode.cwiseAbs().maxCoeff(), 1e-20f) / kMax;
   const float unit = std::max(finest, std::min(kError_m / deviation_m, 0.03f));
   basis.unit.push_back(unit);
   const Index nodes = mode.size() / 3;

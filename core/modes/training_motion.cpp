@@ -17,9 +17,9 @@ constexpr double kPi = std::numbers::pi;
 class Channel {
  public:
   struct Range {
-    double most = 0;        // values are within -most and most
-    double speed_max = 0;   // a second
-    double swing_most = 0;  // amplitude
+    double most = 0;       // values are within -most and most
+    double speed_max = 0;  // a second
+    double swing_max = 0;  // amplitude
   };
 
   Channel(const Range& range, double duration_s, Random& random) {
@@ -35,7 +35,7 @@ class Channel {
       value = next;
       keys_.push_back({time_s, value, random.unit() < 0.3});
     }
-    if (random.unit() < 0.4) swing_ = range.swing_most * random.unit();
+    if (random.unit() < 0.4) swing_ = range.swing_max * random.unit();
     swing_hz_ = random.between(0.5, 3);
     swing_phase_ = random.unit();
   }

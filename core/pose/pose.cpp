@@ -35,11 +35,11 @@ Pose interpolate(const Pose& a, const Pose& b, double s) {
 }
 
 bool is_valid(const Pose& pose) {
-  constexpr double kLeast = (1 - kUnitTolerance) * (1 - kUnitTolerance);
-  constexpr double kMost = (1 + kUnitTolerance) * (1 + kUnitTolerance);
+  constexpr double kMin = (1 - kUnitTolerance) * (1 - kUnitTolerance);
+  constexpr double kMax = (1 + kUnitTolerance) * (1 + kUnitTolerance);
   return std::ranges::all_of(pose.bones, [](const RigidTransform& bone) {
     const double square = bone.rotation.squaredNorm();
-    return square >= kLeast && square <= kMost && bone.position.allFinite();  // false for NaN
+    return square >= kMin && square <= kMax && bone.position.allFinite();  // false for NaN
   });
 }
 

@@ -47,9 +47,9 @@ void put_touch(const Level& level, const StepInput& input, const LaneMemory& mem
   }
 }
 
-[[maybe_unused]] bool is_within_bound(const std::vector<Vec3f>& displacement, float most_m) {
+[[maybe_unused]] bool is_within_bound(const std::vector<Vec3f>& displacement, float max_m) {
   constexpr float kRounding = 1e-4f;
-  return std::ranges::all_of(displacement, [&](const Vec3f& d) { return d.norm() <= most_m * (1 + kRounding); });
+  return std::ranges::all_of(displacement, [&](const Vec3f& d) { return d.norm() <= max_m * (1 + kRounding); });
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ bool is_still(const Wind& wind);  // no air moves
 // The speed that the air seldom exceeds.
 double gust_m_per_s(const Wind& wind);
 
-// Air velocity everywhere and at any time, from a Wind; asserts that validate(wind) finds no fault. Immutable and
+// Air velocity everywhere and at any time, from a Wind; asserts that validate(wind) finds no error. Immutable and
 // cheap to copy. The same Wind gives the same bits on every machine: the code uses no sine or distribution of a
 // library.
 //

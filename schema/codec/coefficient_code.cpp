@@ -75,7 +75,7 @@ Detail detail_for(const CoefficientCode& code, std::span<const float> coefficien
   for (const float c : coefficients) all_m2 += static_cast<double>(c * c);
   if (all_m2 <= square_m2) return {0, kStepCount - 1};
   Detail best{coefficients.size(), 0};
-  std::size_t least_bits = std::numeric_limits<std::size_t>::max();
+  std::size_t min_bits = std::numeric_limits<std::size_t>::max();
   for (unsigned step = kStepCount; step-- > 0;) {  // coarse ones are soon judged, and bound the bits of fine ones
     const float step_m = kFinestStep_m * static_cast<float>(1u << step), per_step = 1 / step_m;
     // The finest step is tried for any tolerance, so `best` is the answer where no step suffices.
@@ -86,7 +86,7 @@ Detail detail_for(const CoefficientCode& code, std::span<const float> coefficien
     const auto is_within = [&] { return rounded_m2 + left_m2 <= square_m2; };
     // The loop adds coefficients, the most important first, until the error fits. It gives up when rounding alone
     // exceeds the tolerance or the bits exceed the best so far.
-    for (; count < coefficients.size() && !is_within() && rounded_m2 <= square_m2 && bits <= least_bits; ++count) {
+    for (; count < coefficients.size() && !is_within() && rounded_m2 <= square_m2 && bits <= min_bits; ++count) {
       const float c = coefficients[count];
       const float shifted = shifted_nearest(c, per_step), off = c - step_m * (shifted - kIntegers);
       rounded_m2 += static_cast<double>(off * off);
@@ -94,8 +94,8 @@ Detail detail_for(const CoefficientCode& code, std::span<const float> coefficien
       bits += bits_of(zigzag(integer_of(shifted)), code.parameter(count, step, 0));
     }
     // The finer step, with fewer coefficients, wins among equals.
-    if (is_within() && bits <= least_bits) {
-      least_bits = bits;
+    if (is_within() && bits <= min_bits) {
+      min_bits = bits;
       best = {count, step};
     }
   }

@@ -22,11 +22,10 @@ inline constexpr unsigned kRotationBits = 14;
 // The nearest multiples of `step`, or the nearest that kWidthMax bits hold.
 inline Integers to_integers(const Vec3& x, double step) {
   // The zigzag of these bounds has kWidthMax bits.
-  constexpr double kMost = (1 << (kWidthMax - 1)) - 1;
+  constexpr double kMax = (1 << (kWidthMax - 1)) - 1;
   Integers out;
   for (int c = 0; c < 3; ++c) {
-    out[static_cast<std::size_t>(c)] =
-        static_cast<std::int32_t>(std::clamp(std::nearbyint(x[c] / step), -kMost, kMost));
+    out[static_cast<std::size_t>(c)] = static_cast<std::int32_t>(std::clamp(std::nearbyint(x[c] / step), -kMax, kMax));
   }
   return out;
 }

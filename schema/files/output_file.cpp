@@ -29,7 +29,7 @@ std::optional<int> descriptor_of(const std::string& path) {
     if (!path.starts_with(folder)) continue;
     int number = -1;
     const char *begin = path.data() + folder.size(), *end = path.data() + path.size();
-    if (const auto [at, fault] = std::from_chars(begin, end, number); fault == std::errc() && at == end && number >= 0)
+    if (const auto [at, error] = std::from_chars(begin, end, number); error == std::errc() && at == end && number >= 0)
       return number;
   }
   return std::nullopt;
@@ -41,14 +41,14 @@ struct Place {
 };
 
 Place place_of(std::string path) {
-  std::error_code fault;
+  std::error_code error;
   for (int links = 0; links < kLinksMax; ++links) {
     // A descriptor's path is not followed further: its link names a file that a rename would replace, or a pipe, which
     // has no path.
     if (const std::optional<int> descriptor = descriptor_of(path)) return {std::move(path), descriptor};
-    if (!fs::is_symlink(fs::symlink_status(path, fault))) break;
-    const fs::path to = fs::read_symlink(path, fault);
-    if (fault) break;
+    if (!fs::is_symlink(fs::symlink_status(path, error))) break;
+    const fs::path to = fs::read_symlink(path, error);
+    if (error) break;
     path = to.is_absolute() ? to.string() : (fs::path(path).parent_path() / to).string();
   }
   return {std::move(path), std::nullopt};
@@ -81,7 +81,7 @@ OutputFile::Temporary::~Temporary() {
   if (!path.empty()) ::unlink(path.c_str());
 }
 
-std::string fault_of_output(const std::string& path) {
+std::string error_of_output(const std::string& path) {
   std::error_code ignored;
   const Place place = place_of(path);
   if (!place.descriptor && fs::is_directory(place.path, ignored))
@@ -94,7 +94,7 @@ std::string fault_of_output(const std::string& path) {
 }
 
 Result<OutputFile> OutputFile::create(const std::string& path) {
-  if (std::string fault = fault_of_output(path); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = error_of_output(path); !error.empty()) return Refusal(std::move(error));
   OutputFile made;
   const Place place = place_of(path);
   std::string temporary;
@@ -127,19 +127,19 @@ Result<OutputFile> OutputFile::create(const std::string& path) {
 
 void OutputFile::write(std::span<const std::byte> bytes) {
   HAIRNET_ASSERT(file_);
-  if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size() && fault_ == 0) fault_ = errno;
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size() && error_ == 0) error_ = errno;
 }
 
 void OutputFile::go_to_begin() {
   HAIRNET_ASSERT(file_);
-  if (std::fseek(file_.get(), 0, SEEK_SET) != 0 && fault_ == 0) fault_ = errno;
+  if (std::fseek(file_.get(), 0, SEEK_SET) != 0 && error_ == 0) error_ = errno;
 }
 
 Result<void> OutputFile::finish() {
   HAIRNET_ASSERT(file_);
-  if (std::fflush(file_.get()) != 0 && fault_ == 0) fault_ = errno;
-  if (fault_ != 0) {
-    errno = fault_;
+  if (std::fflush(file_.get()) != 0 && error_ == 0) error_ = errno;
+  if (error_ != 0) {
+    errno = error_;
     return system_refusal("cannot be written");
   }
   if (in_place_) return copy_to_place();

@@ -17,7 +17,7 @@ namespace hairnet {
 // finish(), or when it fails, a regular file stays as it was. Errors do not name the file. One thread.
 class OutputFile {
  public:
-  // Opens the place and makes the temporary file. It fails when fault_of_output() has an answer, or when the system
+  // Opens the place and makes the temporary file. It fails when error_of_output() has an answer, or when the system
   // refuses.
   static Result<OutputFile> create(const std::string& path);
   OutputFile(OutputFile&& other) noexcept = default;
@@ -60,10 +60,10 @@ class OutputFile {
   // Writes to what is no regular file.
   std::unique_ptr<std::FILE, CloseFile> in_place_;
   // Is the errno of the first write that failed.
-  int fault_ = 0;
+  int error_ = 0;
 };
 
 // Empty, or why no file can be written there; does not name the file.
-std::string fault_of_output(const std::string& path);
+std::string error_of_output(const std::string& path);
 
 }  // namespace hairnet

@@ -35,7 +35,7 @@ EarlierPose from_struct(const fb::EarlierPose& earlier) {
            bone(earlier.upper_trunk())}};
 }
 
-Fault read_earlier(const flatbuffers::Vector<const fb::EarlierPose*>& in, PoseBatch& out) {
+std::string read_earlier(const flatbuffers::Vector<const fb::EarlierPose*>& in, PoseBatch& out) {
   if (in.size() > kEarlierPosesMax)
     return "pose batch: " + std::to_string(in.size()) + " earlier poses, more than " + std::to_string(kEarlierPosesMax);
   if (!is_aligned(in)) return "pose batch: earlier poses not aligned";
@@ -48,7 +48,8 @@ Fault read_earlier(const flatbuffers::Vector<const fb::EarlierPose*>& in, PoseBa
     if (p->sequence_before() == 0) return "pose batch: an earlier pose with the sequence of the pose";
     // The subtraction cannot overflow: the later time was checked, and the difference has 32 bits.
     std::int64_t captured_ns = later->capture_time_ns - p->captured_before_ns();
-    if (Fault fault = read_time(captured_ns, "earlier pose's capture time", captured_ns); !fault.empty()) return fault;
+    if (std::string error = read_time(captured_ns, "earlier pose's capture time", captured_ns); !error.empty())
+      return error;
     out.earlier.push_back(from_struct(*p));
   }
   return {};
@@ -68,7 +69,7 @@ Offset<fb::Hello> write(FlatBufferBuilder& to, const Hello& m) {
                          m.signs_of_life);
 }
 
-Fault read(const fb::Hello& in, Hello& out) {
+std::string read(const fb::Hello& in, Hello& out) {
   out.protocol_version = in.protocol_version();
   const std::string_view token = view(in.token());
   // The length is checked before the copy: anyone may send a Hello.
@@ -82,11 +83,11 @@ Fault read(const fb::Hello& in, Hello& out) {
   out.trace = in.trace();
   out.signs_of_life = in.signs_of_life();
   // Every client of this version knows the messages up to this one.
-  constexpr auto kLeast = static_cast<std::uint8_t>(fb::Body::GroomBasis);
-  if (out.message_max < kLeast) return "hello: message_max is below " + std::to_string(kLeast);
-  Fault fault = read_text(in.client_name(), "client name", out.client_name);
-  if (fault.empty()) fault = read_text(in.room(), "room", out.room);
-  return fault.empty() ? read_enum(in.role(), "role", out.role) : fault;
+  constexpr auto kMin = static_cast<std::uint8_t>(fb::Body::GroomBasis);
+  if (out.message_max < kMin) return "hello: message_max is below " + std::to_string(kMin);
+  std::string error = read_text(in.client_name(), "client name", out.client_name);
+  if (error.empty()) error = read_text(in.room(), "room", out.room);
+  return error.empty() ? read_enum(in.role(), "role", out.role) : error;
 }
 
 Offset<fb::GroomOffer> write(FlatBufferBuilder& to, const GroomOffer& m) {
@@ -94,10 +95,10 @@ Offset<fb::GroomOffer> write(FlatBufferBuilder& to, const GroomOffer& m) {
   return fb::CreateGroomOffer(to, &hash, m.byte_count);
 }
 
-Fault read(const fb::GroomOffer& in, GroomOffer& out) {
+std::string read(const fb::GroomOffer& in, GroomOffer& out) {
   out = {from_flatbuffer(*in.hash()), in.byte_count()};
   // The upper limit is the server's own and travels in its Welcome, so it is not the decoder's business.
-  return out.byte_count == 0 ? "groom offer: no bytes" : Fault();
+  return out.byte_count == 0 ? "groom offer: no bytes" : std::string();
 }
 
 Offset<fb::GroomChunk> write(FlatBufferBuilder& to, const GroomChunk& m) {
@@ -105,7 +106,7 @@ Offset<fb::GroomChunk> write(FlatBufferBuilder& to, const GroomChunk& m) {
   return fb::CreateGroomChunkDirect(to, &hash, m.offset, &m.bytes);
 }
 
-Fault read(const fb::GroomChunk& in, GroomChunk& out) {
+std::string read(const fb::GroomChunk& in, GroomChunk& out) {
   // An empty chunk would make no progress, and a sender could repeat it for nothing.
   const std::size_t byte_count = in.bytes()->size();
   if (byte_count == 0 || byte_count > kGroomChunkBytesMax)
@@ -130,7 +131,7 @@ Offset<fb::AddCharacter> write(FlatBufferBuilder& to, const AddCharacter& m) {
 
 namespace {
 
-Fault read_state(const fb::HairState& in, HairState& out) {
+std::string read_state(const fb::HairState& in, HairState& out) {
   // The counts are checked before the vectors are copied. The state itself is validated by the session, so that a bad
   // one costs the client its hair's shape and not the message.
   const std::size_t count = in.displacements()->size();
@@ -146,13 +147,13 @@ Fault read_state(const fb::HairState& in, HairState& out) {
 
 }  // namespace
 
-Fault read(const fb::AddCharacter& in, AddCharacter& out) {
+std::string read(const fb::AddCharacter& in, AddCharacter& out) {
   out.character = in.character();
   out.groom = from_flatbuffer(*in.groom());
-  if (Fault fault = read_tag(in.tag(), out.tag); !fault.empty()) return fault;
+  if (std::string error = read_tag(in.tag(), out.tag); !error.empty()) return error;
   if (in.appearance()) out.appearance = from_flatbuffer(*in.appearance());
   if (in.state()) {
-    if (Fault fault = read_state(*in.state(), out.state.emplace()); !fault.empty()) return fault;
+    if (std::string error = read_state(*in.state(), out.state.emplace()); !error.empty()) return error;
   }
   return read_enum(in.level(), "level", out.level);
 }
@@ -176,7 +177,7 @@ Offset<fb::SetAppearance> write(FlatBufferBuilder& to, const SetAppearance& m) {
   return fb::CreateSetAppearance(to, tag, m.appearance ? &appearance : nullptr, m.character);
 }
 
-Fault read(const fb::SetAppearance& in, SetAppearance& out) {
+std::string read(const fb::SetAppearance& in, SetAppearance& out) {
   out.character = in.character();
   if (in.appearance()) out.appearance = from_flatbuffer(*in.appearance());
   return read_tag(in.tag(), out.tag);
@@ -186,7 +187,7 @@ Offset<fb::SetLevel> write(FlatBufferBuilder& to, const SetLevel& m) {
   return fb::CreateSetLevel(to, m.character, static_cast<fb::LevelIndex>(m.level));
 }
 
-Fault read(const fb::SetLevel& in, SetLevel& out) {
+std::string read(const fb::SetLevel& in, SetLevel& out) {
   out.character = in.character();
   return read_enum(in.level(), "level", out.level);
 }
@@ -195,7 +196,7 @@ Offset<fb::RemoveCharacter> write(FlatBufferBuilder& to, const RemoveCharacter& 
   return fb::CreateRemoveCharacter(to, m.character);
 }
 
-Fault read(const fb::RemoveCharacter& in, RemoveCharacter& out) {
+std::string read(const fb::RemoveCharacter& in, RemoveCharacter& out) {
   out.character = in.character();
   return {};
 }
@@ -215,7 +216,7 @@ Offset<fb::PoseBatch> write(FlatBufferBuilder& to, const PoseBatch& m) {
   return fb::CreatePoseBatch(to, poses_at, earlier_at, hands);
 }
 
-Fault read(const fb::PoseBatch& in, PoseBatch& out) {
+std::string read(const fb::PoseBatch& in, PoseBatch& out) {
   const auto& poses = *in.poses();
   if (poses.size() > kPosesPerBatchMax)
     return "pose batch: " + std::to_string(poses.size()) + " poses, more than " + std::to_string(kPosesPerBatchMax);
@@ -228,13 +229,14 @@ Fault read(const fb::PoseBatch& in, PoseBatch& out) {
     sample.teleport = p->teleport();
     // The numbers of a pose are not checked here: the server refuses a bad pose alone, and keeps the rest of the batch.
     sample.pose = from_flatbuffer(p->bones());
-    if (Fault fault = read_time(p->capture_time_ns(), "pose's capture time", sample.capture_time_ns); !fault.empty())
-      return fault;
+    if (std::string error = read_time(p->capture_time_ns(), "pose's capture time", sample.capture_time_ns);
+        !error.empty())
+      return error;
   }
   if (in.earlier()) {
-    if (Fault fault = read_earlier(*in.earlier(), out); !fault.empty()) return fault;
+    if (std::string error = read_earlier(*in.earlier(), out); !error.empty()) return error;
   }
-  return in.hands() ? read_hands(*in.hands(), out.hands.emplace()) : Fault();
+  return in.hands() ? read_hands(*in.hands(), out.hands.emplace()) : std::string();
 }
 
 Offset<fb::SetMaterial> write(FlatBufferBuilder& to, const SetMaterial& m) {
@@ -242,7 +244,7 @@ Offset<fb::SetMaterial> write(FlatBufferBuilder& to, const SetMaterial& m) {
   return fb::CreateSetMaterial(to, &scale, m.character);
 }
 
-Fault read(const fb::SetMaterial& in, SetMaterial& out) {
+std::string read(const fb::SetMaterial& in, SetMaterial& out) {
   // Factors are validated by the session, which then answers `material_invalid` and names the range.
   out = {in.character(), from_flatbuffer(*in.scale())};
   return {};
@@ -253,7 +255,7 @@ Offset<fb::SetWind> write(FlatBufferBuilder& to, const SetWind& m) {
   return fb::CreateSetWind(to, &wind, m.wind.carried);
 }
 
-Fault read(const fb::SetWind& in, SetWind& out) {
+std::string read(const fb::SetWind& in, SetWind& out) {
   // The session validates the wind, and answers `wind_invalid`.
   out.wind = from_flatbuffer(*in.wind(), in.carried());
   return {};
@@ -265,7 +267,7 @@ Offset<fb::Observe> write(FlatBufferBuilder& to, const Observe& m) {
                                  static_cast<fb::ObserveMode>(m.mode), m.error_m, m.bytes_per_s);
 }
 
-Fault read(const fb::Observe& in, Observe& out) {
+std::string read(const fb::Observe& in, Observe& out) {
   if (in.members()->size() > kMembersPerMessageMax)
     return "observe: more than " + std::to_string(kMembersPerMessageMax) + " members";
   out.count = in.count();
@@ -298,7 +300,7 @@ Offset<fb::ReportImportance> write(FlatBufferBuilder& to, const ReportImportance
   return fb::CreateReportImportance(to, to.CreateVectorOfStructs(members));
 }
 
-Fault read(const fb::ReportImportance& in, ReportImportance& out) {
+std::string read(const fb::ReportImportance& in, ReportImportance& out) {
   const auto& members = *in.members();
   if (members.size() > kMembersPerMessageMax)
     return "importance: more than " + std::to_string(kMembersPerMessageMax) + " members";
@@ -318,7 +320,7 @@ Offset<fb::GroomRequest> write(FlatBufferBuilder& to, const GroomRequest& m) {
   return fb::CreateGroomRequest(to, &hash, m.offset);
 }
 
-Fault read(const fb::GroomRequest& in, GroomRequest& out) {
+std::string read(const fb::GroomRequest& in, GroomRequest& out) {
   out = {from_flatbuffer(*in.hash()), in.offset()};
   return {};
 }
@@ -328,7 +330,7 @@ Offset<fb::EvaluateLearnt> write(FlatBufferBuilder& to, const EvaluateLearnt& m)
   return fb::CreateEvaluateLearnt(to, &groom, &learnt);
 }
 
-Fault read(const fb::EvaluateLearnt& in, EvaluateLearnt& out) {
+std::string read(const fb::EvaluateLearnt& in, EvaluateLearnt& out) {
   out = {from_flatbuffer(*in.groom()), from_flatbuffer(*in.learnt())};
   return {};
 }
@@ -339,22 +341,23 @@ Offset<fb::Moderate> write(FlatBufferBuilder& to, const Moderate& m) {
   return fb::CreateModerate(to, subject, reason, m.session, m.seconds, static_cast<fb::ModerateAction>(m.action));
 }
 
-Fault read(const fb::Moderate& in, Moderate& out) {
+std::string read(const fb::Moderate& in, Moderate& out) {
   out.session = in.session();
   out.seconds = in.seconds();
-  Fault fault = read_text(in.subject(), "subject", out.subject);
-  if (fault.empty()) fault = read_text(in.reason(), "reason", out.reason);
-  return fault.empty() ? read_enum(in.action(), "moderation", out.action) : fault;
+  std::string error = read_text(in.subject(), "subject", out.subject);
+  if (error.empty()) error = read_text(in.reason(), "reason", out.reason);
+  return error.empty() ? read_enum(in.action(), "moderation", out.action) : error;
 }
 
 Offset<fb::Goodbye> write(FlatBufferBuilder& to, const Goodbye& m) {
   return fb::CreateGoodbye(to, to.CreateString(fit_text(m.detail)), static_cast<fb::GoodbyeReason>(m.reason));
 }
 
-Fault read(const fb::Goodbye& in, Goodbye& out) {
+std::string read(const fb::Goodbye& in, Goodbye& out) {
   // Reason 0 never travels.
-  if (Fault fault = read_enum(in.reason(), "goodbye reason", out.reason, GoodbyeReason::client_leaves); !fault.empty())
-    return fault;
+  if (std::string error = read_enum(in.reason(), "goodbye reason", out.reason, GoodbyeReason::client_leaves);
+      !error.empty())
+    return error;
   return read_text(in.detail(), "goodbye detail", out.detail);
 }
 

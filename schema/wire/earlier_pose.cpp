@@ -15,15 +15,15 @@ constexpr double kMoveStep_m = 5e-5;
 constexpr double kTurnStep = 1.0 / 32767;
 // The component w follows from the three others. A turn of more than 120 degrees has a small w, which would be
 // imprecise.
-constexpr double kLeastW = 0.5;
+constexpr double kMinW = 0.5;
 
 using Shorts = std::array<std::int16_t, 3>;
 
 std::optional<Shorts> to_shorts(const Vec3& x, double step) {
-  constexpr double kMost = std::numeric_limits<std::int16_t>::max();
+  constexpr double kMax = std::numeric_limits<std::int16_t>::max();
   const Vec3 rounded = (x / step).array().round();
   // The comparison is false for what is not finite, too.
-  if (!(rounded.array().abs() <= kMost).all()) return std::nullopt;
+  if (!(rounded.array().abs() <= kMax).all()) return std::nullopt;
   const auto at = [&](Eigen::Index c) { return static_cast<std::int16_t>(rounded[c]); };
   return Shorts{at(0), at(1), at(2)};
 }
@@ -38,7 +38,7 @@ std::optional<EarlierPose::Bone> to_bone(const RigidTransform& earlier, const Ri
   if (turn.w() < 0) turn.coeffs() = -turn.coeffs();
   const auto turned = to_shorts(turn.vec(), kTurnStep);
   const auto moved = to_shorts(earlier.position - later.position, kMoveStep_m);
-  if (!turned || !moved || turn.w() < kLeastW) return std::nullopt;
+  if (!turned || !moved || turn.w() < kMinW) return std::nullopt;
   return EarlierPose::Bone{*turned, *moved};
 }
 

@@ -28,15 +28,15 @@ std::int64_t read_integer(std::span<const std::uint8_t> from) {
   return static_cast<std::int64_t>(bits << above) >> above;
 }
 
-DecodedPacket refused_datagram(DecodeError error, Fault fault) {
-  return {error, std::move(fault), {}};
+DecodedPacket refused_datagram(DecodeError error, std::string detail) {
+  return {error, std::move(detail), {}};
 }
 
-Fault read_frames(Unpacker& packed, FrameBatch& out) {
+std::string read_frames(Unpacker& packed, FrameBatch& out) {
   std::uint32_t member = 0;
   do {
     if (!packed.take(out.generations.emplace_back())) return "frame batch: no frame";
-    if (Fault fault = read_frame(packed, member, out.frames.emplace_back()); !fault.empty()) return fault;
+    if (std::string error = read_frame(packed, member, out.frames.emplace_back()); !error.empty()) return error;
     member = out.frames.back().member;
   } while (!packed.empty());
   return {};
@@ -96,21 +96,21 @@ DecodedPacket decode_frame_datagram(std::span<const std::uint8_t> bytes) {
   DecodedPacket decoded;
   FrameBatch& batch = decoded.envelope.message.emplace<FrameBatch>();
   const std::int64_t sample_time_ns = read_integer(bytes.subspan(kSampleTimeAt, kSampleTimeBytes));
-  Fault fault = read_time(sample_time_ns, "frames' sample time", batch.sample_time_ns);
-  if (fault.empty()) {
+  std::string error = read_time(sample_time_ns, "frames' sample time", batch.sample_time_ns);
+  if (error.empty()) {
     // The sum cannot overflow: the sample time is within 2^61 by now, and the difference within 2^39.
     const std::int64_t clock_ns = sample_time_ns + read_integer(bytes.subspan(kClockAt, kClockBytes));
-    fault = read_time(clock_ns, "frame datagram's clock", decoded.envelope.clock_ns);
+    error = read_time(clock_ns, "frame datagram's clock", decoded.envelope.clock_ns);
   }
-  if (!fault.empty()) return refused_datagram(DecodeError::invalid, std::move(fault));
+  if (!error.empty()) return refused_datagram(DecodeError::invalid, std::move(error));
   // One copy holds the contents of all frames. The batch owns it, and the frames' spans point into it.
   auto storage = std::make_shared<const std::vector<std::uint8_t>>(bytes.begin() + kTickAt, bytes.end());
   Unpacker packed(*storage);
   if (!packed.take_varint(batch.tick))
     return refused_datagram(DecodeError::malformed, "frame datagram: ends within its head");
-  fault = read_frames(packed, batch);
+  error = read_frames(packed, batch);
   batch.storage = std::move(storage);
-  return fault.empty() ? std::move(decoded) : refused_datagram(DecodeError::invalid, std::move(fault));
+  return error.empty() ? std::move(decoded) : refused_datagram(DecodeError::invalid, std::move(error));
 }
 
 }  // namespace hairnet::wire

@@ -217,7 +217,7 @@ RunOutline outline(std::span<const std::int32_t> errors) {
 }
 
 // Is never more than distance(). Of a longer run only the beginning counts, which its rest does not tell.
-std::int64_t least_distance(const RunOutline& own, const RunOutline& other) {
+std::int64_t min_distance(const RunOutline& own, const RunOutline& other) {
   std::int64_t sum = 0;
   for (std::size_t i = 0; i < 3; ++i) sum += std::abs(own.first[i] - other.first[i]);
   return other.length > own.length ? sum : sum + std::abs(own.rest - other.rest);
@@ -235,7 +235,7 @@ std::vector<std::int32_t> find_references(std::span<const std::int32_t> errors, 
     // The bound makes the search linear in the number of strands. Strands of a hairstyle lie in order, so similar ones
     // are near.
     for (std::size_t before = 1; before <= std::min(r, kReferencesTriedMax) && least > 0; ++before) {
-      if (least_distance(outlines[r], outlines[r - before]) >= least) continue;
+      if (min_distance(outlines[r], outlines[r - before]) >= least) continue;
       const PointRun& other = runs[r - before];
       if (other.stride != runs[r].stride) continue;
       if (const std::int64_t d = distance(own, errors_of(errors, other), least); d < least) {
@@ -339,7 +339,7 @@ std::string decode_points(std::span<const std::int16_t> weights, std::span<const
   }
   if (planes.size() != 3 * kPlanes * count)
     return std::to_string(reader.count() / 3) + " points, not " + std::to_string(count) + " as counted";
-  if (std::string fault = read_references(references, runs); !fault.empty()) return fault;
+  if (std::string error = read_references(references, runs); !error.empty()) return error;
   std::vector<std::int32_t> q(3 * count), errors(3 * count);
   for_each_row(runs, [&](std::size_t number, std::span<const PointRun> row) {
     Weights fitted{};
@@ -371,7 +371,7 @@ std::vector<std::uint8_t> encode_bone_weights(std::span<const std::array<float, 
       q[bone] = quantise(double{vertex[bone]} * kGroomWeightMax);
       missing -= q[bone];
     }
-    // Rounding misses the sum by a few units. Any more is a fault, and stays one.
+    // Rounding misses the sum by a few units. Any more is an error, and stays one.
     if (std::abs(missing) <= 16) *std::ranges::max_element(q) += missing;
     integers.insert(integers.end(), q.begin(), q.end());
   }

@@ -16,7 +16,7 @@ flatbuffers::Offset<fb::LearntHair> write_learnt(flatbuffers::FlatBufferBuilder&
 }
 
 flatbuffers::Offset<fb::LearntWind> write_wind(flatbuffers::FlatBufferBuilder& to, const LearntWind& wind) {
-  return fb::CreateLearntWind(to, to.CreateVector(wind.weights), wind.most_m_per_s, wind.error, wind.low_error);
+  return fb::CreateLearntWind(to, to.CreateVector(wind.weights), wind.max_m_per_s, wind.error, wind.low_error);
 }
 
 std::string read_learnt(const fb::LearntHair& in, const fb::LearntWind* wind, LearntHair& out) {
@@ -33,7 +33,7 @@ std::string read_learnt(const fb::LearntHair& in, const fb::LearntWind* wind, Le
   out.low_error = in.low_error();
   if (wind) {
     from_flatbuffer(*wind->weights(), out.wind.weights);
-    out.wind.most_m_per_s = wind->most_m_per_s();
+    out.wind.max_m_per_s = wind->max_m_per_s();
     out.wind.error = wind->error();
     out.wind.low_error = wind->low_error();
   }

@@ -169,7 +169,7 @@ bool read(const fb::BuiltLevel& in, const LevelSpec& spec, Level& out) {
          read_contacts(in, out.contacts);
 }
 
-// Returns an empty string, or the fault.
+// Returns an empty string, or the error.
 std::string read(const fb::BuiltModes& in, const LevelSet& set, Modes& out) {
   Basis& basis = out.basis;
   // Modes move the active nodes of the finest level, which has been read and validated before.
@@ -177,7 +177,7 @@ std::string read(const fb::BuiltModes& in, const LevelSet& set, Modes& out) {
   from_flatbuffer(*in.deviation_m(), basis.deviation_m);
   from_flatbuffer(*in.unit(), basis.unit);
   from_flatbuffer(*in.modes(), basis.modes);
-  if (std::string fault = validate(basis); !fault.empty()) return fault;
+  if (std::string error = validate(basis); !error.empty()) return error;
   from_flatbuffer(*in.validation_error(), out.validation_error);
   const auto is_error = [](float error) { return std::isfinite(error) && error >= 0; };
   if (out.validation_error.size() != basis.mode_count() || !std::ranges::all_of(out.validation_error, is_error))
@@ -192,14 +192,14 @@ std::string read(const fb::BuiltModes& in, const LevelSet& set, Modes& out) {
                            static_cast<Eigen::Index>(3 * set.levels[i].rest.size()));
     std::ranges::copy(from, matrix.data());
     // The limit keeps coefficients finite for any displacements.
-    constexpr float kMost = 1e6f;
-    if (!matrix.allFinite() || matrix.cwiseAbs().maxCoeff() > kMost) return "a map that is not finite";
+    constexpr float kMax = 1e6f;
+    if (!matrix.allFinite() || matrix.cwiseAbs().maxCoeff() > kMax) return "a map that is not finite";
     out.maps[i] = ModeMap(std::move(matrix));
   }
   return {};
 }
 
-// Returns an empty string, or the fault.
+// Returns an empty string, or the error.
 std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
   // The header is a multiple of 8 bytes, so a file that lies aligned in memory is not copied.
   const AlignedBytes aligned(payload);
@@ -213,28 +213,28 @@ std::string read(std::span<const std::uint8_t> payload, LevelSet& set) {
     set.levels[i].skin = skin;
     if (!read(*root->levels()->Get(static_cast<flatbuffers::uoffset_t>(i)), kLevelSpecs[i], set.levels[i]))
       return "level " + name + ": counts disagree";
-    if (std::string fault = validate(set.levels[i]); !fault.empty()) return fault.insert(0, "level " + name + ": ");
+    if (std::string error = validate(set.levels[i]); !error.empty()) return error.insert(0, "level " + name + ": ");
   }
   if (root->learnt()) {
     auto learnt = std::make_shared<LearntHair>();
-    if (std::string fault = read_learnt(*root->learnt(), root->learnt_wind(), *learnt); !fault.empty()) return fault;
+    if (std::string error = read_learnt(*root->learnt(), root->learnt_wind(), *learnt); !error.empty()) return error;
     set.learnt = std::move(learnt);
   }
   if (!root->modes()) return {};
   auto modes = std::make_shared<Modes>();
-  std::string fault = read(*root->modes(), set, *modes);
+  std::string error = read(*root->modes(), set, *modes);
   set.modes = std::move(modes);
-  return fault;
+  return error;
 }
 
 // Checks the header before the payload's checksum is checked.
-LevelFileFault fault_of(const Header& header, const GroomHash& groom) {
+LevelFileError error_of(const Header& header, const GroomHash& groom) {
   const Header own;
-  if (header.magic != own.magic) return LevelFileFault::not_a_level_file;
+  if (header.magic != own.magic) return LevelFileError::not_a_level_file;
   if (header.layout_version != own.layout_version || header.build_version != own.build_version ||
       header.specs != own.specs)
-    return LevelFileFault::other_version;
-  return header.groom == groom ? LevelFileFault::none : LevelFileFault::other_groom;
+    return LevelFileError::other_version;
+  return header.groom == groom ? LevelFileError::none : LevelFileError::other_groom;
 }
 
 }  // namespace
@@ -263,34 +263,34 @@ std::vector<std::uint8_t> encode_levels(const GroomHash& groom, const LevelSet& 
 }
 
 DecodedLevels decode_levels(std::span<const std::uint8_t> bytes, const GroomHash& groom) {
-  if (bytes.size() < kLevelFileHeaderBytes) return {LevelFileFault::damaged, "no whole header", nullptr};
+  if (bytes.size() < kLevelFileHeaderBytes) return {LevelFileError::damaged, "no whole header", nullptr};
   Header header;
   std::memcpy(&header, bytes.data(), sizeof(header));
   // The header is judged before the checksum: a file of another version is reported as that, and not as damaged.
-  switch (const LevelFileFault fault = fault_of(header, groom); fault) {
-    case LevelFileFault::not_a_level_file:
-      return {fault, "not a file of levels", nullptr};
-    case LevelFileFault::other_version:
-      return {fault, "built by another version, or to other specs", nullptr};
-    case LevelFileFault::other_groom:
-      return {fault, "levels of another groom", nullptr};
-    case LevelFileFault::none:
-    case LevelFileFault::damaged:
-    case LevelFileFault::invalid:
+  switch (const LevelFileError error = error_of(header, groom); error) {
+    case LevelFileError::not_a_level_file:
+      return {error, "not a file of levels", nullptr};
+    case LevelFileError::other_version:
+      return {error, "built by another version, or to other specs", nullptr};
+    case LevelFileError::other_groom:
+      return {error, "levels of another groom", nullptr};
+    case LevelFileError::none:
+    case LevelFileError::damaged:
+    case LevelFileError::invalid:
       break;
   }
   const auto payload = bytes.subspan(kLevelFileHeaderBytes);
   if (header.payload_bytes != payload.size())
-    return {LevelFileFault::damaged,
+    return {LevelFileError::damaged,
             std::to_string(payload.size()) + " bytes of levels, not " + std::to_string(header.payload_bytes), nullptr};
   const Checksum checksum = checksum_of(bytes);
   if (!std::ranges::equal(checksum, bytes.subspan(kChecksumAt, checksum.size())))
-    return {LevelFileFault::damaged, "the checksum is another one", nullptr};
+    return {LevelFileError::damaged, "the checksum is another one", nullptr};
   // Only now the payload is known to be what was written. It may still be invalid, where the build itself was wrong.
   auto set = std::make_shared<LevelSet>();
-  if (std::string fault = read(payload, *set); !fault.empty())
-    return {LevelFileFault::invalid, std::move(fault), nullptr};
-  return {LevelFileFault::none, {}, std::move(set)};
+  if (std::string error = read(payload, *set); !error.empty())
+    return {LevelFileError::invalid, std::move(error), nullptr};
+  return {LevelFileError::none, {}, std::move(set)};
 }
 
 std::string level_file_name(const GroomHash& groom) {

@@ -26,7 +26,7 @@ namespace hairnet::wire {
 inline constexpr std::size_t kLevelFileHeaderBytes = 184;
 inline constexpr std::size_t kLevelFileBytesMax = std::size_t{256} << 20;
 
-enum class LevelFileFault : std::uint8_t {
+enum class LevelFileError : std::uint8_t {
   none,
   not_a_level_file,
   // The version of the layout or of the build differs, or the specs do.
@@ -39,8 +39,8 @@ enum class LevelFileFault : std::uint8_t {
 };
 
 struct DecodedLevels {
-  LevelFileFault fault = LevelFileFault::none;
-  std::string detail;                // one line, when there is a fault
+  LevelFileError error = LevelFileError::none;
+  std::string detail;                // one line, when there is an error
   std::shared_ptr<LevelSet> levels;  // every level is valid; the maps between them are not part of the file
 };
 

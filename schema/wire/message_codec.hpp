@@ -14,10 +14,9 @@ namespace hairnet::wire {
 
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
-using Fault = std::string;
 
-// Copies a text that may go to logs and terminals; `name` says in the fault which one it is.
-inline Fault read_text(const flatbuffers::String* from, const char* name, std::string& to) {
+// Copies a text that may go to logs and terminals; `name` says in the error which one it is.
+inline std::string read_text(const flatbuffers::String* from, const char* name, std::string& to) {
   const std::string_view text = view(from);
   if (!is_text(text))
     return std::string(name) + ": not UTF-8 of at most " + std::to_string(kTextBytesMax) +
@@ -32,16 +31,16 @@ inline Offset<flatbuffers::Vector<std::uint8_t>> write_tag(FlatBufferBuilder& to
   return to.CreateVector(reinterpret_cast<const std::uint8_t*>(tag.data()), tag.size());
 }
 
-inline Fault read_tag(const flatbuffers::Vector<std::uint8_t>* from, std::string& to) {
+inline std::string read_tag(const flatbuffers::Vector<std::uint8_t>* from, std::string& to) {
   if (!from) return {};
   const std::string_view tag(reinterpret_cast<const char*>(from->data()), from->size());
-  if (Fault fault = validate_tag(tag); !fault.empty()) return fault;
+  if (std::string error = validate_tag(tag); !error.empty()) return error;
   to = tag;
   return {};
 }
 
 // Times within kTimeMax_ns can be added and subtracted everywhere without an overflow.
-inline Fault read_time(std::int64_t from_ns, const char* name, std::int64_t& to_ns) {
+inline std::string read_time(std::int64_t from_ns, const char* name, std::int64_t& to_ns) {
   if (from_ns < -kTimeMax_ns || from_ns > kTimeMax_ns) return std::string(name) + ": out of range";
   to_ns = from_ns;
   return {};
@@ -49,7 +48,7 @@ inline Fault read_time(std::int64_t from_ns, const char* name, std::int64_t& to_
 
 // A person's hands, within a PoseBatch (touch_messages.cpp).
 Offset<fb::Hands> write_hands(FlatBufferBuilder& to, const HandsSample& sample);
-Fault read_hands(const fb::Hands& in, HandsSample& out);
+std::string read_hands(const fb::Hands& in, HandsSample& out);
 // The other `write` of RoomHands (touch_messages.cpp).
 Offset<fb::RoomHands> write(FlatBufferBuilder& to, const EncodedRoomHands& hands);
 

@@ -43,7 +43,8 @@ std::string read_frame(Unpacker& in, std::uint32_t member_before, Frame& out) {
   if (step == 0 || step > 0xffffffffu - member_before) return "frame batch: members do not ascend";
   out.member = member_before + step;
   HAIRNET_ASSERT(out.member > member_before);
-  if (Fault fault = read_enum(static_cast<fb::LevelIndex>(head & 7), "level", out.level); !fault.empty()) return fault;
+  if (std::string error = read_enum(static_cast<fb::LevelIndex>(head & 7), "level", out.level); !error.empty())
+    return error;
   out.discontinuous = (head & 8) != 0;
   out.asleep = (head & 16) != 0;
   // Two bits can say four strides, and the fourth does not exist.

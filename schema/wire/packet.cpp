@@ -87,21 +87,21 @@ Table table_of(Offset<Table>);
 
 // Reads the body as M when it is one.
 template <class M>
-bool read_as(const fb::Envelope& in, Message& out, Fault& fault) {
+bool read_as(const fb::Envelope& in, Message& out, std::string& error) {
   using Table = decltype(table_of(write(std::declval<FlatBufferBuilder&>(), std::declval<const M&>())));
   const Table* table = in.body_as<Table>();
-  if (table) fault = read(*table, out.emplace<M>());
+  if (table) error = read(*table, out.emplace<M>());
   return table != nullptr;
 }
 
 // Reads the body as one of Ms.
 template <class... Ms>
-Fault read_body(const fb::Envelope& in, Message& out, const std::variant<Ms...>* /* kinds */) {
-  Fault fault;
+std::string read_body(const fb::Envelope& in, Message& out, const std::variant<Ms...>* /* kinds */) {
+  std::string error;
   // The pack tries one kind after the other and stops at the first that is the body's. The list of kinds is the variant
   // itself, so a decoder for clients has no code for what only clients say.
-  const bool is_known = (read_as<Ms>(in, out, fault) || ...);
-  return is_known ? fault : "no message of a kind that this version takes";
+  const bool is_known = (read_as<Ms>(in, out, error) || ...);
+  return is_known ? error : "no message of a kind that this version takes";
 }
 
 DecodedPacket refused(DecodeError error, std::string detail) {
@@ -118,9 +118,9 @@ DecodedPacket decoded_as(std::span<const std::uint8_t> packet) {
   const auto* root = verified_root<fb::Envelope>(aligned.bytes(), fb::EnvelopeIdentifier());
   if (!root) return refused(DecodeError::malformed, "not a whole and valid packet of this protocol");
   DecodedPacket decoded;
-  Fault fault = read_time(root->clock_ns(), "envelope's clock", decoded.envelope.clock_ns);
-  if (fault.empty()) fault = read_body(*root, decoded.envelope.message, static_cast<const Kinds*>(nullptr));
-  return fault.empty() ? std::move(decoded) : refused(DecodeError::invalid, std::move(fault));
+  std::string error = read_time(root->clock_ns(), "envelope's clock", decoded.envelope.clock_ns);
+  if (error.empty()) error = read_body(*root, decoded.envelope.message, static_cast<const Kinds*>(nullptr));
+  return error.empty() ? std::move(decoded) : refused(DecodeError::invalid, std::move(error));
 }
 
 }  // namespace

@@ -13,7 +13,6 @@ namespace hairnet::wire {
 namespace {
 
 using flatbuffers::FlatBufferBuilder;
-using Fault = std::string;
 template <class Struct>
 using Structs = flatbuffers::Vector<const Struct*>;
 
@@ -53,13 +52,13 @@ RecordedTouch::Vector<std::uint32_t> write_all(FlatBufferBuilder& to, const std:
   return to.CreateVector(numbers);
 }
 
-// Calls take(struct) for each, until it returns a fault.
+// Calls take(struct) for each, until it returns an error.
 template <class Struct>
-Fault read_each(const Structs<Struct>* in, const auto& take) {
+std::string read_each(const Structs<Struct>* in, const auto& take) {
   if (!in) return {};
   if (!is_aligned(*in)) return "touch: entries not aligned";
   for (const Struct* entry : *in) {
-    if (Fault fault = take(*entry); !fault.empty()) return fault;
+    if (std::string error = take(*entry); !error.empty()) return error;
   }
   return {};
 }
@@ -74,7 +73,7 @@ bool take_next(std::size_t count, std::span<const T>& all, std::vector<T>& out) 
 }
 
 // Owners have a list of their own beside `added`, since the struct of an added character cannot grow.
-Fault read_owners(const fb::RecordedTick& in, std::vector<SimulationInputs::Add>& added) {
+std::string read_owners(const fb::RecordedTick& in, std::vector<SimulationInputs::Add>& added) {
   if (!in.owners()) return {};
   const std::span<const std::uint32_t> owners = span_of(in.owners());
   if (owners.size() != added.size()) return "owners and added characters differ in number";
@@ -83,9 +82,9 @@ Fault read_owners(const fb::RecordedTick& in, std::vector<SimulationInputs::Add>
 }
 
 // The chosen of all rules lie in one list; each rule takes as many as it counts.
-Fault read_rules(const fb::RecordedTick& in, std::vector<SimulationInputs::Rule>& out) {
+std::string read_rules(const fb::RecordedTick& in, std::vector<SimulationInputs::Rule>& out) {
   std::span<const std::uint32_t> chosen = span_of(in.chosen());
-  Fault fault = read_each(in.touch_rules(), [&](const fb::RecordedRule& entry) -> Fault {
+  std::string error = read_each(in.touch_rules(), [&](const fb::RecordedRule& entry) -> std::string {
     TouchRule& rule = out.emplace_back(SimulationInputs::Rule{entry.character(), {}}).rule;
     if (!take_next(entry.chosen_count(), chosen, rule.chosen)) return "touch rules: fewer chosen than counted";
     // The World searches them by halves, so their order is part of what makes a rule valid.
@@ -93,17 +92,17 @@ Fault read_rules(const fb::RecordedTick& in, std::vector<SimulationInputs::Rule>
     rule.audience = static_cast<TouchAudience>(entry.audience());
     return rule.audience <= TouchAudience::everyone ? "" : "touch rule: no such audience";
   });
-  if (fault.empty() && !chosen.empty()) fault = "touch rules: more chosen than counted";
-  return fault;
+  if (error.empty() && !chosen.empty()) error = "touch rules: more chosen than counted";
+  return error;
 }
 
-Fault read_bodies(const fb::RecordedTick& in, std::vector<SimulationInputs::RoomBodies>& out) {
+std::string read_bodies(const fb::RecordedTick& in, std::vector<SimulationInputs::RoomBodies>& out) {
   std::vector<TouchBody> bodies;
-  Fault fault =
+  std::string error =
       read_each(in.bodies(), [&](const fb::RecordedBody& entry) { return validate(bodies.emplace_back(read(entry))); });
   std::span<const TouchBody> left = bodies;
-  if (fault.empty())
-    fault = read_each(in.room_bodies(), [&](const fb::RecordedRoomBodies& entry) -> Fault {
+  if (error.empty())
+    error = read_each(in.room_bodies(), [&](const fb::RecordedRoomBodies& entry) -> std::string {
       SimulationInputs::RoomBodies& room = out.emplace_back(SimulationInputs::RoomBodies{entry.room(), {}});
       if (!take_next(entry.body_count(), left, room.bodies)) return "bodies: fewer than counted";
       // The World takes bodies in the order of their keys, each once.
@@ -111,17 +110,17 @@ Fault read_bodies(const fb::RecordedTick& in, std::vector<SimulationInputs::Room
       return unordered == room.bodies.end() ? check_room(room.room) : "bodies: their keys do not ascend";
     });
   // Bodies that no room takes would be lost silently, and the replay would differ.
-  if (fault.empty() && !left.empty()) fault = "bodies: more than counted";
-  return fault;
+  if (error.empty() && !left.empty()) error = "bodies: more than counted";
+  return error;
 }
 
-Fault read_release(const fb::RecordedRelease& entry, std::vector<SimulationInputs::LetGo>& out) {
+std::string read_release(const fb::RecordedRelease& entry, std::vector<SimulationInputs::LetGo>& out) {
   const auto release = static_cast<Release>(entry.release());
   out.push_back({entry.character(), {entry.toucher(), entry.number()}, release});
   return release <= Release::unpin ? "" : "release: no such kind";
 }
 
-Fault read_grab(const fb::RecordedGrab& entry, std::vector<SimulationInputs::TakeHold>& out) {
+std::string read_grab(const fb::RecordedGrab& entry, std::vector<SimulationInputs::TakeHold>& out) {
   const Grab grab{{entry.toucher(), entry.number()}, exact(entry.place()), entry.radius_m()};
   out.push_back({entry.character(), grab});
   if (!grab.place.allFinite()) return "grab: its place is not finite";
@@ -159,19 +158,19 @@ RecordedTouch write_touch(FlatBufferBuilder& to, const SimulationInputs& inputs)
 }
 
 std::string read_touch(const fb::RecordedTick& in, SimulationInputs& out) {
-  Fault fault = read_owners(in, out.added);
-  if (fault.empty()) fault = read_rules(in, out.touch_rules);
-  if (fault.empty()) fault = read_bodies(in, out.bodies);
-  if (fault.empty())
-    fault = read_each(in.releases(), [&](const fb::RecordedRelease& r) { return read_release(r, out.releases); });
-  if (fault.empty()) fault = read_each(in.grabs(), [&](const fb::RecordedGrab& g) { return read_grab(g, out.grabs); });
-  return fault;
+  std::string error = read_owners(in, out.added);
+  if (error.empty()) error = read_rules(in, out.touch_rules);
+  if (error.empty()) error = read_bodies(in, out.bodies);
+  if (error.empty())
+    error = read_each(in.releases(), [&](const fb::RecordedRelease& r) { return read_release(r, out.releases); });
+  if (error.empty()) error = read_each(in.grabs(), [&](const fb::RecordedGrab& g) { return read_grab(g, out.grabs); });
+  return error;
 }
 
 std::string check_room(std::uint32_t room) {
   static_assert(kRecordedRoomCountMax <= kEnvironmentCountMax);
   return room < kRecordedRoomCountMax
-             ? Fault()
+             ? std::string()
              : "room " + std::to_string(room) + ", not below " + std::to_string(kRecordedRoomCountMax);
 }
 

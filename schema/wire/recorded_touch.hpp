@@ -22,7 +22,7 @@ struct RecordedTouch {
 };
 RecordedTouch write_touch(flatbuffers::FlatBufferBuilder& to, const SimulationInputs& inputs);
 
-// `out` has the characters that the tick adds. Returns an empty string, or one line about the fault.
+// `out` has the characters that the tick adds. Returns an empty string, or one line about the error.
 std::string read_touch(const fb::RecordedTick& in, SimulationInputs& out);
 
 // Returns an empty string when a World can have that room, else one line.

@@ -24,7 +24,6 @@ constexpr std::size_t kEntryBytesMax = kGroomBytesMax + 4096;
 
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
-using Fault = std::string;
 
 struct Body {
   fb::RecordBody type;
@@ -126,7 +125,7 @@ bool copy_vector(const fb::Vec3d& from, std::array<double, 3>& to) {
   return true;
 }
 
-Fault read(const fb::RecordedHeader& in, RecordingHeader& out) {
+std::string read(const fb::RecordedHeader& in, RecordingHeader& out) {
   // The version is judged first, as the other fields may mean something else in another one.
   if (in.version() != kRecordingVersion)
     return "recording of version " + std::to_string(in.version()) + ", not " + std::to_string(kRecordingVersion);
@@ -144,81 +143,81 @@ Fault read(const fb::RecordedHeader& in, RecordingHeader& out) {
               in.turbulence_scale_m(),
               in.wind_seed(),
               in.wind_carried()};
-  const Fault fault = validate(out.wind);
-  return fault.empty() ? fault : "header: " + fault;
+  const std::string error = validate(out.wind);
+  return error.empty() ? error : "header: " + error;
 }
 
-Fault read(const fb::RecordedGroom& in, RecordedGroom& out) {
+std::string read(const fb::RecordedGroom& in, RecordedGroom& out) {
   // The file is decoded by the replay, which knows the limits for grooms.
   from_flatbuffer(*in.bytes(), out.bytes);
   return {};
 }
 
-Fault read(const fb::RecordedLearnt& in, RecordedLearnt& out) {
+std::string read(const fb::RecordedLearnt& in, RecordedLearnt& out) {
   out.groom = from_flatbuffer(*in.groom());
   auto hair = std::make_shared<LearntHair>();
-  Fault fault = read_learnt(*in.hair(), in.wind(), *hair);
+  std::string error = read_learnt(*in.hair(), in.wind(), *hair);
   out.hair = std::move(hair);
-  return fault;
+  return error;
 }
 
-Fault read_pose(const fb::Bones& from, Pose& to) {
+std::string read_pose(const fb::Bones& from, Pose& to) {
   to = from_flatbuffer(from);
   // The World asserts what is validated here: a damaged recording must end the replay by an error.
   const PoseRefusal refusal = validate_pose(to);
-  return refusal == PoseRefusal::none ? Fault() : std::string("pose: ") + to_string(refusal);
+  return refusal == PoseRefusal::none ? std::string() : std::string("pose: ") + to_string(refusal);
 }
 
-Fault read(const fb::RecordedAdd& in, RecordedAdd& out) {
+std::string read(const fb::RecordedAdd& in, RecordedAdd& out) {
   out.character = in.character();
   out.groom = from_flatbuffer(in.groom());
   out.room = in.room();
   out.levels_ready = in.levels_ready();
-  Fault fault = read_enum(in.level(), "level", out.level);
-  if (fault.empty()) fault = check_room(out.room);
-  return fault.empty() ? read_pose(in.bones(), out.pose) : fault;
+  std::string error = read_enum(in.level(), "level", out.level);
+  if (error.empty()) error = check_room(out.room);
+  return error.empty() ? read_pose(in.bones(), out.pose) : error;
 }
 
-Fault read(const fb::RecordedLevel& in, RecordedLevel& out) {
+std::string read(const fb::RecordedLevel& in, RecordedLevel& out) {
   out.character = in.character();
   return read_enum(in.level(), "level", out.level);
 }
 
-Fault read(const fb::RecordedMaterial& in, RecordedMaterial& out) {
+std::string read(const fb::RecordedMaterial& in, RecordedMaterial& out) {
   out = {in.character(), from_flatbuffer(in.scale())};
   return validate(out.scale);
 }
 
-Fault read(const fb::RecordedStride& in, RecordedStride& out) {
+std::string read(const fb::RecordedStride& in, RecordedStride& out) {
   out = {in.character(), in.stride()};
-  return is_stride(out.stride) ? Fault() : "stride is not 1, 2 or 4";
+  return is_stride(out.stride) ? std::string() : "stride is not 1, 2 or 4";
 }
 
-Fault read(const fb::RecordedSuspension& in, RecordedSuspension& out) {
+std::string read(const fb::RecordedSuspension& in, RecordedSuspension& out) {
   out = {in.character(), in.suspended()};
   return {};
 }
 
-Fault read(const fb::RecordedWind& in, RecordedWind& out) {
+std::string read(const fb::RecordedWind& in, RecordedWind& out) {
   out = {in.room(), from_flatbuffer(in.wind(), false)};
-  Fault fault = check_room(out.room);
-  return fault.empty() ? validate(out.wind) : fault;
+  std::string error = check_room(out.room);
+  return error.empty() ? validate(out.wind) : error;
 }
 
-Fault read_vectors(const flatbuffers::Vector<float>& in, std::vector<Vec3f>& out) {
+std::string read_vectors(const flatbuffers::Vector<float>& in, std::vector<Vec3f>& out) {
   if (in.size() % 3 != 0) return "state: not 3 numbers a node";
   from_flatbuffer(in, out);
   const bool finite = std::all_of(out.begin(), out.end(), [](const Vec3f& v) { return v.allFinite(); });
-  return finite ? Fault() : "state: not finite";
+  return finite ? std::string() : "state: not finite";
 }
 
-Fault read_states(const fb::RecordedTick& in, std::vector<RecordedState>& out) {
+std::string read_states(const fb::RecordedTick& in, std::vector<RecordedState>& out) {
   const auto& states = *in.states();
   if (!is_aligned(states)) return "states not aligned";
   std::vector<Vec3f> displacements, velocities;
-  Fault fault = read_vectors(*in.state_displacements(), displacements);
-  if (fault.empty()) fault = read_vectors(*in.state_velocities(), velocities);
-  if (!fault.empty()) return fault;
+  std::string error = read_vectors(*in.state_displacements(), displacements);
+  if (error.empty()) error = read_vectors(*in.state_velocities(), velocities);
+  if (!error.empty()) return error;
   std::uint64_t node_count = 0;
   for (const fb::RecordedState* state : states) node_count += state->node_count();
   // The counts are summed in 64 bits, so a forged sum cannot wrap to the right number.
@@ -235,48 +234,48 @@ Fault read_states(const fb::RecordedTick& in, std::vector<RecordedState>& out) {
   return {};
 }
 
-Fault read(const fb::RecordedPose& in, RecordedPose& out) {
+std::string read(const fb::RecordedPose& in, RecordedPose& out) {
   out.character = in.character();
   out.teleport = in.teleport();
   return read_pose(in.bones(), out.pose);
 }
 
 template <class Struct, class Plain>
-Fault read_all(const flatbuffers::Vector<const Struct*>& in, std::vector<Plain>& out) {
+std::string read_all(const flatbuffers::Vector<const Struct*>& in, std::vector<Plain>& out) {
   if (!is_aligned(in)) return "entries not aligned";
   // The verifier has checked that so many entries lie in the buffer, so a forged count takes no memory.
   out.reserve(in.size());
   for (const Struct* entry : in) {
-    if (Fault fault = read(*entry, out.emplace_back()); !fault.empty()) return fault;
+    if (std::string error = read(*entry, out.emplace_back()); !error.empty()) return error;
   }
   return {};
 }
 
-Fault read(const fb::RecordedTick& in, RecordedTick& out) {
+std::string read(const fb::RecordedTick& in, RecordedTick& out) {
   out.tick = in.tick();
   out.sample_time_ns = in.sample_time_ns();
   out.state_hash = in.state_hash();
   // Whether characters exist is not checked here, where only one tick is known.
   from_flatbuffer(*in.removed(), out.removed);
-  Fault fault = read_all(*in.added(), out.added);
-  if (fault.empty()) fault = read_all(*in.levels(), out.levels);
-  if (fault.empty()) fault = read_all(*in.materials(), out.materials);
-  if (fault.empty()) fault = read_all(*in.strides(), out.strides);
-  if (fault.empty()) fault = read_all(*in.suspensions(), out.suspensions);
-  if (fault.empty()) fault = read_all(*in.winds(), out.winds);
-  if (fault.empty() && in.winds_carried()) {
-    if (in.winds_carried()->size() != out.winds.size()) fault = "winds and what is carried differ in number";
-    for (std::size_t i = 0; fault.empty() && i < out.winds.size(); ++i)
+  std::string error = read_all(*in.added(), out.added);
+  if (error.empty()) error = read_all(*in.levels(), out.levels);
+  if (error.empty()) error = read_all(*in.materials(), out.materials);
+  if (error.empty()) error = read_all(*in.strides(), out.strides);
+  if (error.empty()) error = read_all(*in.suspensions(), out.suspensions);
+  if (error.empty()) error = read_all(*in.winds(), out.winds);
+  if (error.empty() && in.winds_carried()) {
+    if (in.winds_carried()->size() != out.winds.size()) error = "winds and what is carried differ in number";
+    for (std::size_t i = 0; error.empty() && i < out.winds.size(); ++i)
       out.winds[i].wind.carried = in.winds_carried()->Get(static_cast<flatbuffers::uoffset_t>(i)) != 0;
   }
-  if (fault.empty()) fault = read_states(in, out.states);
-  if (fault.empty()) fault = read_all(*in.poses(), out.poses);
-  if (fault.empty()) fault = read_touch(in, out);
+  if (error.empty()) error = read_states(in, out.states);
+  if (error.empty()) error = read_all(*in.poses(), out.poses);
+  if (error.empty()) error = read_touch(in, out);
   // The tick in front tells a person where in the recording to look.
-  return fault.empty() ? fault : "tick " + std::to_string(out.tick) + ": " + fault;
+  return error.empty() ? error : "tick " + std::to_string(out.tick) + ": " + error;
 }
 
-Fault read_body(const fb::RecordEntry& in, RecordEntry& out) {
+std::string read_body(const fb::RecordEntry& in, RecordEntry& out) {
   switch (in.body_type()) {
     case fb::RecordBody::RecordedHeader:
       return read(*in.body_as_RecordedHeader(), out.emplace<RecordingHeader>());
@@ -318,7 +317,7 @@ Result<RecordEntry> take_record_entry(std::span<const std::uint8_t>& bytes) {
   const auto* root = verified_root<fb::RecordEntry>(aligned.bytes(), fb::RecordEntryIdentifier());
   if (!root) return Refusal("not a recording, or a damaged one: an entry is not valid");
   RecordEntry entry;
-  if (Fault fault = read_body(*root, entry); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = read_body(*root, entry); !error.empty()) return Refusal(std::move(error));
   HAIRNET_ASSERT(entry_bytes >= kPacketBytesMin);  // so that the caller's loop ends
   bytes = bytes.subspan(entry_bytes);
   return entry;

@@ -13,15 +13,15 @@ Offset<fb::ServerAt> write(FlatBufferBuilder& to, const ServerAt& m) {
   return fb::CreateServerAt(to, to.CreateString(fit_text(m.host)), m.port);
 }
 
-Fault read(const fb::ServerAt& in, ServerAt& out) {
+std::string read(const fb::ServerAt& in, ServerAt& out) {
   out.port = in.port();
-  if (Fault fault = read_text(in.host(), "a server's host", out.host); !fault.empty()) return fault;
+  if (std::string error = read_text(in.host(), "a server's host", out.host); !error.empty()) return error;
   // A client connects to this host with its token. Only characters of names and addresses pass, so a host cannot
   // smuggle a path, a user or a scheme into a URL.
   const bool is_host = !out.host.empty() && std::ranges::all_of(out.host, [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '.' || c == '-' || c == ':' || c == '_';
   });
-  return is_host && out.port != 0 ? Fault() : "no address of a server";
+  return is_host && out.port != 0 ? std::string() : "no address of a server";
 }
 
 }  // namespace
@@ -36,7 +36,7 @@ Offset<fb::Welcome> write(FlatBufferBuilder& to, const Welcome& m) {
                            m.pose_delay_ns, m.may_set_wind, listed, m.signs_of_life, m.may_touch, m.may_set_props);
 }
 
-Fault read(const fb::Welcome& in, Welcome& out) {
+std::string read(const fb::Welcome& in, Welcome& out) {
   out.protocol_version = in.protocol_version();
   out.session = in.session();
   out.tick_rate_hz = in.tick_rate_hz();
@@ -54,17 +54,17 @@ Fault read(const fb::Welcome& in, Welcome& out) {
     // The client keeps the list for its reconnects, so a server must not fill its memory with names.
     if (in.others()->size() > kServersMax) return "welcome: more than " + std::to_string(kServersMax) + " servers";
     for (const fb::ServerAt* other : *in.others()) {
-      if (Fault fault = read(*other, out.others.emplace_back()); !fault.empty()) return fault;
+      if (std::string error = read(*other, out.others.emplace_back()); !error.empty()) return error;
     }
   }
   // The negation also refuses what is not a number.
   if (!(out.resume_grace_s >= 0 && out.resume_grace_s <= 1e6f)) return "welcome: grace out of range";
-  if (Fault fault = read_time(in.pose_delay_ns(), "welcome's pose delay", out.pose_delay_ns); !fault.empty())
-    return fault;
-  if (Fault fault = read_text(in.room(), "room", out.room); !fault.empty()) return fault;
+  if (std::string error = read_time(in.pose_delay_ns(), "welcome's pose delay", out.pose_delay_ns); !error.empty())
+    return error;
+  if (std::string error = read_text(in.room(), "room", out.room); !error.empty()) return error;
   // A client divides by the tick rate.
   const bool valid = out.tick_rate_hz >= 1 && out.tick_rate_hz <= kTickRateMax_hz;
-  return valid ? Fault() : "welcome: tick rate not in [1, " + std::to_string(kTickRateMax_hz) + "] Hz";
+  return valid ? std::string() : "welcome: tick rate not in [1, " + std::to_string(kTickRateMax_hz) + "] Hz";
 }
 
 Offset<fb::GroomNeed> write(FlatBufferBuilder& to, const GroomNeed& m) {
@@ -72,7 +72,7 @@ Offset<fb::GroomNeed> write(FlatBufferBuilder& to, const GroomNeed& m) {
   return fb::CreateGroomNeed(to, &hash, m.offset);
 }
 
-Fault read(const fb::GroomNeed& in, GroomNeed& out) {
+std::string read(const fb::GroomNeed& in, GroomNeed& out) {
   out = {from_flatbuffer(*in.hash()), in.offset()};
   return {};
 }
@@ -82,7 +82,7 @@ Offset<fb::GroomStatus> write(FlatBufferBuilder& to, const GroomStatus& m) {
   return fb::CreateGroomStatus(to, &hash, static_cast<fb::GroomState>(m.state));
 }
 
-Fault read(const fb::GroomStatus& in, GroomStatus& out) {
+std::string read(const fb::GroomStatus& in, GroomStatus& out) {
   out.hash = from_flatbuffer(*in.hash());
   return read_enum(in.state(), "groom state", out.state);
 }
@@ -92,7 +92,7 @@ Offset<fb::GroomData> write(FlatBufferBuilder& to, const GroomData& m) {
   return fb::CreateGroomDataDirect(to, &hash, m.byte_count, m.offset, &m.bytes);
 }
 
-Fault read(const fb::GroomData& in, GroomData& out) {
+std::string read(const fb::GroomData& in, GroomData& out) {
   out.hash = from_flatbuffer(*in.hash());
   out.byte_count = in.byte_count();
   out.offset = in.offset();
@@ -100,7 +100,7 @@ Fault read(const fb::GroomData& in, GroomData& out) {
   // The offset is compared before the subtraction, which would wrap otherwise.
   const bool fits = out.byte_count <= kGroomBytesMax && out.offset <= out.byte_count &&
                     out.bytes.size() <= out.byte_count - out.offset && out.bytes.size() <= kGroomChunkBytesMax;
-  return fits ? Fault() : "groom data: not within the groom";
+  return fits ? std::string() : "groom data: not within the groom";
 }
 
 Offset<fb::CharacterAdded> write(FlatBufferBuilder& to, const CharacterAdded& m) {
@@ -109,7 +109,7 @@ Offset<fb::CharacterAdded> write(FlatBufferBuilder& to, const CharacterAdded& m)
                                   m.generation);
 }
 
-Fault read(const fb::CharacterAdded& in, CharacterAdded& out) {
+std::string read(const fb::CharacterAdded& in, CharacterAdded& out) {
   out.character = in.character();
   out.groom = from_flatbuffer(*in.groom());
   out.member = in.member();
@@ -121,7 +121,7 @@ Offset<fb::CharacterRemoved> write(FlatBufferBuilder& to, const CharacterRemoved
   return fb::CreateCharacterRemoved(to, m.character);
 }
 
-Fault read(const fb::CharacterRemoved& in, CharacterRemoved& out) {
+std::string read(const fb::CharacterRemoved& in, CharacterRemoved& out) {
   out.character = in.character();
   return {};
 }
@@ -134,7 +134,7 @@ Offset<fb::MemberJoined> write(FlatBufferBuilder& to, const MemberJoined& m) {
                                 m.generation);
 }
 
-Fault read(const fb::MemberJoined& in, MemberJoined& out) {
+std::string read(const fb::MemberJoined& in, MemberJoined& out) {
   out.member = in.member();
   out.session = in.session();
   out.character = in.character();
@@ -150,7 +150,7 @@ Offset<fb::MemberChanged> write(FlatBufferBuilder& to, const MemberChanged& m) {
   return fb::CreateMemberChanged(to, tag, m.appearance ? &appearance : nullptr, m.member);
 }
 
-Fault read(const fb::MemberChanged& in, MemberChanged& out) {
+std::string read(const fb::MemberChanged& in, MemberChanged& out) {
   out.member = in.member();
   if (in.appearance()) out.appearance = from_flatbuffer(*in.appearance());
   return read_tag(in.tag(), out.tag);
@@ -161,20 +161,20 @@ Offset<fb::RoomWind> write(FlatBufferBuilder& to, const RoomWind& m) {
   return fb::CreateRoomWind(to, &wind, m.session, m.wind.carried);
 }
 
-Fault read(const fb::RoomWind& in, RoomWind& out) {
+std::string read(const fb::RoomWind& in, RoomWind& out) {
   out = {from_flatbuffer(*in.wind(), in.carried()), in.session()};
   const Wind& w = out.wind;
   // Ranges are not checked: the server has checked them when the wind was set.
   const bool finite = w.mean_m_per_s.allFinite() && std::isfinite(w.gust_ratio) && std::isfinite(w.gust_period_s) &&
                       std::isfinite(w.turbulence_rms_m_per_s) && std::isfinite(w.turbulence_scale_m);
-  return finite ? Fault() : "wind: not finite numbers";
+  return finite ? std::string() : "wind: not finite numbers";
 }
 
 Offset<fb::MemberLeft> write(FlatBufferBuilder& to, const MemberLeft& m) {
   return fb::CreateMemberLeft(to, m.member);
 }
 
-Fault read(const fb::MemberLeft& in, MemberLeft& out) {
+std::string read(const fb::MemberLeft& in, MemberLeft& out) {
   out.member = in.member();
   return {};
 }
@@ -183,9 +183,9 @@ Offset<fb::Redirect> write(FlatBufferBuilder& to, const Redirect& m) {
   return fb::CreateRedirect(to, m.to ? write(to, *m.to) : Offset<fb::ServerAt>());
 }
 
-Fault read(const fb::Redirect& in, Redirect& out) {
+std::string read(const fb::Redirect& in, Redirect& out) {
   // Absent means that no server holds the room at the moment.
-  return in.to() ? read(*in.to(), out.to.emplace()) : Fault();
+  return in.to() ? read(*in.to(), out.to.emplace()) : std::string();
 }
 
 Offset<fb::GroomBasis> write(FlatBufferBuilder& to, const GroomBasis& m) {
@@ -193,7 +193,7 @@ Offset<fb::GroomBasis> write(FlatBufferBuilder& to, const GroomBasis& m) {
   return fb::CreateGroomBasis(to, &groom, &basis);
 }
 
-Fault read(const fb::GroomBasis& in, GroomBasis& out) {
+std::string read(const fb::GroomBasis& in, GroomBasis& out) {
   out.groom = from_flatbuffer(*in.groom());
   out.basis = from_flatbuffer(*in.basis());
   return {};
@@ -204,7 +204,7 @@ Offset<fb::GroomLearnt> write(FlatBufferBuilder& to, const GroomLearnt& m) {
   return fb::CreateGroomLearnt(to, &groom, &learnt);
 }
 
-Fault read(const fb::GroomLearnt& in, GroomLearnt& out) {
+std::string read(const fb::GroomLearnt& in, GroomLearnt& out) {
   out = {from_flatbuffer(*in.groom()), from_flatbuffer(*in.learnt())};
   return {};
 }
@@ -239,10 +239,10 @@ Offset<fb::FrameBatch> write(FlatBufferBuilder& to, const FrameBatch& m) {
   return fb::CreateFrameBatch(to, m.tick, m.sample_time_ns, frames, generations);
 }
 
-Fault read(const fb::FrameBatch& in, FrameBatch& out) {
+std::string read(const fb::FrameBatch& in, FrameBatch& out) {
   out.tick = in.tick();
-  if (Fault fault = read_time(in.sample_time_ns(), "frames' sample time", out.sample_time_ns); !fault.empty())
-    return fault;
+  if (std::string error = read_time(in.sample_time_ns(), "frames' sample time", out.sample_time_ns); !error.empty())
+    return error;
   // The batch owns this copy of the frames' bytes, and the spans of its frames point into it: no frame has memory of
   // its own.
   auto storage = std::make_shared<std::vector<std::uint8_t>>();
@@ -250,7 +250,7 @@ Fault read(const fb::FrameBatch& in, FrameBatch& out) {
   Unpacker packed(*storage);
   std::uint32_t member = 0;
   while (!packed.empty()) {
-    if (Fault fault = read_frame(packed, member, out.frames.emplace_back()); !fault.empty()) return fault;
+    if (std::string error = read_frame(packed, member, out.frames.emplace_back()); !error.empty()) return error;
     member = out.frames.back().member;
   }
   // Only batches in datagrams have generations; in the channel no frame can come late.
@@ -269,11 +269,11 @@ Offset<fb::Error> write(FlatBufferBuilder& to, const Error& m) {
                          m.character, static_cast<fb::ErrorReason>(m.reason));
 }
 
-Fault read(const fb::Error& in, Error& out) {
+std::string read(const fb::Error& in, Error& out) {
   out.character = in.character();
   if (in.groom()) out.groom = from_flatbuffer(*in.groom());
-  if (Fault fault = read_enum(in.reason(), "error reason", out.reason, ErrorReason::malformed); !fault.empty())
-    return fault;
+  if (std::string error = read_enum(in.reason(), "error reason", out.reason, ErrorReason::malformed); !error.empty())
+    return error;
   return read_text(in.detail(), "error detail", out.detail);
 }
 

@@ -9,7 +9,7 @@ namespace hairnet::wire {
 namespace {
 
 // The limit is that of the wire; the decoder itself is bounded by the number of shapes.
-Fault read_hands(std::span<const std::uint8_t> bytes, std::vector<Hand>& out) {
+std::string read_hands(std::span<const std::uint8_t> bytes, std::vector<Hand>& out) {
   if (bytes.size() > kHandsBytesMax)
     return "hands: " + std::to_string(bytes.size()) + " bytes, more than " + std::to_string(kHandsBytesMax);
   return codec::decode_hands(bytes, out);
@@ -39,7 +39,7 @@ auto write_props(FlatBufferBuilder& to, const Message& m) {
 }
 
 // Of SetProps and RoomProps.
-Fault read_props(const auto& in, std::vector<Prop>& props, std::vector<std::uint8_t>& removed) {
+std::string read_props(const auto& in, std::vector<Prop>& props, std::vector<std::uint8_t>& removed) {
   // A room has no more numbers than this, so a longer list must name one twice.
   if (in.props()->size() > kPropsMax || in.removed()->size() > kPropsMax)
     return "props: more than " + std::to_string(kPropsMax);
@@ -53,7 +53,7 @@ Fault read_props(const auto& in, std::vector<Prop>& props, std::vector<std::uint
 }
 
 // Of SetTouch and MemberTouch.
-Fault read_rule(const auto& in, auto& out) {
+std::string read_rule(const auto& in, auto& out) {
   if (in.chosen()->size() > kTouchChosenMax)
     return "touch: more than " + std::to_string(kTouchChosenMax) + " are chosen";
   from_flatbuffer(*in.chosen(), out.chosen);
@@ -67,10 +67,10 @@ Offset<fb::Hands> write_hands(FlatBufferBuilder& to, const HandsSample& sample) 
                          to.CreateVector(codec::encode_hands(sample.hands)));
 }
 
-Fault read_hands(const fb::Hands& in, HandsSample& out) {
+std::string read_hands(const fb::Hands& in, HandsSample& out) {
   out.sequence = in.sequence();
-  Fault fault = read_time(in.capture_time_ns(), "hands' capture time", out.capture_time_ns);
-  return fault.empty() ? read_hands(span_of(in.bytes()), out.hands) : fault;
+  std::string error = read_time(in.capture_time_ns(), "hands' capture time", out.capture_time_ns);
+  return error.empty() ? read_hands(span_of(in.bytes()), out.hands) : error;
 }
 
 std::string validate(const TakeHold& hold) {
@@ -97,7 +97,7 @@ Offset<fb::SetTouch> write(FlatBufferBuilder& to, const SetTouch& m) {
   return fb::CreateSetTouchDirect(to, &m.chosen, m.character, static_cast<fb::TouchAudience>(m.audience));
 }
 
-Fault read(const fb::SetTouch& in, SetTouch& out) {
+std::string read(const fb::SetTouch& in, SetTouch& out) {
   out.character = in.character();
   return read_rule(in, out);
 }
@@ -107,7 +107,7 @@ Offset<fb::TakeHold> write(FlatBufferBuilder& to, const TakeHold& m) {
   return fb::CreateTakeHold(to, &place, m.member, m.radius_m, m.hand);
 }
 
-Fault read(const fb::TakeHold& in, TakeHold& out) {
+std::string read(const fb::TakeHold& in, TakeHold& out) {
   out = {in.member(), in.hand(), from_flatbuffer(*in.place()), in.radius_m()};
   return {};
 }
@@ -116,7 +116,7 @@ Offset<fb::LetGo> write(FlatBufferBuilder& to, const LetGo& m) {
   return fb::CreateLetGo(to, m.member, m.hand, static_cast<fb::Release>(m.release));
 }
 
-Fault read(const fb::LetGo& in, LetGo& out) {
+std::string read(const fb::LetGo& in, LetGo& out) {
   out.member = in.member();
   out.hand = in.hand();
   return read_enum(in.release(), "release", out.release);
@@ -127,7 +127,7 @@ Offset<fb::SetProps> write(FlatBufferBuilder& to, const SetProps& m) {
   return fb::CreateSetProps(to, props, removed);
 }
 
-Fault read(const fb::SetProps& in, SetProps& out) {
+std::string read(const fb::SetProps& in, SetProps& out) {
   return read_props(in, out.props, out.removed);
 }
 
@@ -136,21 +136,21 @@ Offset<fb::RoomProps> write(FlatBufferBuilder& to, const RoomProps& m) {
   return fb::CreateRoomProps(to, props, removed, m.all);
 }
 
-Fault read(const fb::RoomProps& in, RoomProps& out) {
+std::string read(const fb::RoomProps& in, RoomProps& out) {
   out.all = in.all();
   // A server's props are validated here: a client shows them at once. Those of SetProps are validated by the session.
-  Fault fault = read_props(in, out.props, out.removed);
+  std::string error = read_props(in, out.props, out.removed);
   for (const Prop& prop : out.props) {
-    if (fault.empty()) fault = validate(prop);
+    if (error.empty()) error = validate(prop);
   }
-  return fault;
+  return error;
 }
 
 Offset<fb::MemberTouch> write(FlatBufferBuilder& to, const MemberTouch& m) {
   return fb::CreateMemberTouchDirect(to, &m.chosen, m.member, static_cast<fb::TouchAudience>(m.audience));
 }
 
-Fault read(const fb::MemberTouch& in, MemberTouch& out) {
+std::string read(const fb::MemberTouch& in, MemberTouch& out) {
   out.member = in.member();
   return read_rule(in, out);
 }
@@ -159,7 +159,7 @@ Offset<fb::Held> write(FlatBufferBuilder& to, const Held& m) {
   return fb::CreateHeld(to, m.member, m.point_count, m.hand);
 }
 
-Fault read(const fb::Held& in, Held& out) {
+std::string read(const fb::Held& in, Held& out) {
   out = {in.member(), in.hand(), in.point_count()};
   return {};
 }
@@ -185,22 +185,23 @@ Offset<fb::RoomHands> write(FlatBufferBuilder& to, const EncodedRoomHands& m) {
   return fb::CreateRoomHands(to, m.tick, m.sample_time_ns, to.CreateVectorOfStructs(people), to.CreateVector(bytes));
 }
 
-Fault read(const fb::RoomHands& in, RoomHands& out) {
+std::string read(const fb::RoomHands& in, RoomHands& out) {
   const auto& people = *in.people();
   if (people.size() > kMembersPerMessageMax)
     return "hands: of more than " + std::to_string(kMembersPerMessageMax) + " people";
   if (!is_aligned(people)) return "hands: people not aligned";
   out.tick = in.tick();
-  if (Fault fault = read_time(in.sample_time_ns(), "sample time", out.sample_time_ns); !fault.empty()) return fault;
+  if (std::string error = read_time(in.sample_time_ns(), "sample time", out.sample_time_ns); !error.empty())
+    return error;
   std::span<const std::uint8_t> left = span_of(in.bytes());
   for (const fb::PersonHands* person : people) {
     // Counts are the peer's, so each is compared with what is left before the span is cut.
     if (person->byte_count() > left.size()) return "hands: fewer bytes than counted";
     RoomHands::Person& next = out.people.emplace_back(RoomHands::Person{person->session(), {}});
-    if (Fault fault = read_hands(left.first(person->byte_count()), next.hands); !fault.empty()) return fault;
+    if (std::string error = read_hands(left.first(person->byte_count()), next.hands); !error.empty()) return error;
     left = left.subspan(person->byte_count());
   }
-  return left.empty() ? Fault() : "hands: more bytes than counted";
+  return left.empty() ? std::string() : "hands: more bytes than counted";
 }
 
 }  // namespace hairnet::wire

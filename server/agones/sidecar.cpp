@@ -28,22 +28,22 @@ constexpr int kBackoffDoublingsMax = 5;
 
 constexpr std::array<const char*, 4> kStateNames{"none", "ready", "allocated", "shutdown"};
 constexpr std::array<const char*, 4> kDutyNames{"health", "state", "rooms", "address"};
-constexpr std::array<const char*, 6> kFaultNames{"unreachable", "timeout",   "broken",
+constexpr std::array<const char*, 6> kErrorNames{"unreachable", "timeout",   "broken",
                                                  "refused",     "malformed", "oversize"};
 
-Counter& counter_of(AgonesCounters& counters, Fault fault) {
-  switch (fault) {
-    case Fault::unreachable:
+Counter& counter_of(AgonesCounters& counters, SidecarError error) {
+  switch (error) {
+    case SidecarError::unreachable:
       return counters.requests_failed_unreachable;
-    case Fault::timeout:
+    case SidecarError::timeout:
       return counters.requests_failed_timeout;
-    case Fault::broken:
+    case SidecarError::broken:
       return counters.requests_failed_broken;
-    case Fault::refused:
+    case SidecarError::refused:
       return counters.requests_failed_refused;
-    case Fault::oversize:
+    case SidecarError::oversize:
       return counters.requests_failed_oversize;
-    case Fault::malformed:
+    case SidecarError::malformed:
       break;
   }
   return counters.requests_failed_malformed;
@@ -62,7 +62,7 @@ void Sidecar::poll(const ServerNow& server, std::int64_t now_ns) {
     Task& task = tasks_[duty];
     if (task.call == 0 || now_ns < task.deadline_ns) continue;
     transport_->cancel(std::exchange(task.call, 0));
-    fail(static_cast<Duty>(duty), Fault::timeout, {}, now_ns);
+    fail(static_cast<Duty>(duty), SidecarError::timeout, {}, now_ns);
   }
   // A server whose ticks hang says nothing, and Agones replaces it.
   if (server.has_ticks_on_time && may_start(health_duty, now_ns)) start(health_duty, health(), now_ns);
@@ -130,14 +130,14 @@ void Sidecar::on_answer(std::uint64_t call, int status, std::string_view body, s
   tasks_[*duty].call = 0;
   note_reached(true);
   if (status == 200) return succeed(*duty, body, now_ns);
-  fail(*duty, Fault::refused, "status " + std::to_string(status) + ": " + std::string(body), now_ns);
+  fail(*duty, SidecarError::refused, "status " + std::to_string(status) + ": " + std::string(body), now_ns);
 }
 
-void Sidecar::on_fault(std::uint64_t call, Fault fault, std::int64_t now_ns) {
+void Sidecar::on_error(std::uint64_t call, SidecarError error, std::int64_t now_ns) {
   const std::optional<Duty> duty = duty_of(call);
   if (!duty) return;
   tasks_[*duty].call = 0;
-  fail(*duty, fault, {}, now_ns);
+  fail(*duty, error, {}, now_ns);
 }
 
 void Sidecar::succeed(Duty duty, std::string_view body, std::int64_t now_ns) {
@@ -159,7 +159,7 @@ void Sidecar::succeed(Duty duty, std::string_view body, std::int64_t now_ns) {
       break;
     case address_duty: {
       Result<std::optional<ServerAddress>> address = parse_address(body);
-      if (!address) return fail(duty, Fault::malformed, address.error(), now_ns);
+      if (!address) return fail(duty, SidecarError::malformed, address.error(), now_ns);
       task.due_ns = now_ns + kAddressInterval_ns;
       address_ = std::move(*address);
       if (address_) spdlog::info("event=agones_address host={} port={}", log_text(address_->host), address_->port);
@@ -172,8 +172,8 @@ void Sidecar::succeed(Duty duty, std::string_view body, std::int64_t now_ns) {
   warned_of_[duty].clear();
 }
 
-void Sidecar::fail(Duty duty, Fault fault, const std::string& detail, std::int64_t now_ns) {
-  counter_of(*counters_, fault).add();
+void Sidecar::fail(Duty duty, SidecarError error, const std::string& detail, std::int64_t now_ns) {
+  counter_of(*counters_, error).add();
   Task& task = tasks_[duty];
   // Waits grow so that a sidecar in trouble is left alone; the random part keeps the servers of a machine from calling
   // together.
@@ -181,13 +181,13 @@ void Sidecar::fail(Duty duty, Fault fault, const std::string& detail, std::int64
   task.due_ns = now_ns + static_cast<std::int64_t>(static_cast<double>(wait_ns) * random_.between(0.5, 1));
   // A late report of health costs the server its place: it is never put off for longer.
   if (duty == health_duty) task.due_ns = std::min(task.due_ns, now_ns + kHealthInterval_ns);
-  // The sidecar answers and does not like the call: a fault of the settings or the version, which is logged for its
+  // The sidecar answers and does not like the call: an error of the settings or the version, which is logged for its
   // duty.
-  if (fault == Fault::refused || fault == Fault::malformed || fault == Fault::oversize) {
-    const std::string text = kFaultNames[static_cast<std::size_t>(fault)] + detail;
+  if (error == SidecarError::refused || error == SidecarError::malformed || error == SidecarError::oversize) {
+    const std::string text = kErrorNames[static_cast<std::size_t>(error)] + detail;
     if (std::exchange(warned_of_[duty], text) != text)
       spdlog::warn("event=agones_refused duty={} reason={} detail={}", kDutyNames[duty],
-                   kFaultNames[static_cast<std::size_t>(fault)], log_text(detail));
+                   kErrorNames[static_cast<std::size_t>(error)], log_text(detail));
   } else {
     note_reached(false);
   }

@@ -46,7 +46,7 @@ class Sidecar final : public SidecarSink {
   [[nodiscard]] const std::optional<ServerAddress>& address() const { return address_; }
 
   void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t now_ns) override;
-  void on_fault(std::uint64_t call, Fault fault, std::int64_t now_ns) override;
+  void on_error(std::uint64_t call, SidecarError error, std::int64_t now_ns) override;
 
   // A server that ends must not wait longer for a sidecar that does not answer: Kubernetes ends the pod in any case.
   static constexpr std::int64_t kShutdownPatience_ns = 2'000'000'000;
@@ -71,7 +71,7 @@ class Sidecar final : public SidecarSink {
   }
   void start(Duty duty, Request request, std::int64_t now_ns);
   void succeed(Duty duty, std::string_view body, std::int64_t now_ns);
-  void fail(Duty duty, Fault fault, const std::string& detail, std::int64_t now_ns);
+  void fail(Duty duty, SidecarError error, const std::string& detail, std::int64_t now_ns);
   // Keeps gauge and log: one line when the sidecar stops answering, and one when it answers again.
   void note_reached(bool is_reached);
   [[nodiscard]] std::optional<Duty> duty_of(std::uint64_t call) const;

@@ -9,7 +9,7 @@
 namespace hairnet::server::agones {
 
 // Why a call has no answer.
-enum class Fault : std::uint8_t { unreachable, timeout, broken, refused, malformed, oversize };
+enum class SidecarError : std::uint8_t { unreachable, timeout, broken, refused, malformed, oversize };
 
 // Takes what the transport receives. I/O thread.
 class SidecarSink {
@@ -17,7 +17,7 @@ class SidecarSink {
   virtual ~SidecarSink() = default;
   // The sidecar has answered; the body may be anything of at most kAnswerBytesMax.
   virtual void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t now_ns) = 0;
-  virtual void on_fault(std::uint64_t call, Fault fault, std::int64_t now_ns) = 0;
+  virtual void on_error(std::uint64_t call, SidecarError error, std::int64_t now_ns) = 0;
 };
 
 // Carries requests to the sidecar. It calls the sink later, never inside send() or cancel().

@@ -61,8 +61,8 @@ void add_flag(CLI::App& app, const Setting& setting, Given& given) {
          setting.flag,
          [&setting, &given](const std::vector<std::string>& words) {
            Setting::Value value;
-           std::string fault;
-           if (!parse_words(setting, words, value, fault)) throw CLI::ValidationError(setting.flag, fault);
+           std::string error;
+           if (!parse_words(setting, words, value, error)) throw CLI::ValidationError(setting.flag, error);
            given.emplace_back(&setting, std::move(value));
          },
          words_about(setting))
@@ -101,7 +101,7 @@ void complete(Config& config, const std::set<std::string>& named) {
 constexpr std::int64_t kGoOnLeaseMin_s = 5;
 
 std::string validate(const FleetConfig& fleet) {
-  if (std::string fault = validate(fleet.etcd); !fault.empty()) return fault;
+  if (std::string error = validate(fleet.etcd); !error.empty()) return error;
   // The name becomes a part of etcd's keys, where a slash would mean another fleet.
   const bool is_name = !fleet.name.empty() && fleet.name.size() <= 64 && std::ranges::all_of(fleet.name, [](char c) {
     return wire::is_room_name(std::string_view(&c, 1));
@@ -199,10 +199,10 @@ ServerAddress fleet_address(const FleetConfig& fleet, std::uint16_t port) {
 
 std::string validate(const Config& config) {
   const SessionLimits& s = config.sessions;
-  if (std::string fault = validate(config.wind); !fault.empty()) return fault;
-  if (std::string fault = validate(config.transport); !fault.empty()) return fault;
-  if (std::string fault = validate(config.fleet); !fault.empty()) return fault;
-  if (std::string fault = validate(config.object_store); !fault.empty()) return fault;
+  if (std::string error = validate(config.wind); !error.empty()) return error;
+  if (std::string error = validate(config.transport); !error.empty()) return error;
+  if (std::string error = validate(config.fleet); !error.empty()) return error;
+  if (std::string error = validate(config.object_store); !error.empty()) return error;
   if (!config.object_store.url.empty() && config.groom_cache.empty() && config.level_cache.empty())
     return "grooms.object_store needs grooms.groom_cache or grooms.level_cache, a folder for what it brings";
   if (config.grooms.groom_bytes_max > config.grooms.upload_bytes_max)

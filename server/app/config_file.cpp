@@ -47,15 +47,15 @@ class Reader {
       const std::string_view name = section.str();
       // A name that nobody reads must not be ignored: its author believes that it is set.
       if (std::none_of(settings_->begin(), settings_->end(), [&](const Setting& s) { return s.section == name; }))
-        return fault(node, fmt::format("there is no {} '{}'", node.is_table() ? "section" : "key", name));
-      if (!node.is_table()) return fault(node, fmt::format("'{}' is a section, not a key", name));
+        return error(node, fmt::format("there is no {} '{}'", node.is_table() ? "section" : "key", name));
+      if (!node.is_table()) return error(node, fmt::format("'{}' is a section, not a key", name));
       if (std::string wrong = read_section(name, *node.as_table()); !wrong.empty()) return Refusal(std::move(wrong));
     }
     return std::move(names_);
   }
 
  private:
-  // Values are set one by one, so a fault in the middle leaves the earlier ones set; the caller then ends the program.
+  // Values are set one by one, so an error in the middle leaves the earlier ones set; the caller then ends the program.
   std::string read_section(std::string_view section, const toml::table& table) {
     for (const auto& [key, node] : table) {
       const std::string name = fmt::format("{}.{}", section, key.str());
@@ -78,7 +78,7 @@ class Reader {
     const std::string_view nearest = closest_name(name, names);
     return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
   }
-  Refusal fault(const toml::node& node, const std::string& what) const { return Refusal(place(node, what)); }
+  Refusal error(const toml::node& node, const std::string& what) const { return Refusal(place(node, what)); }
   // Editors jump to a place that is written as file:line.
   std::string place(const toml::node& node, const std::string& what) const {
     return fmt::format("{}:{}: {}", *path_, node.source().begin.line, what);

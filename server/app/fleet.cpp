@@ -169,7 +169,7 @@ ServerLoad measured_load(Metrics& metrics, std::size_t character_count_max) {
   load.rooms = static_cast<std::uint32_t>(value_or_zero(tick.rooms));
   const double available_s = value_or_zero(tick.budget_available_seconds);
   if (available_s > 0)
-    load.free_share = std::clamp(1 - value_or_zero(tick.budget_wanted_seconds) / available_s, kFreeShareLeast, 1.0);
+    load.free_share = std::clamp(1 - value_or_zero(tick.budget_wanted_seconds) / available_s, kAnnouncedShareMin, 1.0);
   // More characters would no longer mean coarser hair, but late ticks.
   if (value_or_zero(tick.budget_over) > 0) load.free_share = 0;
   return load;

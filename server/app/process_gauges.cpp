@@ -15,13 +15,13 @@ double seconds(const timeval& t) {
 }
 
 void count_files(Gauge& gauge) {
-  std::error_code fault;
+  std::error_code error;
   std::size_t count = 0;
-  for (std::filesystem::directory_iterator file("/proc/self/fd", fault), end; !fault && file != end;
-       file.increment(fault))
+  for (std::filesystem::directory_iterator file("/proc/self/fd", error), end; !error && file != end;
+       file.increment(error))
     ++count;
   // Listing the folder opens one file itself.
-  if (!fault) gauge.set(static_cast<double>(count - 1));
+  if (!error) gauge.set(static_cast<double>(count - 1));
 }
 
 }  // namespace

@@ -19,14 +19,14 @@ constexpr std::size_t kRevokedTokensFileBytesMax = std::size_t{64} << 20;
 }  // namespace
 
 const std::string& RevokedTokensFile::poll(RevokedTokens& tokens, std::int64_t now_ns) {
-  if (now_ns < due_ns_) return fault_;
+  if (now_ns < due_ns_) return error_;
   due_ns_ = now_ns + kLookInterval_ns;
   std::string error = read(tokens);
-  if (is_read_ && !error.empty() && error != fault_)  // before, the start is refused
+  if (is_read_ && !error.empty() && error != error_)  // before, the start is refused
     spdlog::error("event=revoked_tokens_failed file={} detail={} count={}", log_text(path_), log_text(error),
                   tokens.count());
-  fault_ = std::move(error);
-  return fault_;
+  error_ = std::move(error);
+  return error_;
 }
 
 std::string RevokedTokensFile::read(RevokedTokens& tokens) {

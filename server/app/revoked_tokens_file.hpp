@@ -16,14 +16,14 @@ class RevokedTokensFile {
 
   // Reads the file when its time or size has changed, and looks at most once a second. `tokens` stays as it is while
   // the file cannot be read, and when a file that named some is empty: a tool that writes it may have failed, and
-  // whoever is revoked would come in again. An empty line alone revokes nobody. The log tells each fault once. Returns
-  // the fault; empty when there is none.
+  // whoever is revoked would come in again. An empty line alone revokes nobody. The log tells each error once. Returns
+  // the error; empty when there is none.
   const std::string& poll(RevokedTokens& tokens, std::int64_t now_ns);
 
  private:
   std::string read(RevokedTokens& tokens);
 
-  std::string path_, fault_;
+  std::string path_, error_;
   // The text that was read last had this time and this size.
   std::filesystem::file_time_type changed_;
   std::uintmax_t bytes_ = 0;

@@ -19,12 +19,12 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
-Refusal system_fault() {
+Refusal errno_refusal() {
   return Refusal(std::strerror(errno));
 }
 
 // Asks the open file and not its path, which may mean another file by now.
-std::string kind_fault(const Descriptor& file) {
+std::string kind_error(const Descriptor& file) {
   struct stat status {};
   if (::fstat(file.get(), &status) != 0) return std::strerror(errno);
   if (S_ISDIR(status.st_mode)) return "is a folder, not a file";
@@ -47,14 +47,14 @@ Result<std::string> read_text_file(const std::string& path, std::size_t bytes_ma
   // O_NONBLOCK: opening a pipe without a writer would wait for one. O_NOCTTY: a terminal must not become the program's
   // own.
   const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
-  if (!file) return system_fault();
-  if (std::string fault = kind_fault(file); !fault.empty()) return Refusal(std::move(fault));
+  if (!file) return errno_refusal();
+  if (std::string error = kind_error(file); !error.empty()) return Refusal(std::move(error));
   std::string text;
   // The size that the system tells is not trusted: a file may grow while it is read.
   for (std::array<char, 1 << 14> piece; true;) {
     const ssize_t got = ::read(file.get(), piece.data(), piece.size());
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return system_fault();
+    if (got < 0) return errno_refusal();
     if (got == 0) break;
     text.append(piece.data(), static_cast<std::size_t>(got));
     if (text.size() > bytes_max) return Refusal(fmt::format("has more than {} bytes", bytes_max));
@@ -90,10 +90,10 @@ std::string try_folder(const std::string& path, std::vector<std::string>& made) 
   // Only a write shows that one is possible: rights, quotas and read-only file systems all count.
   const Descriptor file(::mkostemp(name.data(), O_CLOEXEC));
   const bool is_written = file && ::write(file.get(), "\n", 1) == 1;
-  const int fault = is_written ? 0 : errno;
+  const int errno_of_write = is_written ? 0 : errno;
   if (file) ::unlink(name.c_str());
-  if (fault == 0 || fault == ENOSPC || fault == EDQUOT) return {};
-  return fmt::format("the folder {} cannot be written: {}", path, std::strerror(fault));
+  if (errno_of_write == 0 || errno_of_write == ENOSPC || errno_of_write == EDQUOT) return {};
+  return fmt::format("the folder {} cannot be written: {}", path, std::strerror(errno_of_write));
 }
 
 std::string try_file(const std::string& path) {
@@ -103,7 +103,7 @@ std::string try_file(const std::string& path) {
   // A pipe without a reader.
   if (!file && errno == ENXIO) return "is a pipe or device, not a file";
   if (!file) return std::strerror(errno);
-  if (std::string fault = kind_fault(file); !fault.empty()) return fault;
+  if (std::string error = kind_error(file); !error.empty()) return error;
   if (!existed) ::unlink(path.c_str());
   return {};
 }

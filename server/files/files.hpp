@@ -18,7 +18,7 @@ Result<std::string> read_text_file(const std::string& path, std::size_t bytes_ma
 std::string_view take_line(std::string_view& text);
 
 // Empty when the program can keep files in the folder, which is made with its parents where it does not exist; else one
-// line that names it. Writes a file there and removes it; a disk that is full now is no fault. Adds the folders that it
+// line that names it. Writes a file there and removes it; a disk that is full now is no error. Adds the folders that it
 // made to `made`, the outermost first.
 std::string try_folder(const std::string& path, std::vector<std::string>& made);
 

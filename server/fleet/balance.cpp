@@ -24,7 +24,7 @@ constexpr std::int64_t kArrival_ns = 60'000'000'000;
 std::size_t count_givers(std::uint64_t self, std::span<const ServerStatus> servers) {
   return 1 + static_cast<std::size_t>(std::ranges::count_if(servers, [self](const ServerStatus& server) {
            return server.id != self && !server.draining && server.load.rooms > 1 &&
-                  server.load.free_share <= kFreeShareLeast;
+                  server.load.free_share <= kAnnouncedShareMin;
          }));
 }
 
@@ -43,7 +43,7 @@ bool Balance::is_due(double used_share, std::int64_t now_ns) {
   const double gain = std::min(1.0, static_cast<double>(now_ns - observed_ns_) / kMean_ns);
   used_share_ += gain * (used_share - used_share_);
   observed_ns_ = now_ns;
-  if (used_share_ < 1 - kFreeShareLeast) {
+  if (used_share_ < 1 - kAnnouncedShareMin) {
     due_ns_ = 0;
     return false;
   }

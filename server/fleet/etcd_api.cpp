@@ -59,11 +59,11 @@ void add(Json& actions, const Beside& beside) {
 }
 
 // Reads fields of an object, and remembers the first that is wrong. An absent field is zero, false or empty: the
-// gateway leaves out fields with these values. A wrong field does not stop the reading; the caller looks at the fault
+// gateway leaves out fields with these values. A wrong field does not stop the reading; the caller looks at the error
 // once, at the end.
 class Fields {
  public:
-  Fields(const Json& object, std::string& fault) : object_(&object), fault_(&fault) {
+  Fields(const Json& object, std::string& error) : object_(&object), error_(&error) {
     if (!object.is_object()) fail("an object is expected");
   }
 
@@ -134,7 +134,7 @@ class Fields {
     return value && value->is_array() ? value : nullptr;
   }
   void fail(std::string what) {
-    if (fault_->empty()) *fault_ = std::move(what);
+    if (error_->empty()) *error_ = std::move(what);
   }
 
  private:
@@ -145,38 +145,38 @@ class Fields {
   }
 
   const Json* object_;
-  std::string* fault_;
+  std::string* error_;
 };
 
-Json parse(std::string_view text, std::string& fault) {
+Json parse(std::string_view text, std::string& error) {
   if (text.size() > kAnswerBytesMax) {
-    fault = "the answer is too long";
+    error = "the answer is too long";
     return Json::object();
   }
   // The last argument: no exception for text that is not JSON.
   Json json = Json::parse(text.begin(), text.end(), nullptr, false);
   if (json.is_discarded() || !json.is_object()) {
-    fault = "the answer is not a JSON object";
+    error = "the answer is not a JSON object";
     return Json::object();
   }
   return json;
 }
 
 // The messages of streams are inside "result".
-const Json& result_of(const Json& json, std::string& fault) {
+const Json& result_of(const Json& json, std::string& error) {
   static const Json none = Json::object();
-  if (const Json* result = Fields(json, fault).object("result")) return *result;
-  if (fault.empty()) fault = "the answer has no result";
+  if (const Json* result = Fields(json, error).object("result")) return *result;
+  if (error.empty()) error = "the answer has no result";
   return none;
 }
 
-std::int64_t revision_of(Fields& fields, std::string& fault) {
+std::int64_t revision_of(Fields& fields, std::string& error) {
   const Json* header = fields.object("header");
-  return header ? Fields(*header, fault).whole("revision") : 0;
+  return header ? Fields(*header, error).whole("revision") : 0;
 }
 
-KeyValue entry_of(const Json& json, std::string& fault) {
-  Fields fields(json, fault);
+KeyValue entry_of(const Json& json, std::string& error) {
+  Fields fields(json, error);
   KeyValue entry;
   entry.key = fields.bytes("key");
   entry.value = fields.bytes("value");
@@ -191,11 +191,11 @@ KeyValue entry_of(const Json& json, std::string& fault) {
   return entry;
 }
 
-std::vector<KeyValue> entries_of(Fields& fields, std::string& fault) {
+std::vector<KeyValue> entries_of(Fields& fields, std::string& error) {
   std::vector<KeyValue> entries;
   if (const Json* list = fields.array("kvs")) {
     for (const Json& item : *list) {
-      entries.push_back(entry_of(item, fault));
+      entries.push_back(entry_of(item, error));
       if (entries.back().create_revision == 0) fields.fail("an entry has no revision");
     }
   }
@@ -203,13 +203,13 @@ std::vector<KeyValue> entries_of(Fields& fields, std::string& fault) {
 }
 
 template <class Answer>
-Result<Answer> finished(Answer answer, const std::string& fault) {
-  if (!fault.empty()) return Refusal(fault);
+Result<Answer> finished(Answer answer, const std::string& error) {
+  if (!error.empty()) return Refusal(error);
   return answer;
 }
 
-LeaseAnswer lease_of(const Json& json, std::string& fault) {
-  Fields fields(json, fault);
+LeaseAnswer lease_of(const Json& json, std::string& error) {
+  Fields fields(json, error);
   LeaseAnswer answer{.lease = fields.whole("ID"), .ttl_s = fields.whole("TTL")};
   if (answer.lease == 0) fields.fail("the answer names no lease");
   return answer;
@@ -299,84 +299,84 @@ std::string end_of(std::string_view prefix) {
 }
 
 Result<LeaseAnswer> parse_grant(std::string_view text) {
-  std::string fault;
-  const Json json = parse(text, fault);
-  LeaseAnswer answer = lease_of(json, fault);
-  if (fault.empty() && answer.ttl_s == 0) fault = "the lease has no time";
-  return finished(answer, fault);
+  std::string error;
+  const Json json = parse(text, error);
+  LeaseAnswer answer = lease_of(json, error);
+  if (error.empty() && answer.ttl_s == 0) error = "the lease has no time";
+  return finished(answer, error);
 }
 
 Result<LeaseAnswer> parse_keep_alive(std::string_view text) {
-  std::string fault;
-  const Json json = parse(text, fault);
-  return finished(lease_of(result_of(json, fault), fault), fault);
+  std::string error;
+  const Json json = parse(text, error);
+  return finished(lease_of(result_of(json, error), error), error);
 }
 
 // etcd rounds the seconds that are left down, also to none; -1: the lease does not exist.
 Result<LeaseAnswer> parse_time_to_live(std::string_view text) {
-  std::string fault;
-  Json json = parse(text, fault);
+  std::string error;
+  Json json = parse(text, error);
   const auto ttl = json.find("TTL");
   const bool is_gone = ttl != json.end() && *ttl == "-1";
   if (is_gone) json.erase(ttl);
-  LeaseAnswer answer = lease_of(json, fault);
+  LeaseAnswer answer = lease_of(json, error);
   if (!is_gone) answer.ttl_s = std::max<std::int64_t>(answer.ttl_s, 1);
-  return finished(answer, fault);
+  return finished(answer, error);
 }
 
 Result<std::int64_t> parse_put(std::string_view text) {
-  std::string fault;
-  const Json json = parse(text, fault);
-  Fields fields(json, fault);
-  const std::int64_t revision = revision_of(fields, fault);
+  std::string error;
+  const Json json = parse(text, error);
+  Fields fields(json, error);
+  const std::int64_t revision = revision_of(fields, error);
   if (revision == 0) fields.fail("the answer has no revision");
-  return finished(revision, fault);
+  return finished(revision, error);
 }
 
 Result<RangeAnswer> parse_range(std::string_view text) {
-  std::string fault;
-  const Json json = parse(text, fault);
-  Fields fields(json, fault);
+  std::string error;
+  const Json json = parse(text, error);
+  Fields fields(json, error);
   RangeAnswer answer;
-  answer.revision = revision_of(fields, fault);
+  answer.revision = revision_of(fields, error);
   if (answer.revision == 0) fields.fail("the answer has no revision");
-  answer.entries = entries_of(fields, fault);
+  answer.entries = entries_of(fields, error);
   answer.has_more = fields.boolean("more");
-  return finished(std::move(answer), fault);
+  return finished(std::move(answer), error);
 }
 
 Result<TxnAnswer> parse_txn(std::string_view text) {
-  std::string fault;
-  const Json json = parse(text, fault);
-  Fields fields(json, fault);
+  std::string error;
+  const Json json = parse(text, error);
+  Fields fields(json, error);
   TxnAnswer answer;
-  answer.revision = revision_of(fields, fault);
+  answer.revision = revision_of(fields, error);
   if (answer.revision == 0) fields.fail("the answer has no revision");
   answer.succeeded = fields.boolean("succeeded");
   if (const Json* responses = fields.array("responses")) {
     for (const Json& response : *responses) {
-      const Json* range = Fields(response, fault).object("response_range");
+      const Json* range = Fields(response, error).object("response_range");
       if (!range) continue;
-      Fields range_fields(*range, fault);
-      for (KeyValue& entry : entries_of(range_fields, fault)) answer.found.push_back(std::move(entry));
+      Fields range_fields(*range, error);
+      for (KeyValue& entry : entries_of(range_fields, error)) answer.found.push_back(std::move(entry));
     }
   }
-  return finished(std::move(answer), fault);
+  return finished(std::move(answer), error);
 }
 
 Result<WatchAnswer> parse_watch(std::string_view line) {
-  std::string fault;
-  const Json json = parse(line, fault);
-  const Json& result = result_of(json, fault);
-  Fields fields(result, fault);
+  std::string error;
+  const Json json = parse(line, error);
+  const Json& result = result_of(json, error);
+  Fields fields(result, error);
   WatchAnswer answer;
-  answer.revision = revision_of(fields, fault);
+  answer.revision = revision_of(fields, error);
   answer.is_created = fields.boolean("created");
   answer.is_canceled = fields.boolean("canceled");
   answer.compact_revision = fields.whole("compact_revision");
   if (const Json* events = fields.array("events")) {
     for (const Json& event : *events) {
-      Fields event_fields(event, fault);
+      Fields event_fields(event, error);
       const std::string type = event_fields.word("type");
       if (!type.empty() && type != "PUT" && type != "DELETE") event_fields.fail("an event is of no known type");
       const Json* entry = event_fields.object("kv");
@@ -384,28 +384,28 @@ Result<WatchAnswer> parse_watch(std::string_view line) {
         event_fields.fail("an event has no entry");
         break;
       }
-      answer.changes.push_back({.is_deleted = type == "DELETE", .entry = entry_of(*entry, fault)});
+      answer.changes.push_back({.is_deleted = type == "DELETE", .entry = entry_of(*entry, error)});
       if (type != "DELETE" && answer.changes.back().entry.create_revision == 0)
         event_fields.fail("an entry has no revision");
     }
   }
-  return finished(std::move(answer), fault);
+  return finished(std::move(answer), error);
 }
 
 Result<std::string> parse_token(std::string_view text) {
-  std::string fault;
-  const Json json = parse(text, fault);
-  std::string token = Fields(json, fault).word("token");
+  std::string error;
+  const Json json = parse(text, error);
+  std::string token = Fields(json, error).word("token");
   // The token goes into a header line of each request: a line break in it would add headers.
   const bool is_valid = !token.empty() && token.size() <= kTokenBytesMax &&
                         std::ranges::all_of(token, [](char c) { return c > ' ' && c <= '~'; });
-  if (fault.empty() && !is_valid) fault = "the answer has no token";
-  return finished(std::move(token), fault);
+  if (error.empty() && !is_valid) error = "the answer has no token";
+  return finished(std::move(token), error);
 }
 
 std::string parse_error(std::string_view text) {
-  std::string fault;
-  const Json json = parse(text, fault);
+  std::string error;
+  const Json json = parse(text, error);
   for (const char* name : {"message", "error"}) {
     const auto found = json.find(name);
     if (found != json.end() && found->is_string()) return found->get<std::string>().substr(0, kErrorBytesMax);

@@ -15,19 +15,19 @@ constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
 constexpr std::int64_t kRequestTimeoutMin_ns = 200 * kMs, kRequestTimeoutMax_ns = 2 * kSecond_ns;
 constexpr std::int64_t kBackoffMin_ns = 50 * kMs, kBackoffMax_ns = kSecond_ns;
 
-Counter& counter_of(FleetCounters& counters, EtcdFault fault) {
-  switch (fault) {
-    case EtcdFault::unreachable:
+Counter& counter_of(FleetCounters& counters, EtcdError error) {
+  switch (error) {
+    case EtcdError::unreachable:
       return counters.requests_failed_unreachable;
-    case EtcdFault::timeout:
+    case EtcdError::timeout:
       return counters.requests_failed_timeout;
-    case EtcdFault::broken:
+    case EtcdError::broken:
       return counters.requests_failed_broken;
-    case EtcdFault::refused:
+    case EtcdError::refused:
       return counters.requests_failed_refused;
-    case EtcdFault::oversize:
+    case EtcdError::oversize:
       return counters.requests_failed_oversize;
-    case EtcdFault::malformed:
+    case EtcdError::malformed:
       break;
   }
   return counters.requests_failed_malformed;
@@ -76,7 +76,7 @@ void EtcdCalls::end_overdue(std::int64_t now_ns) {
   for (const std::uint64_t id : overdue) {
     if (!is_under_way(id)) continue;
     transport_->cancel(id);
-    on_fault(id, EtcdFault::timeout, now_ns);
+    on_error(id, EtcdError::timeout, now_ns);
   }
 }
 
@@ -93,7 +93,7 @@ void EtcdCalls::on_answer(std::uint64_t id, int status, std::string_view body, s
   const Call call = std::move(found->second);
   calls_.erase(found);
   if (status == 200 && call.def.on_answer) {
-    if (!call.def.on_answer(body, now_ns)) fail(call, EtcdFault::malformed, now_ns);
+    if (!call.def.on_answer(body, now_ns)) fail(call, EtcdError::malformed, now_ns);
     return;
   }
   // That the lease is gone is an answer, not a failure of the endpoint.
@@ -104,7 +104,7 @@ void EtcdCalls::on_answer(std::uint64_t id, int status, std::string_view body, s
   spdlog::debug("event=etcd_refused status={} endpoint={}", status, call.endpoint);
   // 503 and 504: this member of etcd has lost the others, so it counts as out of reach.
   const bool is_silent = status == 503 || status == 504;
-  fail(call, is_silent ? EtcdFault::unreachable : EtcdFault::refused, now_ns);
+  fail(call, is_silent ? EtcdError::unreachable : EtcdError::refused, now_ns);
 }
 
 void EtcdCalls::on_line(std::uint64_t id, std::string_view line, std::int64_t now_ns) {
@@ -118,34 +118,34 @@ void EtcdCalls::on_line(std::uint64_t id, std::string_view line, std::int64_t no
     if (call.def.on_change(*answer, now_ns)) return;
   }
   stop(id);
-  fail(call, answer ? EtcdFault::refused : EtcdFault::malformed, now_ns);
+  fail(call, answer ? EtcdError::refused : EtcdError::malformed, now_ns);
 }
 
-void EtcdCalls::on_fault(std::uint64_t id, EtcdFault fault, std::int64_t now_ns) {
+void EtcdCalls::on_error(std::uint64_t id, EtcdError error, std::int64_t now_ns) {
   const auto found = calls_.find(id);
   if (found == calls_.end()) return;
   const Call call = std::move(found->second);
   calls_.erase(found);
-  fail(call, fault, now_ns);
+  fail(call, error, now_ns);
 }
 
 void EtcdCalls::warn_of(const std::string& error) {
   spdlog::warn("event=etcd_malformed detail=\"{}\"", error);
 }
 
-void EtcdCalls::fail(const Call& call, EtcdFault fault, std::int64_t now_ns) {
-  counter_of(*counters_, fault).add();
+void EtcdCalls::fail(const Call& call, EtcdError error, std::int64_t now_ns) {
+  counter_of(*counters_, error).add();
   // One dead endpoint fails many calls at once; without generations each of them would skip an endpoint.
-  if (call.generation == generation_) turn_to_next_endpoint(call.endpoint, fault, now_ns);
-  if (call.def.on_failure) call.def.on_failure(fault, now_ns);
+  if (call.generation == generation_) turn_to_next_endpoint(call.endpoint, error, now_ns);
+  if (call.def.on_failure) call.def.on_failure(error, now_ns);
 }
 
 // The next endpoint gets its turn at once; when all have had one, there is a pause, each time longer. An answer that is
 // too long is an answer, and as long elsewhere, so it is no failure of the endpoint.
-void EtcdCalls::turn_to_next_endpoint(std::size_t failed, EtcdFault fault, std::int64_t now_ns) {
+void EtcdCalls::turn_to_next_endpoint(std::size_t failed, EtcdError error, std::int64_t now_ns) {
   ++generation_;
   endpoint_ = (endpoint_ + 1) % def_->endpoint_count;
-  if (fault == EtcdFault::oversize) {
+  if (error == EtcdError::oversize) {
     retry_at_ns_ = now_ns + kBackoffMin_ns;
     return;
   }
@@ -154,8 +154,8 @@ void EtcdCalls::turn_to_next_endpoint(std::size_t failed, EtcdFault fault, std::
   if (failures_ % def_->endpoint_count == 0) {
     const std::size_t rounds = failures_ / def_->endpoint_count;
     // The pause stays a small part of the lease, or it would outlast the lease by itself.
-    const std::int64_t most_ns = std::min(kBackoffMax_ns, def_->lease_ns() / 9);
-    const std::int64_t wait_ns = std::min(most_ns, kBackoffMin_ns << std::min<std::size_t>(rounds - 1, 6));
+    const std::int64_t max_ns = std::min(kBackoffMax_ns, def_->lease_ns() / 9);
+    const std::int64_t wait_ns = std::min(max_ns, kBackoffMin_ns << std::min<std::size_t>(rounds - 1, 6));
     // The jitter keeps the servers of a fleet from asking an etcd that has come back all at the same moment.
     retry_at_ns_ = now_ns + static_cast<std::int64_t>(static_cast<double>(wait_ns) * jitter());
   }

@@ -32,7 +32,7 @@ struct EtcdCallDef {
   // Makes the call a watch without an end or a deadline. Takes each answer; returns false when etcd refuses the watch.
   std::function<bool(const etcd::WatchAnswer& answer, std::int64_t now_ns)> on_change = {};
   // The call has failed. etcd may have executed it, or may still do so.
-  std::function<void(EtcdFault fault, std::int64_t now_ns)> on_failure = {};
+  std::function<void(EtcdError error, std::int64_t now_ns)> on_failure = {};
   // etcd has answered that the lease of the request does not exist.
   std::function<void(std::int64_t now_ns)> on_lease_gone = {};
 };
@@ -85,7 +85,7 @@ class EtcdCalls {
   // These take what the transport receives, as in EtcdSink.
   void on_answer(std::uint64_t id, int status, std::string_view body, std::int64_t now_ns);
   void on_line(std::uint64_t id, std::string_view line, std::int64_t now_ns);
-  void on_fault(std::uint64_t id, EtcdFault fault, std::int64_t now_ns);
+  void on_error(std::uint64_t id, EtcdError error, std::int64_t now_ns);
 
  private:
   // Rooms and their texts wait for their turn when this many calls are under way: a server that gets hundreds of rooms
@@ -100,8 +100,8 @@ class EtcdCalls {
   };
 
   static void warn_of(const std::string& error);
-  void fail(const Call& call, EtcdFault fault, std::int64_t now_ns);
-  void turn_to_next_endpoint(std::size_t failed, EtcdFault fault, std::int64_t now_ns);
+  void fail(const Call& call, EtcdError error, std::int64_t now_ns);
+  void turn_to_next_endpoint(std::size_t failed, EtcdError error, std::int64_t now_ns);
 
   const EtcdDirectoryDef* def_;
   EtcdTransport* transport_;

@@ -40,7 +40,7 @@ void EtcdCopy::poll(std::int64_t now_ns) {
                                                       : etcd::range(list_from_, end, list_page_, listed_.revision),
                            .timeout_ns = kListTimeout_ns,
                            .on_answer = calls_->reading(etcd::parse_range, take),
-                           .on_failure = [this](EtcdFault fault, auto) { note_failed_list(fault); }},
+                           .on_failure = [this](EtcdError error, auto) { note_failed_list(error); }},
                           now_ns);
     return;
   }
@@ -49,9 +49,9 @@ void EtcdCopy::poll(std::int64_t now_ns) {
   if (now_ns >= watch_until_ns_) calls_->stop(watch_);
   if (calls_->is_under_way(watch_)) return;
   counters_->watches.add();
-  const auto note_failure = [this](EtcdFault fault, auto) {
+  const auto note_failure = [this](EtcdError error, auto) {
     // A watch that goes on where it was would get the same line again.
-    if (fault == EtcdFault::oversize || fault == EtcdFault::malformed) list_again();
+    if (error == EtcdError::oversize || error == EtcdError::malformed) list_again();
   };
   watch_ = calls_->start({.request = etcd::watch(keys_.rooms, end, view_.revision + 1),
                           .on_change = [this](const auto& answer, auto at_ns) { return take_changes(answer, at_ns); },
@@ -76,8 +76,8 @@ void EtcdCopy::list_again() {
   list_page_ = kListPage;
 }
 
-void EtcdCopy::note_failed_list(EtcdFault fault) {
-  if (fault == EtcdFault::oversize && list_page_ > 0)
+void EtcdCopy::note_failed_list(EtcdError error) {
+  if (error == EtcdError::oversize && list_page_ > 0)
     // A quarter of the entries the next time, down to one, and then that one without its value: a value that alone
     // exceeds the bound is passed over.
     list_page_ = list_page_ > 1 ? std::max<std::int64_t>(list_page_ / 4, 1) : 0;

@@ -44,7 +44,7 @@ class EtcdCopy {
  private:
   void list_again();
   void take_list(const etcd::RangeAnswer& answer);
-  void note_failed_list(EtcdFault fault);
+  void note_failed_list(EtcdError error);
   [[nodiscard]] bool take_changes(const etcd::WatchAnswer& answer, std::int64_t now_ns);
 
   EtcdCalls* calls_;

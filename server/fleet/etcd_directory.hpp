@@ -52,8 +52,8 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   void on_line(std::uint64_t call, std::string_view line, std::int64_t now_ns) override {
     calls_.on_line(call, line, now_ns);
   }
-  void on_fault(std::uint64_t call, EtcdFault fault, std::int64_t now_ns) override {
-    calls_.on_fault(call, fault, now_ns);
+  void on_error(std::uint64_t call, EtcdError error, std::int64_t now_ns) override {
+    calls_.on_error(call, error, now_ns);
   }
 
   // For tests: calls under way, and rooms that are claimed, owned or being released.

@@ -66,7 +66,7 @@ void EtcdLease::send_keep_alive(std::int64_t now_ns) {
       {.request = is_question ? etcd::time_to_live(id_) : etcd::keep_alive(id_),
        .endpoint = sent.endpoint,
        .on_answer = calls_->reading(is_question ? etcd::parse_time_to_live : etcd::parse_keep_alive, take_answer),
-       .on_failure = [this, sent](auto fault, auto at_ns) { note_failure(sent, fault, at_ns); },
+       .on_failure = [this, sent](auto error, auto at_ns) { note_failure(sent, error, at_ns); },
        .on_lease_gone = [this, sent](auto at_ns) { lose(sent.lease, at_ns); }},
       now_ns);
 }
@@ -81,7 +81,7 @@ bool EtcdLease::may_keep_alive(std::int64_t now_ns) {
 
 // Returns false when the answer is about another lease than the one that was asked for.
 bool EtcdLease::take(const etcd::LeaseAnswer& answer, const Sent& sent, bool is_question, std::int64_t now_ns) {
-  // An answer about an earlier lease comes late, and is no fault.
+  // An answer about an earlier lease comes late, and is no error.
   if (sent.lease != id_) return true;
   if (answer.lease != id_) return false;
   if (answer.ttl_s == 0) {
@@ -122,9 +122,9 @@ void EtcdLease::open_fence(std::int64_t from_ns, std::int64_t lease_ns) {
 //
 // The first keep-alive is due after a third of the lease, a round of all endpoints takes a third, and the next begins a
 // ninth later: so a round ends before the fence closes.
-void EtcdLease::note_failure(const Sent& sent, EtcdFault fault, std::int64_t now_ns) {
+void EtcdLease::note_failure(const Sent& sent, EtcdError error, std::int64_t now_ns) {
   // Such an endpoint has answered, so etcd is not silent.
-  if (fault == EtcdFault::refused || fault == EtcdFault::malformed || fault == EtcdFault::oversize) {
+  if (error == EtcdError::refused || error == EtcdError::malformed || error == EtcdError::oversize) {
     keep_alive_at_ns_ = now_ns + def_->lease_ns() / 30;
     return;
   }

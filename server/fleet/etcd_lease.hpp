@@ -54,7 +54,7 @@ class EtcdLease {
   void send_keep_alive(std::int64_t now_ns);
   [[nodiscard]] bool may_keep_alive(std::int64_t now_ns);
   [[nodiscard]] bool take(const etcd::LeaseAnswer& answer, const Sent& sent, bool is_question, std::int64_t now_ns);
-  void note_failure(const Sent& sent, EtcdFault fault, std::int64_t now_ns);
+  void note_failure(const Sent& sent, EtcdError error, std::int64_t now_ns);
   void renew(const etcd::LeaseAnswer& answer, std::int64_t sent_ns, std::int64_t now_ns);
   void open_fence(std::int64_t from_ns, std::int64_t lease_ns);
   void note_fence(std::int64_t now_ns);

@@ -243,8 +243,8 @@ std::uint64_t EtcdRooms::send_claim(const std::string& name, const Room& room, s
   const auto take = [this, name, lease](const auto& answer, auto at_ns) {
     return take_claim(name, lease, answer, at_ns);
   };
-  const auto note_failure = [this, name](auto fault, auto) {
-    return fault == EtcdFault::oversize ? shorten_claim(name) : retry(name);
+  const auto note_failure = [this, name](auto error, auto) {
+    return error == EtcdError::oversize ? shorten_claim(name) : retry(name);
   };
   const auto lose_lease = [this, name, lease](auto at_ns) {
     retry(name);

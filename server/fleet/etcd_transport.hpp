@@ -19,7 +19,7 @@ struct EtcdCall {
 
 // Why a call has no answer. The first three say that the endpoint may be out of reach; the others are answers that are
 // of no use.
-enum class EtcdFault : std::uint8_t { unreachable, timeout, broken, refused, malformed, oversize };
+enum class EtcdError : std::uint8_t { unreachable, timeout, broken, refused, malformed, oversize };
 
 // Takes what the transport receives. I/O thread.
 class EtcdSink {
@@ -30,7 +30,7 @@ class EtcdSink {
   // One line of a stream.
   virtual void on_line(std::uint64_t call, std::string_view line, std::int64_t now_ns) = 0;
   // The call has failed, or the stream has ended.
-  virtual void on_fault(std::uint64_t call, EtcdFault fault, std::int64_t now_ns) = 0;
+  virtual void on_error(std::uint64_t call, EtcdError error, std::int64_t now_ns) = 0;
 };
 
 // Carries calls to etcd. It calls the sink later, never inside send() or cancel(): a caller's state does not change

@@ -18,8 +18,8 @@ struct ServerAddress {
   bool operator==(const ServerAddress&) const = default;
 };
 
-// The least free share that a server tells while coarser levels still make room for more characters.
-inline constexpr double kFreeShareLeast = 1.0 / 16;
+// The smallest free share that a server announces while coarser levels still make room for more characters.
+inline constexpr double kAnnouncedShareMin = 1.0 / 16;
 
 // What a server has to do, and how much more it could do.
 struct ServerLoad {

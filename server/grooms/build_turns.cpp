@@ -15,22 +15,22 @@ namespace {
 
 using wire::ErrorReason;
 
-std::pair<ErrorReason, Counter*> reason_of(BuildFault fault, GroomCounters& counters) {
-  switch (fault) {
-    case BuildFault::size:
+std::pair<ErrorReason, Counter*> reason_of(BuildError error, GroomCounters& counters) {
+  switch (error) {
+    case BuildError::size:
       return {ErrorReason::limit_exceeded, &counters.grooms_refused_size};
-    case BuildFault::time:
+    case BuildError::time:
       return {ErrorReason::limit_exceeded, &counters.grooms_refused_build_time};
-    case BuildFault::memory:
+    case BuildError::memory:
       return {ErrorReason::limit_exceeded, &counters.grooms_refused_build_memory};
-    case BuildFault::invalid:
+    case BuildError::invalid:
       return {ErrorReason::groom_invalid, &counters.grooms_refused_invalid};
-    case BuildFault::crash:
+    case BuildError::crash:
       return {ErrorReason::groom_build_failed, &counters.grooms_refused_build_crash};
-    case BuildFault::server:
+    case BuildError::server:
       return {ErrorReason::groom_build_failed, &counters.grooms_refused_server};
-    case BuildFault::none:
-    case BuildFault::dropped:
+    case BuildError::none:
+    case BuildError::dropped:
       break;
   }
   return {ErrorReason::groom_build_failed, &counters.grooms_refused_invalid};
@@ -100,7 +100,7 @@ BuildTurns::Turn BuildTurns::turn_of(const Build& build) const {
 BuildTurns::Builds::const_iterator BuildTurns::next(std::int64_t now_ns) const {
   auto next = builds_.end();
   for (auto build = builds_.begin(); build != builds_.end(); ++build) {
-    // A build that has failed by the server's fault waits for its time and holds up nobody.
+    // A build that has failed by the server's error waits for its time and holds up nobody.
     if (build->second.job != 0 || build->second.again_ns > now_ns) continue;
     if (next == builds_.end() || turn_of(build->second) < turn_of(next->second)) next = build;
   }
@@ -151,12 +151,12 @@ BuildTurns::Progress BuildTurns::take(const GroomResult& result, std::int64_t no
   charge(build, result.build_ns);
   build.charged_ns = 0;
   // A build may end by itself just when it was told to give way; then its result counts.
-  if (std::exchange(build.gives_way, false) && result.fault == BuildFault::dropped) {
+  if (std::exchange(build.gives_way, false) && result.error == BuildError::dropped) {
     counters_->builds_interrupted.add();
     build.turn_ns *= 2;
     return Progress::queued;
   }
-  if (result.fault == BuildFault::server && try_again(result, build, now_ns)) return Progress::queued;
+  if (result.error == BuildError::server && try_again(result, build, now_ns)) return Progress::queued;
   remove(found);
   return Progress::ended;
 }
@@ -173,10 +173,10 @@ bool BuildTurns::try_again(const GroomResult& failed, Build& build, std::int64_t
 }
 
 Refused BuildTurns::refusal_of(const GroomResult& result) {
-  const auto [reason, counter] = reason_of(result.fault, *counters_);
+  const auto [reason, counter] = reason_of(result.error, *counters_);
   counter->add();
   if (reason != ErrorReason::groom_build_failed) return {reason, result.detail};
-  return {reason, fmt::format("the server could not build it, by a fault of its own: {}; offer it again in a while",
+  return {reason, fmt::format("the server could not build it, by an error of its own: {}; offer it again in a while",
                               result.detail)};
 }
 

@@ -17,7 +17,7 @@ namespace hairnet::server {
 // Decides which groom's levels are built next, and for how long. One groom is built at a time: that of the sharer whose
 // builds have taken the least time, so a client with many or large grooms delays the others little. A build whose turn
 // has lasted gives way, and begins again later with twice the time: a build cannot be paused, but doubled turns let
-// each end at last. A build that fails by a fault of the server is tried again, later each time. I/O thread.
+// each end at last. A build that fails by an error of the server is tried again, later each time. I/O thread.
 class BuildTurns {
  public:
   BuildTurns(const GroomStoreLimits& limits, const GroomShares& shares, GroomBuilder& builder, GroomCounters& counters)
@@ -80,7 +80,7 @@ class BuildTurns {
     std::int64_t charged_ns = 0;
     // The builder was told to end its build.
     bool gives_way = false;
-    // This many builds have failed by the server's fault.
+    // This many builds have failed by the server's error.
     int failed_count = 0;
     // It is not built before this time.
     std::int64_t again_ns = 0;

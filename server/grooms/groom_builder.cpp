@@ -34,11 +34,11 @@ std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) 
   return bytes;
 }
 
-GroomResult refused(BuildFault fault, std::string detail) {
-  HAIRNET_ASSERT(fault != BuildFault::none);
+GroomResult refused(BuildError error, std::string detail) {
+  HAIRNET_ASSERT(error != BuildError::none);
   GroomResult result;
   result.outcome = Outcome::refused;
-  result.fault = fault;
+  result.error = error;
   result.detail = std::move(detail);
   return result;
 }
@@ -80,7 +80,7 @@ void GroomBuilder::wake() {
 
 // What the store relies on, for each kind of result.
 void GroomBuilder::check(const GroomResult& result) {
-  HAIRNET_ASSERT((result.outcome == Outcome::refused) == (result.fault != BuildFault::none));
+  HAIRNET_ASSERT((result.outcome == Outcome::refused) == (result.error != BuildError::none));
   HAIRNET_ASSERT((result.outcome == Outcome::ready) == (result.levels != nullptr));
   if (result.outcome == Outcome::building) HAIRNET_ASSERT(result.bytes);
 }
@@ -138,8 +138,8 @@ void GroomBuilder::do_job(GroomJob job) {
     const MemoryReserve::MayFail may_fail;
     result = build(std::move(job));
   } catch (const std::bad_alloc&) {
-    // It is the server's fault and not the groom's, so BuildTurns tries the build again.
-    result = refused(BuildFault::server, "the server has no memory left for its build");
+    // It is the server's error and not the groom's, so BuildTurns tries the build again.
+    result = refused(BuildError::server, "the server has no memory left for its build");
   }
   result.job = number;
   result.hash = hash;
@@ -167,16 +167,16 @@ GroomResult GroomBuilder::build(GroomJob job) {
   }
   const std::shared_ptr<const std::vector<std::uint8_t>> file = building.bytes;
   if (file->size() > def_.bytes_max)
-    return refused(BuildFault::size,
+    return refused(BuildError::size,
                    fmt::format("a groom of {} bytes; at most {} are taken", file->size(), def_.bytes_max));
   // A packed groom may be small and unpack to gigabytes, so the unpacked size is checked before anything is unpacked.
   if (const std::size_t unpacked_bytes = wire::unpacked_bytes(*file, wire::kPackedGroom);
       unpacked_bytes > def_.bytes_max)
-    return refused(BuildFault::size, fmt::format("a groom of {} bytes when unpacked; at most {} are taken",
+    return refused(BuildError::size, fmt::format("a groom of {} bytes when unpacked; at most {} are taken",
                                                  unpacked_bytes, def_.bytes_max));
   const Result<Groom> groom = wire::decode_groom(*file, def_.build.groom);
-  if (!groom) return refused(BuildFault::invalid, groom.error());
-  if (groom->points.empty()) return refused(BuildFault::invalid, "the groom has no strand points");
+  if (!groom) return refused(BuildError::invalid, groom.error());
+  if (groom->points.empty()) return refused(BuildError::invalid, "the groom has no strand points");
   building.strand_count = groom->strand_count();
   // The I/O thread hears of the valid file before the build, which takes long: the size and the strands are checked
   // against the limits of its users now.
@@ -190,21 +190,21 @@ GroomResult GroomBuilder::build(GroomJob job) {
 GroomResult GroomBuilder::build(const GroomJob& job, const std::vector<std::uint8_t>& file, const Groom& groom) const {
   const std::int64_t begun_ns = clock_ns();
   const GoesOn goes_on = [&] {
-    if (cancelled_ || dropped_ == job.number) return BuildFault::dropped;
+    if (cancelled_ || dropped_ == job.number) return BuildError::dropped;
     // The time counts from the build's begin, after the file was read and decoded.
-    return clock_ns() - begun_ns > def_.build.ns_max ? BuildFault::time : BuildFault::none;
+    return clock_ns() - begun_ns > def_.build.ns_max ? BuildError::time : BuildError::none;
   };
   const LevelBuild build = levels_of(job, file, groom, goes_on);
-  switch (build.fault) {
-    case BuildFault::none:
+  switch (build.error) {
+    case BuildError::none:
       break;
-    case BuildFault::dropped:
-      return refused(build.fault, cancelled_ ? "the server is stopping" : "nobody uses the groom any more");
-    case BuildFault::time:
-      return refused(build.fault, fmt::format("building it takes longer than {:g} s",
+    case BuildError::dropped:
+      return refused(build.error, cancelled_ ? "the server is stopping" : "nobody uses the groom any more");
+    case BuildError::time:
+      return refused(build.error, fmt::format("building it takes longer than {:g} s",
                                               static_cast<double>(def_.build.ns_max) * 1e-9));
     default:
-      return refused(build.fault, build.detail);
+      return refused(build.error, build.detail);
   }
   GroomResult result;
   result.outcome = Outcome::ready;
@@ -227,18 +227,18 @@ LevelBuild GroomBuilder::levels_of(const GroomJob& job, const std::vector<std::u
       make_level_maps(groom, *cached, [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
         pool.parallel_for(count, body);
       });
-      return {std::move(cached), BuildFault::none, {}};
+      return {std::move(cached), BuildError::none, {}};
     }
   }
   // The estimate costs little beside a build, and refuses what would be killed for its memory after a long time. It
   // comes after the cache: cached levels need no build.
   const BuildEstimate estimate = estimate_build(groom);
   if (estimate.memory_bytes > def_.build.memory_bytes_max)
-    return {nullptr, BuildFault::memory,
+    return {nullptr, BuildError::memory,
             fmt::format("its {} pieces of hair between lattice planes need about {} MiB of memory; a build may take {}",
                         estimate.spring_count, estimate.memory_bytes >> 20, def_.build.memory_bytes_max >> 20)};
   LevelBuild build = def_.build_levels(def_.build, job.hash, file, groom, goes_on);
-  HAIRNET_ASSERT((build.levels == nullptr) == (build.fault != BuildFault::none));
+  HAIRNET_ASSERT((build.levels == nullptr) == (build.error != BuildError::none));
   if (def_.levels && build.levels) def_.levels->put(job.hash, *build.levels);
   return build;
 }

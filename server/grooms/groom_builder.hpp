@@ -42,8 +42,8 @@ struct GroomResult {
   std::uint64_t job = 0;
   wire::GroomHash hash{};
   Outcome outcome = Outcome::building;
-  // A refusal has a fault, which `detail` describes.
-  BuildFault fault = BuildFault::none;
+  // A refusal has an error, which `detail` describes.
+  BuildError error = BuildError::none;
   std::string detail;
   // A ready groom has levels and the file of its basis, and the file of its learnt hair or null.
   std::shared_ptr<const LevelSet> levels;

@@ -42,10 +42,10 @@ struct GroomCounters : CounterSet {
   Counter grooms_refused_build_time{*this, "grooms_refused", "reason", "build_time"};
   Counter grooms_refused_build_memory{*this, "grooms_refused", "reason", "build_memory"};
   Counter grooms_refused_build_crash{*this, "grooms_refused", "reason", "build_crash"};
-  // The server was at fault at each try.
+  // The server failed at each try.
   Counter grooms_refused_server{*this, "grooms_refused", "reason", "server"};
   Counter builds_failed{*this, "builds_failed",
-                        "Builds that failed by a fault of the server, tried again or given up."};
+                        "Builds that failed by an error of the server, tried again or given up."};
   // It is used, but nobody there could upload it.
   Counter grooms_refused_absent{*this, "grooms_refused", "reason", "absent"};
   Counter groom_bytes_received{*this, "groom_bytes_received", "Bytes of grooms received."};

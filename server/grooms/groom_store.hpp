@@ -95,7 +95,7 @@ class GroomStore final : public GroomService {
   struct User {
     // The size that it has offered; zero: it has not offered the groom, so it cannot upload it.
     std::uint64_t offered_bytes = 0;
-    // It was asked for its bytes; those that still come are no fault.
+    // It was asked for its bytes; those that still come are no error.
     bool was_asked = false;
   };
   struct Entry {

@@ -44,7 +44,7 @@ struct GroomStoreLimits {
   // After this time a build gives way to one of a session whose builds have taken less. It begins again later, with
   // twice the time.
   std::int64_t build_turn_ns = 5'000'000'000;
-  // A build that fails by a fault of the server begins again after this time, the next after twice this time, and so
+  // A build that fails by an error of the server begins again after this time, the next after twice this time, and so
   // on.
   std::int64_t build_again_ns = 1'000'000'000;
   int build_count_max = 4;

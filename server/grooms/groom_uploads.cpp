@@ -81,7 +81,7 @@ Refused GroomUploads::check(SessionId session, const wire::GroomChunk& chunk) co
   const Upload& upload = found->second;
   if (chunk.bytes.empty() || chunk.bytes.size() > wire::kGroomChunkBytesMax)
     return {ErrorReason::limit_exceeded, fmt::format("a chunk of {} bytes", chunk.bytes.size())};
-  // A connection keeps the order of chunks, so a gap is a fault of the client. Chunks that are sent twice after a
+  // A connection keeps the order of chunks, so a gap is an error of the client. Chunks that are sent twice after a
   // resume are taken out before (GroomStore::chunk).
   if (chunk.offset != upload.received)
     return {ErrorReason::unexpected_message,

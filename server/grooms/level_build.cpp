@@ -14,12 +14,12 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
                                    const Groom& groom, const GoesOn& goes_on) {
   HAIRNET_ASSERT(goes_on);
   // Several threads of the build may report progress at once.
-  std::atomic<BuildFault> fault = BuildFault::none;
+  std::atomic<BuildError> error = BuildError::none;
   BuildCallbacks callbacks;
   // The build asks at each piece of its work; any answer but `none` makes it return null.
   callbacks.progress = [&](double, std::string_view) {
-    fault = goes_on();
-    return fault == BuildFault::none;
+    error = goes_on();
+    return error == BuildError::none;
   };
   LevelBuild build;
   try {
@@ -34,12 +34,12 @@ LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHa
       with_modes->modes = make_modes(groom, build.levels, callbacks, parallel_for, def.training);
       build.levels = with_modes->modes ? std::move(with_modes) : nullptr;
     }
-    build.fault = fault;
+    build.error = error;
   } catch (const std::bad_alloc&) {
-    build.fault = BuildFault::memory;
+    build.error = BuildError::memory;
     build.detail = "the server has no memory left for its build";
   }
-  HAIRNET_ASSERT((build.levels == nullptr) == (build.fault != BuildFault::none));
+  HAIRNET_ASSERT((build.levels == nullptr) == (build.error != BuildError::none));
   return build;
 }
 

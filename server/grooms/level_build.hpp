@@ -14,7 +14,7 @@
 
 namespace hairnet::server {
 
-enum class BuildFault : std::uint8_t {
+enum class BuildError : std::uint8_t {
   none,
   // The file has more bytes than a groom may have.
   size,
@@ -33,7 +33,7 @@ enum class BuildFault : std::uint8_t {
 };
 
 // Whether a build may go on: none, time or dropped. Any thread may ask.
-using GoesOn = std::function<BuildFault()>;
+using GoesOn = std::function<BuildError()>;
 
 // How a build is done, and what it may use.
 struct LevelBuildDef {
@@ -46,10 +46,10 @@ struct LevelBuildDef {
 };
 
 struct LevelBuild {
-  // Null when there is a fault.
+  // Null when there is an error.
   std::shared_ptr<const LevelSet> levels;
-  BuildFault fault = BuildFault::none;
-  // One line about the fault.
+  BuildError error = BuildError::none;
+  // One line about the error.
   std::string detail;
 };
 
@@ -57,7 +57,7 @@ struct LevelBuild {
 using BuildLevels = std::function<LevelBuild(const LevelBuildDef& def, const wire::GroomHash& hash,
                                              std::span<const std::uint8_t> file, const Groom& groom, const GoesOn&)>;
 
-// On the calling thread and helper threads. A build that is out of memory has the fault `memory`.
+// On the calling thread and helper threads. A build that is out of memory has the error `memory`.
 LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHash& hash,
                                    std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on);
 

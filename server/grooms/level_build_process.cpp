@@ -27,7 +27,7 @@
 #include "server/grooms/level_build.hpp"
 
 // The two processes talk over a pair of sockets. The child gets a Request and the groom's file, and
-// answers with one byte, a BuildFault, followed by the level file or the fault's detail.
+// answers with one byte, a BuildError, followed by the level file or the error's detail.
 
 extern char** environ;
 
@@ -117,11 +117,11 @@ int spawn(int socket, pid_t& child) {
 
 // Sends the request and the file while it receives the answer. It does both at once, because a child that ends early
 // stops reading: a parent that only wrote would block.
-BuildFault exchange(int socket, std::span<const std::uint8_t> request, std::span<const std::uint8_t> file,
+BuildError exchange(int socket, std::span<const std::uint8_t> request, std::span<const std::uint8_t> file,
                     std::vector<std::uint8_t>& answer, const GoesOn& goes_on) {
   std::array<std::uint8_t, 1 << 16> piece;
   while (true) {
-    if (const BuildFault fault = goes_on(); fault != BuildFault::none) return fault;
+    if (const BuildError error = goes_on(); error != BuildError::none) return error;
     std::span<const std::uint8_t>& next = request.empty() ? file : request;
     pollfd look{socket, static_cast<short>(next.empty() ? POLLIN : POLLIN | POLLOUT), 0};
     if (::poll(&look, 1, kLookPeriod_ms) <= 0) continue;
@@ -133,10 +133,10 @@ BuildFault exchange(int socket, std::span<const std::uint8_t> request, std::span
     if (!(look.revents & (POLLIN | POLLHUP | POLLERR))) continue;
     const ssize_t received = ::recv(socket, piece.data(), piece.size(), MSG_DONTWAIT);
     // The child has closed its end: its status says the rest.
-    if (received == 0 || (received < 0 && errno != EAGAIN && errno != EINTR)) return BuildFault::none;
+    if (received == 0 || (received < 0 && errno != EAGAIN && errno != EINTR)) return BuildError::none;
     if (received > 0) answer.insert(answer.end(), piece.begin(), piece.begin() + received);
-    // The child's answer is not trusted either: it may not fill the server's memory. One byte is the fault's code.
-    if (answer.size() > wire::kLevelFileBytesMax + 1) return BuildFault::memory;
+    // The child's answer is not trusted either: it may not fill the server's memory. One byte is the error's code.
+    if (answer.size() > wire::kLevelFileBytesMax + 1) return BuildError::memory;
   }
 }
 
@@ -144,8 +144,8 @@ std::string memory_detail(const LevelBuildDef& def) {
   return fmt::format("its build takes more than {} MiB of memory", def.memory_bytes_max >> 20);
 }
 
-LevelBuild faulty(BuildFault fault, std::string detail = {}) {
-  return {nullptr, fault, std::move(detail)};
+LevelBuild failed_build(BuildError error, std::string detail = {}) {
+  return {nullptr, error, std::move(detail)};
 }
 
 std::string how_it_ended(int status) {
@@ -207,10 +207,10 @@ bool receive_all(void* to, std::size_t size) {
   return true;
 }
 
-// The answer is one byte, the fault, and then the levels, or a line of text about the fault. The end of the stream ends
+// The answer is one byte, the error, and then the levels, or a line of text about the error. The end of the stream ends
 // it.
-int answer(BuildFault fault, std::span<const std::uint8_t> bytes) {
-  const auto code = static_cast<std::uint8_t>(fault);
+int answer(BuildError error, std::span<const std::uint8_t> bytes) {
+  const auto code = static_cast<std::uint8_t>(error);
   bool is_sent = ::send(STDOUT_FILENO, &code, 1, MSG_NOSIGNAL) == 1;
   while (is_sent && !bytes.empty()) {
     const ssize_t count = ::send(STDOUT_FILENO, bytes.data(), bytes.size(), MSG_NOSIGNAL);
@@ -220,8 +220,8 @@ int answer(BuildFault fault, std::span<const std::uint8_t> bytes) {
   return is_sent ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
-int answer(BuildFault fault, const std::string& detail) {
-  return answer(fault, {reinterpret_cast<const std::uint8_t*>(detail.data()), detail.size()});
+int answer(BuildError error, const std::string& detail) {
+  return answer(error, {reinterpret_cast<const std::uint8_t*>(detail.data()), detail.size()});
 }
 
 }  // namespace
@@ -233,12 +233,12 @@ LevelBuild build_levels_in_child_process(const LevelBuildDef& def, const wire::G
   HAIRNET_ASSERT(!file.empty());
   std::array<int, 2> pair{-1, -1};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair.data()) != 0)
-    return faulty(BuildFault::server, fmt::format("no sockets for its build: {}", std::strerror(errno)));
+    return failed_build(BuildError::server, fmt::format("no sockets for its build: {}", std::strerror(errno)));
   const Descriptor ours(pair[0]);
   Descriptor theirs(pair[1]);
   pid_t id = 0;
   if (const int error = spawn(theirs.get(), id); error != 0)
-    return faulty(BuildFault::server, fmt::format("no process for its build: {}", std::strerror(error)));
+    return failed_build(BuildError::server, fmt::format("no process for its build: {}", std::strerror(error)));
   Child child(id);
   // Only the child holds the other end now, so its death ends the stream.
   theirs.close();
@@ -252,33 +252,35 @@ LevelBuild build_levels_in_child_process(const LevelBuildDef& def, const wire::G
                         file.size(),
                         wire::unpacked_bytes(file, wire::kPackedGroom)};
   std::vector<std::uint8_t> answer;
-  const BuildFault fault =
+  const BuildError error =
       exchange(ours.get(), {reinterpret_cast<const std::uint8_t*>(&request), sizeof(request)}, file, answer, goes_on);
-  if (fault != BuildFault::none) return faulty(fault, fault == BuildFault::memory ? memory_detail(def) : "");
+  if (error != BuildError::none) return failed_build(error, error == BuildError::memory ? memory_detail(def) : "");
   // The child has closed its socket, so it is about to end.
   const int status = child.wait();
   // The order of these checks is from the surest sign to the least sure: a status of our own, the kernel's limit of
   // time, then any other end.
-  if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoMemory) return faulty(BuildFault::memory, memory_detail(def));
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return faulty(BuildFault::time);
+  if (WIFEXITED(status) && WEXITSTATUS(status) == kExitNoMemory)
+    return failed_build(BuildError::memory, memory_detail(def));
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) return failed_build(BuildError::time);
   if (!WIFEXITED(status) || WEXITSTATUS(status) != EXIT_SUCCESS || answer.empty())
-    return faulty(is_from_outside(status) ? BuildFault::server : BuildFault::crash,
-                  "its build ended " + how_it_ended(status));
+    return failed_build(is_from_outside(status) ? BuildError::server : BuildError::crash,
+                        "its build ended " + how_it_ended(status));
   const std::span<const std::uint8_t> rest = std::span(answer).subspan(1);
-  if (answer[0] != static_cast<std::uint8_t>(BuildFault::none))
-    return faulty(answer[0] == static_cast<std::uint8_t>(BuildFault::invalid) ? BuildFault::invalid : BuildFault::crash,
-                  std::string(rest.begin(), rest.end()));
+  if (answer[0] != static_cast<std::uint8_t>(BuildError::none))
+    return failed_build(
+        answer[0] == static_cast<std::uint8_t>(BuildError::invalid) ? BuildError::invalid : BuildError::crash,
+        std::string(rest.begin(), rest.end()));
   // The levels are decoded and validated as a cache's file is: a child that a groom has taken over can give valid
   // levels only.
   wire::DecodedLevels decoded = wire::decode_levels(rest, hash);
-  if (!decoded.levels) return faulty(BuildFault::crash, "its build gave no levels: " + decoded.detail);
-  if (!decoded.levels->modes) return faulty(BuildFault::crash, "its build gave no modes");
+  if (!decoded.levels) return failed_build(BuildError::crash, "its build gave no levels: " + decoded.detail);
+  if (!decoded.levels->modes) return failed_build(BuildError::crash, "its build gave no modes");
   BuildPool pool(def.thread_count);
   // The maps between levels are not in the file: they are cheap to make, and large.
   make_level_maps(groom, *decoded.levels, [&pool](std::size_t count, const std::function<void(std::size_t)>& body) {
     pool.parallel_for(count, body);
   });
-  return {std::move(decoded.levels), BuildFault::none, {}};
+  return {std::move(decoded.levels), BuildError::none, {}};
 }
 
 int run_level_build_process() {
@@ -293,15 +295,15 @@ int run_level_build_process() {
   std::vector<std::uint8_t> file(request.file_bytes);
   if (!receive_all(file.data(), file.size())) return EXIT_FAILURE;
   const Result<Groom> groom = wire::decode_groom(file, request.groom);
-  if (!groom) return answer(BuildFault::invalid, groom.error());
-  if (groom->points.empty()) return answer(BuildFault::invalid, std::string("the groom has no strand points"));
+  if (!groom) return answer(BuildError::invalid, groom.error());
+  if (groom->points.empty()) return answer(BuildError::invalid, std::string("the groom has no strand points"));
   LevelBuildDef def;
   // The child checks neither time nor drops: the parent kills it.
   def.thread_count = request.thread_count;
   def.training = request.training;
-  const LevelBuild build = build_levels_in_process(def, request.hash, file, *groom, [] { return BuildFault::none; });
+  const LevelBuild build = build_levels_in_process(def, request.hash, file, *groom, [] { return BuildError::none; });
   if (!build.levels) return kExitNoMemory;
-  return answer(BuildFault::none, wire::encode_levels(request.hash, *build.levels));
+  return answer(BuildError::none, wire::encode_levels(request.hash, *build.levels));
 }
 
 }  // namespace hairnet::server

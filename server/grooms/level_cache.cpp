@@ -44,7 +44,7 @@ std::shared_ptr<LevelSet> LevelCache::read_store(const wire::GroomHash& groom) {
   const std::optional<std::vector<std::uint8_t>> bytes = objects_->get(groom);
   if (!bytes) return nullptr;
   wire::DecodedLevels decoded = wire::decode_levels(*bytes, groom);
-  if (decoded.fault != wire::LevelFileFault::none) {
+  if (decoded.error != wire::LevelFileError::none) {
     objects_->reject(groom, decoded.detail);
     return nullptr;
   }
@@ -69,22 +69,22 @@ std::shared_ptr<LevelSet> LevelCache::read_folder(const wire::GroomHash& groom) 
       return nullptr;
   }
   wire::DecodedLevels decoded = wire::decode_levels(file.bytes, groom);
-  switch (decoded.fault) {
-    case wire::LevelFileFault::none:
+  switch (decoded.error) {
+    case wire::LevelFileError::none:
       break;
-    case wire::LevelFileFault::not_a_level_file:
+    case wire::LevelFileError::not_a_level_file:
       count(decoded.detail, groom, counters_->level_cache_rejected_format);
       return nullptr;
-    case wire::LevelFileFault::other_version:
+    case wire::LevelFileError::other_version:
       count(decoded.detail, groom, counters_->level_cache_rejected_version);
       return nullptr;
-    case wire::LevelFileFault::other_groom:
+    case wire::LevelFileError::other_groom:
       count(decoded.detail, groom, counters_->level_cache_rejected_groom);
       return nullptr;
-    case wire::LevelFileFault::damaged:
+    case wire::LevelFileError::damaged:
       count(decoded.detail, groom, counters_->level_cache_rejected_damaged);
       return nullptr;
-    case wire::LevelFileFault::invalid:
+    case wire::LevelFileError::invalid:
       count(decoded.detail, groom, counters_->level_cache_rejected_invalid);
       return nullptr;
   }
@@ -106,7 +106,7 @@ bool LevelCache::put_next() {
   if (!wanted) return false;
   const CacheFolder::Found file = folder_.read(wanted->groom);
   if (file.outcome == CacheFolder::Outcome::read &&
-      wire::decode_levels(file.bytes, wanted->groom).fault == wire::LevelFileFault::none)
+      wire::decode_levels(file.bytes, wanted->groom).error == wire::LevelFileError::none)
     objects_->put(*wanted, file.bytes);
   else
     objects_->drop();

@@ -22,11 +22,11 @@ struct ExchangeRequest {
 
 // Why a request has no answer. Unreachable: no connection. Timeout: it took too long. Broken: the connection ended
 // early. Malformed: not HTTP. Oversize: more than was asked for. Cancelled: cancel() was called.
-enum class ExchangeFault : std::uint8_t { none, unreachable, timeout, broken, malformed, oversize, cancelled };
+enum class ExchangeError : std::uint8_t { none, unreachable, timeout, broken, malformed, oversize, cancelled };
 
 struct ExchangeAnswer {
-  ExchangeFault fault = ExchangeFault::none;
-  // Describes the fault in one line.
+  ExchangeError error = ExchangeError::none;
+  // Describes the error in one line.
   std::string detail;
   // Is zero when there is none.
   unsigned status = 0;

@@ -52,18 +52,18 @@ struct Failure {
 };
 
 Failure failure_of(const ExchangeAnswer& answer, ObjectCounters& c) {
-  switch (answer.fault) {
-    case ExchangeFault::unreachable:
+  switch (answer.error) {
+    case ExchangeError::unreachable:
       return {"unreachable", &c.requests_failed_unreachable, Outcome::unreachable};
-    case ExchangeFault::timeout:
+    case ExchangeError::timeout:
       return {"timeout", &c.requests_failed_timeout, Outcome::unreachable};
-    case ExchangeFault::broken:
+    case ExchangeError::broken:
       return {"broken", &c.requests_failed_broken, Outcome::unreachable};
-    case ExchangeFault::malformed:
-    case ExchangeFault::oversize:  // an error with a body that no error has
+    case ExchangeError::malformed:
+    case ExchangeError::oversize:  // an error with a body that no error has
       return {"malformed", &c.requests_failed_malformed, Outcome::unreachable};
-    case ExchangeFault::cancelled:
-    case ExchangeFault::none:
+    case ExchangeError::cancelled:
+    case ExchangeError::none:
       break;
   }
   // The store is there, and cannot answer now. Later statuses say that it will not, whatever is tried again soon.
@@ -89,16 +89,16 @@ ObjectAnswer S3Store::get(std::string_view name, std::size_t bytes_max) {
   if (!takes_gets()) return skip();
   ExchangeAnswer answer = call(ExchangeRequest::Method::get, name, {}, bytes_max);
   // The store works; its object is foreign and too large.
-  if (answer.fault == ExchangeFault::oversize && answer.status == 200) {
+  if (answer.error == ExchangeError::oversize && answer.status == 200) {
     succeed(gets_);
     return {Outcome::too_large, {}, fmt::format("more than {} bytes", bytes_max)};
   }
-  if (answer.fault == ExchangeFault::none && answer.status == 200) {
+  if (answer.error == ExchangeError::none && answer.status == 200) {
     succeed(gets_);
     return {Outcome::read, std::move(answer.body), {}};
   }
-  // A missing object is usual; a missing bucket is a fault of the settings, with the same status.
-  if (answer.fault == ExchangeFault::none && answer.status == 404 && code_of(answer.body) != "NoSuchBucket") {
+  // A missing object is usual; a missing bucket is an error of the settings, with the same status.
+  if (answer.error == ExchangeError::none && answer.status == 404 && code_of(answer.body) != "NoSuchBucket") {
     succeed(gets_);
     return {Outcome::absent, {}, {}};
   }
@@ -112,14 +112,14 @@ ObjectAnswer S3Store::put(std::string_view name, std::span<const std::uint8_t> b
   // it, which does no harm: objects of one name serve alike.
   if (existing == Existing::keep) {
     const ExchangeAnswer answer = call(ExchangeRequest::Method::head, name, {}, 0);
-    if (answer.fault == ExchangeFault::none && answer.status == 200) {
+    if (answer.error == ExchangeError::none && answer.status == 200) {
       succeed(puts_);
       return {Outcome::kept, {}, {}};
     }
-    if (answer.fault != ExchangeFault::none || answer.status != 404) return fail(puts_, answer);
+    if (answer.error != ExchangeError::none || answer.status != 404) return fail(puts_, answer);
   }
   const ExchangeAnswer answer = call(ExchangeRequest::Method::put, name, bytes, 0);
-  if (answer.fault != ExchangeFault::none || answer.status < 200 || answer.status >= 300) return fail(puts_, answer);
+  if (answer.error != ExchangeError::none || answer.status < 200 || answer.status >= 300) return fail(puts_, answer);
   succeed(puts_);
   return {Outcome::stored, {}, {}};
 }
@@ -156,11 +156,11 @@ ObjectAnswer S3Store::skip() {
 }
 
 ObjectAnswer S3Store::fail(Calls& calls, const ExchangeAnswer& answer) {
-  if (answer.fault == ExchangeFault::cancelled) return {Outcome::unreachable, {}, "the server is stopping"};
+  if (answer.error == ExchangeError::cancelled) return {Outcome::unreachable, {}, "the server is stopping"};
   const Failure failure = failure_of(answer, *counters_);
   failure.counter->add();
   const std::string code = code_of(answer.body);
-  const std::string detail = answer.fault != ExchangeFault::none
+  const std::string detail = answer.error != ExchangeError::none
                                  ? answer.detail
                                  : fmt::format("status {}{}{}", answer.status, code.empty() ? "" : " ", code);
   // A refusal is an answer, so the store can be reached.

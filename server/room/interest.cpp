@@ -17,7 +17,7 @@ struct Distance {
 };
 
 // A plain loop over fewer points is as fast as a tree.
-constexpr std::size_t kTreeLeast = 16;
+constexpr std::size_t kTreePointsMin = 16;
 
 // The interface that nanoflann asks for; the names are nanoflann's.
 struct PointCloud {
@@ -37,7 +37,7 @@ using PointTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adapt
 class NearestPoint {
  public:
   explicit NearestPoint(std::span<const Vec3> points) : cloud_{points} {
-    if (points.size() >= kTreeLeast) tree_.emplace(3, cloud_);
+    if (points.size() >= kTreePointsMin) tree_.emplace(3, cloud_);
   }
   [[nodiscard]] double distance2(const Vec3& head) const {
     if (cloud_.points.empty()) return 0;
@@ -88,7 +88,7 @@ void choose_members(const wire::Observe& observe, std::span<const MemberHead> he
   if (observe.mode == wire::ObserveMode::list) {
     for (const std::uint32_t member : observe.members) {
       const auto head = std::ranges::lower_bound(heads, member, {}, &MemberHead::member);
-      // A number that names nobody yet is no fault: the member may have left meanwhile.
+      // A number that names nobody yet is no error: the member may have left meanwhile.
       if (head != heads.end() && head->member == member) wanted[static_cast<std::size_t>(head - heads.begin())] = true;
     }
   } else if (observe.mode != wire::ObserveMode::all) {

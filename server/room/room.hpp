@@ -74,7 +74,7 @@ class Rooms {
   Character* add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest);
   void remove(CharacterKey key, std::int64_t now_ns);
   // Put poses, or hands, into the inboxes, and count what the inboxes refuse. A character or session that is gone
-  // meanwhile is no fault.
+  // meanwhile is no error.
   void put(const PutPoses& batch);
   void put(const PutHands& hands);
   // The session has no hands until it sends some again.

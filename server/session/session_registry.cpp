@@ -235,8 +235,8 @@ void SessionRegistry::release_empty_rooms(std::int64_t now_ns) {
     // A lock that comes with a room and that nobody may pass would move on from server to server for good. It ends when
     // those who were in the room do not come back within kReturn_ns.
     const bool is_locked = context_->rules.is_locked(room);
-    const std::int64_t least_ns = is_locked && !one.was_used ? RoomKeeper::kReturn_ns : kRoomsInterval_ns;
-    if (now_ns - one.since_ns <= std::max(one.grace_ns, least_ns)) {
+    const std::int64_t min_ns = is_locked && !one.was_used ? RoomKeeper::kReturn_ns : kRoomsInterval_ns;
+    if (now_ns - one.since_ns <= std::max(one.grace_ns, min_ns)) {
       empty[room] = one;
       continue;
     }

@@ -19,9 +19,9 @@ constexpr std::array<std::array<double, 3>, kLevelCount> kTable_s{{{86.3e-6, 86.
                                                                    {0, 0, 0}}};
 
 // Bounds samples against the table's time, both ways: a slow machine is allowed, but no hiccup.
-constexpr double kFirstSampleMost = 30;
+constexpr double kFirstSampleMax = 30;
 // A single tick counts at most this many times the estimate, or one over it.
-constexpr double kSampleMost = 2;
+constexpr double kSampleMax = 2;
 // Weighs a tick with enough character-steps to be significant.
 constexpr double kGain = 0.1;
 constexpr double kFullSteps = 16;
@@ -49,7 +49,7 @@ void CostEstimate::observe(const StepCosts& costs) {
       Estimate& estimate = estimates_[l][index_of(stride)];
       if (cost.character_steps == 0 || cost.step_ns <= 0 || estimate.table_s <= 0) continue;
       const double sample_s = 1e-9 * static_cast<double>(cost.step_ns) / cost.character_steps;
-      const double ratio = std::clamp(sample_s / estimate.table_s, 1 / kFirstSampleMost, kFirstSampleMost);
+      const double ratio = std::clamp(sample_s / estimate.table_s, 1 / kFirstSampleMax, kFirstSampleMax);
       // The first sample replaces the table's value at once; a slow mean would start from a machine that is not this
       // one.
       if (!estimate.is_measured) {
@@ -57,10 +57,10 @@ void CostEstimate::observe(const StepCosts& costs) {
         estimate.measured_s = ratio * estimate.table_s;
       }
       // By factors, so that one late tick in ten does not pull up the mean of the other nine.
-      const double off = std::clamp(sample_s / estimate.measured_s, 1 / kSampleMost, kSampleMost);
+      const double off = std::clamp(sample_s / estimate.measured_s, 1 / kSampleMax, kSampleMax);
       const double share = std::min(1.0, cost.character_steps / kFullSteps);
       estimate.measured_s *= std::pow(off, kGain * share);
-      machine_ *= std::pow(std::clamp(ratio / machine_, 1 / kSampleMost, kSampleMost), kMachineGain * share);
+      machine_ *= std::pow(std::clamp(ratio / machine_, 1 / kSampleMax, kSampleMax), kMachineGain * share);
       HAIRNET_ASSERT(estimate.measured_s > 0 && std::isfinite(estimate.measured_s));
       HAIRNET_ASSERT(machine_ > 0 && std::isfinite(machine_));
     }

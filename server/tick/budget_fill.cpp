@@ -32,8 +32,8 @@ FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint
 }
 
 std::int64_t clamp_to_share(std::int64_t level_ns, const FillShare& share) {
-  HAIRNET_VALIDATE(share.least_ns <= share.most_ns);
-  return std::clamp(level_ns, share.least_ns, share.most_ns);
+  HAIRNET_VALIDATE(share.min_ns <= share.max_ns);
+  return std::clamp(level_ns, share.min_ns, share.max_ns);
 }
 
 // What the shares cost when all are filled to a level.
@@ -48,7 +48,7 @@ std::int64_t water_level(std::int64_t budget_ns, std::span<const FillShare> shar
   HAIRNET_VALIDATE(level_cost(0, shares) <= budget_ns);
   // A search by halves in whole nanoseconds: the cost never falls with the level, so the last level that fits is exact.
   std::int64_t low = 0, high = 0;
-  for (const FillShare& share : shares) high = std::max(high, share.most_ns);
+  for (const FillShare& share : shares) high = std::max(high, share.max_ns);
   while (low < high) {
     const std::int64_t level = low + (high - low + 1) / 2;
     if (level_cost(level, shares) <= budget_ns) {
@@ -64,8 +64,8 @@ void add(const FillShare& part, std::size_t index, bool is_same, std::vector<Fil
   HAIRNET_ASSERT(!is_same || (!shares.empty() && shares.back().end == index));
   if (!is_same) shares.push_back({index, index, 0, 0});
   shares.back().end = index + 1;
-  shares.back().least_ns += part.least_ns;
-  shares.back().most_ns += part.most_ns;
+  shares.back().min_ns += part.min_ns;
+  shares.back().max_ns += part.max_ns;
 }
 
 // Clients are runs of items, subjects runs of clients.
@@ -92,9 +92,9 @@ class ClientFill {
   void fill(const FillShare& client, std::int64_t share_ns) {
     // A client with one character needs no comparison of steps.
     if (client.end - client.begin == 1) return fill_one(client.begin, share_ns);
-    HAIRNET_ASSERT(share_ns >= client.least_ns);
+    HAIRNET_ASSERT(share_ns >= client.min_ns);
     put_steps(client);
-    std::int64_t left_ns = share_ns - client.least_ns;
+    std::int64_t left_ns = share_ns - client.min_ns;
     // The better half of [begin, end) is bought as a whole, or searched by halves.
     auto begin = steps_.begin(), end = steps_.end();
     while (begin != end) {
@@ -193,9 +193,9 @@ std::int64_t fill_budget(std::int64_t budget_ns, std::span<const BudgetItem> ite
   group(items, scratch);
   HAIRNET_ASSERT(scratch.subjects.size() <= scratch.clients.size());
   HAIRNET_ASSERT(scratch.clients.size() <= items.size());
-  const std::int64_t least_ns = cost_of(items, rungs);
+  const std::int64_t min_ns = cost_of(items, rungs);
   // Nothing can be left out below rung 0, so the caller learns the cost and reports the excess.
-  if (least_ns >= budget_ns) return least_ns;
+  if (min_ns >= budget_ns) return min_ns;
   // A person with many clients or characters gets one share, like everyone else: more characters only make them
   // coarser.
   const std::int64_t subject_level = water_level(budget_ns, scratch.subjects);

@@ -41,7 +41,7 @@ struct FillStep {
 struct FillShare {
   // These bound its items.
   std::size_t begin = 0, end = 0;
-  std::int64_t least_ns = 0, most_ns = 0;
+  std::int64_t min_ns = 0, max_ns = 0;
 };
 
 // Buffers that are reused from call to call.

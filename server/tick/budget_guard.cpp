@@ -50,8 +50,8 @@ void TickGuard::observe(double tick_duration_s, double work_s, double wanted_s) 
   // Written so that NaN returns.
   if (!(used >= 0) || !(work_s >= 0)) return;
   // One late tick in ten must not pull up the mean of the other nine.
-  const double most_s = std::max(2 * overhead_s_, kOverheadMin * def_.tick_s * def_.workers);
-  const double overhead_s = std::clamp(tick_duration_s * def_.workers - work_s, 0.0, most_s);
+  const double max_s = std::max(2 * overhead_s_, kOverheadMin * def_.tick_s * def_.workers);
+  const double overhead_s = std::clamp(tick_duration_s * def_.workers - work_s, 0.0, max_s);
   overhead_s_ += kOverheadGain * (overhead_s - overhead_s_);
   calm_ticks_ = std::min(calm_ticks_ + 1, kMarginTicks + 1);
   if (tick_duration_s <= def_.tick_s) {

@@ -94,7 +94,7 @@ bool Recorder::poll() {
 }
 
 void Recorder::fail(const char* error) {
-  // The first fault is the cause; later ones follow from it.
+  // The first error is the cause; later ones follow from it.
   if (failed_.exchange(true)) return;
   counters_->recordings_failed.add();
   spdlog::error("event=recording_failed file={} detail={}", log_text(path_), log_text(error));

@@ -29,13 +29,13 @@ http::verb verb_of(ExchangeRequest::Method method) {
   return http::verb::put;
 }
 
-ExchangeFault exchange_fault_of(const Error& error) {
-  if (error == beast::error::timeout) return ExchangeFault::timeout;
-  if (error == http::error::body_limit) return ExchangeFault::oversize;
+ExchangeError exchange_error_of(const Error& error) {
+  if (error == beast::error::timeout) return ExchangeError::timeout;
+  if (error == http::error::body_limit) return ExchangeError::oversize;
   const bool is_http = error.category() == http::make_error_code(http::error::bad_method).category();
   return is_http && error != http::error::end_of_stream && error != http::error::partial_message
-             ? ExchangeFault::malformed
-             : ExchangeFault::broken;
+             ? ExchangeError::malformed
+             : ExchangeError::broken;
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ asio::awaitable<void> BlockingHttpClient::Impl::run(const ExchangeRequest& asked
       peer = std::make_unique<HttpPeer>(loop.get_executor(), tls.get(), kBufferBytesMax);
       if (const Error error = co_await peer->connect(def.host, def.port, def.connect_timeout)) {
         peer.reset();
-        answer.fault = error == beast::error::timeout ? ExchangeFault::timeout : ExchangeFault::unreachable;
+        answer.error = error == beast::error::timeout ? ExchangeError::timeout : ExchangeError::unreachable;
         answer.detail = error.message();
         break;
       }
@@ -113,12 +113,12 @@ asio::awaitable<void> BlockingHttpClient::Impl::run(const ExchangeRequest& asked
     if (!cancelled) error = co_await exchange(asked, body_bytes_max, answer);
     if (!is_kept) peer.reset();
     if (!error) break;
-    answer.fault = exchange_fault_of(error);
+    answer.error = exchange_error_of(error);
     answer.detail = error.message();
-    // A new connection that breaks is a fault of the server, and no second try would be different.
-    if (!is_reused || answer.fault != ExchangeFault::broken || cancelled) break;
+    // A new connection that breaks is an error of the server, and no second try would be different.
+    if (!is_reused || answer.error != ExchangeError::broken || cancelled) break;
   }
-  if (cancelled) answer.fault = ExchangeFault::cancelled;
+  if (cancelled) answer.error = ExchangeError::cancelled;
 }
 
 Result<std::unique_ptr<BlockingHttpClient>> BlockingHttpClient::create(const BlockingHttpClientDef& def) {
@@ -138,7 +138,7 @@ BlockingHttpClient::~BlockingHttpClient() = default;
 ExchangeAnswer BlockingHttpClient::call(const ExchangeRequest& request, std::size_t body_bytes_max) {
   ExchangeAnswer answer;
   if (impl_->cancelled) {
-    answer.fault = ExchangeFault::cancelled;
+    answer.error = ExchangeError::cancelled;
     return answer;
   }
   // run() leaves the loop stopped when nothing is left to do.

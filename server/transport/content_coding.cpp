@@ -35,8 +35,8 @@ std::optional<double> weight_of(std::string_view parameters) {
   while (!parameters.empty()) {
     std::string_view value = take(parameters, ';');
     if (!same_word(take(value, '='), "q")) continue;
-    const auto [end, fault] = std::from_chars(value.data(), value.data() + value.size(), weight);
-    if (fault != std::errc() || end != value.data() + value.size() || !(weight >= 0 && weight <= 1))
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), weight);
+    if (error != std::errc() || end != value.data() + value.size() || !(weight >= 0 && weight <= 1))
       return std::nullopt;
   }
   return weight;

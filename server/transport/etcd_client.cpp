@@ -28,14 +28,14 @@ constexpr std::chrono::seconds kConnectTimeout{3}, kAnswerTimeout{10};
 constexpr std::size_t kIdleMax = 4;
 constexpr std::size_t kPasswordBytesMax = 1024, kPasswordFileBytesMax = 65'536;
 
-EtcdFault fault_of(const Error& error, bool is_connected) {
-  if (!is_connected) return EtcdFault::unreachable;
-  if (error == beast::error::timeout) return EtcdFault::timeout;
+EtcdError error_of(const Error& error, bool is_connected) {
+  if (!is_connected) return EtcdError::unreachable;
+  if (error == beast::error::timeout) return EtcdError::timeout;
   if (error == http::error::body_limit || error == http::error::header_limit || error == http::error::buffer_overflow)
-    return EtcdFault::oversize;
+    return EtcdError::oversize;
   const bool is_http = error.category() == http::make_error_code(http::error::bad_method).category();
-  return is_http && error != http::error::end_of_stream && error != http::error::partial_message ? EtcdFault::malformed
-                                                                                                 : EtcdFault::broken;
+  return is_http && error != http::error::end_of_stream && error != http::error::partial_message ? EtcdError::malformed
+                                                                                                 : EtcdError::broken;
 }
 
 Result<std::shared_ptr<asio::ssl::context>> make_client_context(const EtcdOptions& options) {
@@ -78,8 +78,8 @@ struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
   // False after cancel(), or when the client has gone: nobody waits for the answer any more.
   [[nodiscard]] bool is_wanted(std::uint64_t id) const { return sink && open.contains(id); }
   // The entry goes before the sink is called, which may send a new call from within.
-  void fail(std::uint64_t id, EtcdFault fault) {
-    if (open.erase(id) > 0 && sink) sink->on_fault(id, fault, channel::monotonic_ns());
+  void fail(std::uint64_t id, EtcdError error) {
+    if (open.erase(id) > 0 && sink) sink->on_error(id, error, channel::monotonic_ns());
   }
 
   SerialExecutor executor;
@@ -150,16 +150,16 @@ asio::awaitable<void> EtcdClient::Impl::run(EtcdCall call) {
     open[call.id].peer = peer;
     if (!is_reused) {
       if (const Error error = co_await peer->connect(endpoint.host, endpoint.port, kConnectTimeout))
-        co_return fail(call.id, fault_of(error, false));
+        co_return fail(call.id, error_of(error, false));
     }
     if (!is_wanted(call.id)) co_return;
     // One token serves all calls, until etcd refuses it.
     if (token.empty() && !user.empty() && !co_await authenticate(*peer, endpoint))
-      co_return fail(call.id, EtcdFault::refused);
+      co_return fail(call.id, EtcdError::refused);
     const Request request = request_of(endpoint, call.path, call.body);
     if (call.is_stream) {
       peer->expires_after(kAnswerTimeout);
-      if (const Error error = co_await peer->write(request)) co_return fail(call.id, fault_of(error, true));
+      if (const Error error = co_await peer->write(request)) co_return fail(call.id, error_of(error, true));
       co_return co_await read_stream(call.id, std::move(peer));
     }
     http::response_parser<http::string_body> parser;
@@ -167,8 +167,8 @@ asio::awaitable<void> EtcdClient::Impl::run(EtcdCall call) {
     if (!is_wanted(call.id)) co_return;
     // The connection was closed while it waited, most likely before etcd saw the request, so it is sent again on a new
     // one.
-    if (error && is_reused && fault_of(error, true) == EtcdFault::broken) continue;
-    if (error) co_return fail(call.id, fault_of(error, true));
+    if (error && is_reused && error_of(error, true) == EtcdError::broken) continue;
+    if (error) co_return fail(call.id, error_of(error, true));
     const auto& answer = parser.get();
     // The next call asks for a new token.
     if (answer.result_int() == 401 || answer.result_int() == 400) token.clear();
@@ -183,7 +183,7 @@ asio::awaitable<void> EtcdClient::Impl::read_stream(std::uint64_t id, std::share
   http::response_parser<http::buffer_body> parser;
   // A watch has no end, so the bound is on each line instead of the whole.
   parser.body_limit(boost::none);
-  if (const Error error = co_await peer->read_header(parser)) co_return fail(id, fault_of(error, true));
+  if (const Error error = co_await peer->read_header(parser)) co_return fail(id, error_of(error, true));
   if (!is_wanted(id)) co_return;
   if (parser.get().result_int() != 200) {
     open.erase(id);
@@ -199,9 +199,9 @@ asio::awaitable<void> EtcdClient::Impl::read_stream(std::uint64_t id, std::share
     parser.get().body().size = piece.size();
     const Error error = co_await peer->read_some(parser);
     if (!is_wanted(id)) co_return;
-    if (error && error != http::error::need_buffer) co_return fail(id, fault_of(error, true));
+    if (error && error != http::error::need_buffer) co_return fail(id, error_of(error, true));
     text.append(piece.data(), piece.size() - parser.get().body().size);
-    if (text.size() > etcd::kAnswerBytesMax) co_return fail(id, EtcdFault::oversize);
+    if (text.size() > etcd::kAnswerBytesMax) co_return fail(id, EtcdError::oversize);
     // The gateway writes one JSON object in a line; the last piece may hold only a part of one, and waits for its rest.
     std::size_t begin = 0;
     for (std::size_t end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
@@ -210,7 +210,7 @@ asio::awaitable<void> EtcdClient::Impl::read_stream(std::uint64_t id, std::share
     }
     text.erase(0, begin);
   }
-  fail(id, EtcdFault::broken);
+  fail(id, EtcdError::broken);
 }
 
 Result<std::unique_ptr<EtcdClient>> EtcdClient::create(IoLoop& loop, const EtcdOptions& options) {

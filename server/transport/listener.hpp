@@ -13,7 +13,8 @@
 
 namespace hairnet::server {
 
-// What a port that another program has means: a fault, or only that this listener takes another one, to check the rest.
+// What a port that another program has means: an error, or only that this listener takes another one, to check the
+// rest.
 enum class PortInUse : std::uint8_t { refused, passed_over };
 
 // One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS, and beside it a UDP port for

@@ -12,18 +12,19 @@ namespace {
 
 using Tcp = asio::ip::tcp;
 using Error = boost::system::error_code;
-using agones::Fault;
+using agones::SidecarError;
 
 // Bounds connection, request and answer together. The caller's own time-out is shorter and comes first.
 constexpr std::chrono::seconds kCallTimeout{5};
 
-Fault fault_of(const Error& error) {
-  if (error == beast::error::timeout) return Fault::timeout;
+SidecarError error_of(const Error& error) {
+  if (error == beast::error::timeout) return SidecarError::timeout;
   if (error == http::error::body_limit || error == http::error::header_limit || error == http::error::buffer_overflow)
-    return Fault::oversize;
+    return SidecarError::oversize;
   const bool is_http = error.category() == http::make_error_code(http::error::bad_method).category();
-  return is_http && error != http::error::end_of_stream && error != http::error::partial_message ? Fault::malformed
-                                                                                                 : Fault::broken;
+  return is_http && error != http::error::end_of_stream && error != http::error::partial_message
+             ? SidecarError::malformed
+             : SidecarError::broken;
 }
 
 http::verb verb_of(agones::Request::Method method) {
@@ -38,8 +39,8 @@ struct SidecarClient::Impl {
   Impl(SerialExecutor its_executor, std::uint16_t its_port) : executor(std::move(its_executor)), port(its_port) {}
 
   asio::awaitable<void> run(std::uint64_t id, agones::Request asked);
-  void fail(std::uint64_t id, Fault fault) {
-    if (open.erase(id) > 0 && sink) sink->on_fault(id, fault, channel::monotonic_ns());
+  void fail(std::uint64_t id, SidecarError error) {
+    if (open.erase(id) > 0 && sink) sink->on_error(id, error, channel::monotonic_ns());
   }
 
   SerialExecutor executor;
@@ -57,7 +58,8 @@ asio::awaitable<void> SidecarClient::Impl::run(std::uint64_t id, agones::Request
   const std::array<Tcp::endpoint, 2> loopback{Tcp::endpoint(asio::ip::address_v4::loopback(), port),
                                               Tcp::endpoint(asio::ip::address_v6::loopback(), port)};
   const auto [unconnected, endpoint] = co_await stream->async_connect(loopback, kAwaitable);
-  if (unconnected) co_return fail(id, unconnected == beast::error::timeout ? Fault::timeout : Fault::unreachable);
+  if (unconnected)
+    co_return fail(id, unconnected == beast::error::timeout ? SidecarError::timeout : SidecarError::unreachable);
   // cancel() was called meanwhile.
   if (!open.contains(id)) co_return;
   http::request<http::string_body> request(verb_of(asked.method), asked.path, 11);
@@ -68,13 +70,13 @@ asio::awaitable<void> SidecarClient::Impl::run(std::uint64_t id, agones::Request
   request.body() = std::move(asked.body);
   request.prepare_payload();
   const auto [unsent, sent_bytes] = co_await http::async_write(*stream, request, kAwaitable);
-  if (unsent) co_return fail(id, fault_of(unsent));
+  if (unsent) co_return fail(id, error_of(unsent));
   http::response_parser<http::string_body> parser;
   // Anything on the machine may listen on the port, so its answer is bounded, too.
   parser.body_limit(agones::kAnswerBytesMax);
   beast::flat_buffer buffer(agones::kAnswerBytesMax);
   const auto [unread, read_bytes] = co_await http::async_read(*stream, buffer, parser, kAwaitable);
-  if (unread) co_return fail(id, fault_of(unread));
+  if (unread) co_return fail(id, error_of(unread));
   if (open.erase(id) > 0 && sink)
     sink->on_answer(id, static_cast<int>(parser.get().result_int()), parser.get().body(), channel::monotonic_ns());
 }

@@ -51,7 +51,7 @@ asio::awaitable<void> TcpConnection::read() {
     }
     const auto [error, count] = co_await stream_->async_read_some(asio::buffer(buffer.get(), buffer_bytes), kAwaitable);
     if (error) {
-      // A peer that closes its socket without TLS' own end is no fault: browsers and phones do so.
+      // A peer that closes its socket without TLS' own end is no error: browsers and phones do so.
       const bool ended = error == asio::error::eof || error == asio::ssl::error::stream_truncated;
       end(ended ? "the peer closed" : error.message());
       co_return;

@@ -78,7 +78,7 @@ Result<std::shared_ptr<asio::ssl::context>> make_tls_context(const TlsFiles& fil
   if (SSL_CTX_use_certificate_chain_file(context, files.certificate.c_str()) != 1)
     return Refusal("the certificate " + files.certificate + " is not a PEM certificate chain: " + openssl_reason());
   if (SSL_CTX_use_PrivateKey_file(context, files.key.c_str(), SSL_FILETYPE_PEM) != 1) {
-    // OpenSSL compares the key with the certificate while it reads the key; a mismatch is not a fault of the file.
+    // OpenSSL compares the key with the certificate while it reads the key; a mismatch is not an error of the file.
     const bool other = ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH ||
                        ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_TYPE_MISMATCH;
     const std::string reason = openssl_reason();

@@ -225,7 +225,7 @@ std::size_t UdpSocket::send(std::span<const quic::Burst> bursts) {
       return lost + send(left);
     }
     // QUIC takes what is dropped here for lost, and slows down. A full system drops all that is left of this wake-up:
-    // waiting would delay newer frames. Any other error is taken as a fault of one destination.
+    // waiting would delay newer frames. Any other error is taken as an error of one destination.
     const bool is_full = errno == EAGAIN || errno == EWOULDBLOCK || errno == ENOBUFS;
     const std::size_t end = is_full ? pieces.size() : done + 1;
     for (; done < end; ++done)

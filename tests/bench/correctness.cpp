@@ -30,7 +30,7 @@ Workload some_of(const Workload& cast) {
   return some;
 }
 
-double most_off_m(StepRunner& performer, const std::vector<LatticeState>& truth) {
+double max_off_m(StepRunner& performer, const std::vector<LatticeState>& truth) {
   performer.rewind();
   if (!performer.perform()) return std::numeric_limits<double>::infinity();
   const std::vector<LatticeState> states = performer.states();
@@ -55,7 +55,7 @@ double check_against_reference(const Level& level, const Workload& cast, const s
     truth.push_back(to_head(level, input.to.head(), lattice));
   }
   const auto check = [&](const char* name, std::unique_ptr<StepRunner> performer, double bound_m) {
-    const double off_m = most_off_m(*performer, truth);
+    const double off_m = max_off_m(*performer, truth);
     if (off_m <= bound_m) return off_m;
     char text[160];
     std::snprintf(text, sizeof text, ": %s is %.3g m off the reference, which is more than %.3g m", name, off_m,

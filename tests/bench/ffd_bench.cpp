@@ -59,7 +59,7 @@ std::vector<Vec3f> lively_displacements(const Lattice& lattice) {
   return displacements;
 }
 
-double least_ns(const std::function<void()>& run) {
+double min_ns(const std::function<void()>& run) {
   double least = std::numeric_limits<double>::max(), spent_s = 0;
   for (int n = 0; n < kRunsMin || spent_s < kMeasure_s; ++n) {
     const Clock::time_point begin = Clock::now();
@@ -126,7 +126,7 @@ class FfdRun {
   FfdTime timed(const std::string& what, const std::function<void()>& run) {
     std::ranges::fill(points_, Vec3f::Constant(std::numeric_limits<float>::quiet_NaN()));
     FfdTime time{(kind_ == FfdKind::quadratic ? "quadratic, " : "linear, ") + what};
-    time.ns_per_point = least_ns(run) / static_cast<double>(points_.size());
+    time.ns_per_point = min_ns(run) / static_cast<double>(points_.size());
     if (stored_ns_ == 0) stored_ns_ = time.ns_per_point;
     time.ratio_to_stored = stored_ns_ / time.ns_per_point;
     time.hash = hash_bits(points_, 14695981039346656037u);

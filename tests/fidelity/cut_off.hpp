@@ -9,7 +9,8 @@
 // Trajectories of the shipped step with its conjugate gradient cut off, and how far they lie from converged ones.
 namespace hairnet::fidelity {
 
-inline constexpr int kConverged = 400;  // iterations; a step that needs fewer takes fewer
+// So many iterations solve a step to convergence. A step that needs fewer takes fewer.
+inline constexpr int kConverged = 400;
 
 struct CutOff {
   double rate_hz = 25;
@@ -20,13 +21,15 @@ struct CutOff {
 struct NodeTrajectory {
   double tick_s = 0;
   std::vector<std::vector<Vec3f>> ticks;
-  double tick_us = 0;  // measured
+  // Is the measured mean time of a tick.
+  double tick_us = 0;
 };
 
 // One way to step a lattice: from rest at the first pose, then by what each step is given.
 struct Stepper {
   std::function<void(const StepInput&)> step;
-  std::function<std::vector<Vec3f>()> displacement;  // as it is now
+  // Returns the displacements after the last step.
+  std::function<std::vector<Vec3f>()> displacement;
 };
 
 NodeTrajectory follow(const Stepper& stepper, const Clip& clip, int substeps, float stiffness);

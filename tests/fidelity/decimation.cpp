@@ -17,6 +17,7 @@ using namespace hairnet::fidelity;
 
 constexpr double kRate_hz = 25, kDuration_s = 3;
 constexpr std::size_t kMadeStrandCount = 3000;
+// --lattices compares with a lattice of so many nodes an axis; the finest level has 10.
 constexpr int kTruthNodes = 14;
 
 constexpr const char* kExamples = R"(

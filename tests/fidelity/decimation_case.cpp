@@ -10,6 +10,7 @@
 namespace hairnet::fidelity {
 namespace {
 
+// As an upper limit of a count this leaves out no stiffener.
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
 std::shared_ptr<const Level> build(const Groom& groom, int nodes, std::size_t spring_count,
@@ -52,6 +53,7 @@ Result<Distance> random_distance(const Clip& clip, const StrandPoints& strands, 
   Distance mean;
   for (std::size_t seed = 1; seed <= seed_count; ++seed) {
     Level level = *truth.level;
+    // Springs and attachments have different seeds, so their choices are independent.
     level.springs = random_subset(truth.level->springs, row.spring_count, 2 * seed);
     level.attachments = random_subset(truth.level->attachments, row.attachment_count, 2 * seed + 1);
     const auto one = relative_distance(level, clip, strands, truth);
@@ -62,6 +64,7 @@ Result<Distance> random_distance(const Clip& clip, const StrandPoints& strands, 
   return mean;
 }
 
+// How far a model that is 1 % stiffer lies from the reference: an error of this size says nothing about decimation.
 Result<Distance> stiffer_distance(const Clip& clip, const StrandPoints& strands, const Truth& truth) {
   Level level = *truth.level;
   for (Stiffeners* list : {&level.springs, &level.attachments}) {

@@ -12,15 +12,19 @@
 
 namespace hairnet::fidelity {
 
-inline constexpr int kLatticeNodes[] = {10, 7, 5};                     // an axis
-inline constexpr std::size_t kSpringCounts[] = {1600, 800, 400, 200};  // with a quarter as many attachments
+// The nodes an axis of the lattices that are compared: high, medium and low.
+inline constexpr int kLatticeNodes[] = {10, 7, 5};
+// Each model has a quarter as many attachments as springs.
+inline constexpr std::size_t kSpringCounts[] = {1600, 800, 400, 200};
 inline constexpr int kTargetNodes = 10;
-inline constexpr std::size_t kTargetSpringCount = 800;  // where the aim is set
-inline constexpr double kMerged_rms_aim = 0.10, kRandom_ratio_aim = 2, kRandom_ratio_least = 1.4;
+// The aims below are set for this count on a lattice of kTargetNodes nodes an axis: the high level.
+inline constexpr std::size_t kTargetSpringCount = 800;
+inline constexpr double kMerged_rms_aim = 0.10, kRandom_ratio_aim = 2, kRandom_ratio_min = 1.4;
 
 struct DecimationOptions {
   std::size_t point_count_max = 10'000;
-  std::size_t target_seed_count = 5;  // random subsets at the target; elsewhere other_seed_count
+  // Count the random subsets at the target and elsewhere.
+  std::size_t target_seed_count = 5;
   std::size_t other_seed_count = 1;
 };
 
@@ -30,9 +34,12 @@ struct DecimationRow {
   int lattice_nodes = 0;  // an axis
   std::size_t spring_count = 0, attachment_count = 0;
   std::size_t spring_count_all = 0, attachment_count_all = 0;
-  double motion_m = 0;                // RMS distance of the truth from rigid motion
-  Distance merged, random;            // random: mean over seeds
-  std::optional<double> stiffer_rms;  // all stiffeners kept, 1 % stiffer: how far a small error is carried
+  // Is the RMS distance of the reference from rigid motion.
+  double motion_m = 0;
+  // The random one is a mean over the seeds.
+  Distance merged, random;
+  // Is the distance of a model with all stiffeners, 1 % stiffer. It says how far a small error is carried.
+  std::optional<double> stiffer_rms;
 };
 
 // A coarser lattice with all stiffeners against a fine one.

@@ -120,7 +120,7 @@ std::string tables_of(const DecimationReport& report) {
         "\n%zu + %zu on %d³: RMS error %.1f %% of the motion (aim %.0f %%), %.2f times less than random (least %.1f, "
         "aim %.0f)\n",
         kTargetSpringCount, kTargetSpringCount / 4, kTargetNodes, 100 * target.merged.rms, 100 * kMerged_rms_aim,
-        target.random.rms / target.merged.rms, kRandom_ratio_least, kRandom_ratio_aim);
+        target.random.rms / target.merged.rms, kRandom_ratio_min, kRandom_ratio_aim);
   }
   return tables;
 }

@@ -6,7 +6,8 @@
 namespace hairnet::fidelity {
 namespace {
 
-constexpr float kReach_m = 0.25F;  // beyond the hair's box
+// Skin within this distance of the hair's box is measured.
+constexpr float kReach_m = 0.25F;
 
 Body near_hair(const Groom& groom) {
   Vec3f low = Vec3f::Constant(std::numeric_limits<float>::infinity()), high = -low;
@@ -66,7 +67,8 @@ DeepPoints::DeepPoints(const BentBody& body, std::span<const Vec3f> design) {
 
 double DeepPoints::share(const BentBody& body, std::span<const Vec3f> points) {
   constexpr double kRounding_m = 1e-5;
-  constexpr double kFar_m = 0.02;  // beyond the limit: a longer distance costs more to find than it saves
+  // The search for the nearest skin ends this far beyond the limit: a longer distance costs more to find than it saves.
+  constexpr double kFar_m = 0.02;
   std::size_t count = 0;
   for (std::size_t p = 0; p < points.size(); ++p) {
     ProbePoint& probe = spots_[p];
@@ -80,8 +82,8 @@ double DeepPoints::share(const BentBody& body, std::span<const Vec3f> points) {
       continue;
     }
     const bool may_have_crossed = probe.travelled_m >= probe.distance_m || !probe.is_side_known;
-    const double most_m = std::min(probe.distance_m + probe.travelled_m + kRounding_m, probe.limit_m + kFar_m);
-    probe.distance_m = std::min(most_m, body.distance_m(points[p], most_m));
+    const double max_m = std::min(probe.distance_m + probe.travelled_m + kRounding_m, probe.limit_m + kFar_m);
+    probe.distance_m = std::min(max_m, body.distance_m(points[p], max_m));
     probe.travelled_m = 0;
     // Within the limit of the skin a point is not too deep on either side.
     probe.is_side_known = !may_have_crossed || probe.distance_m > probe.limit_m;

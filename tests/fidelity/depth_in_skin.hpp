@@ -18,16 +18,17 @@ class BentBody {
  public:
   explicit BentBody(const Groom& groom);
 
-  void bend(const Pose& pose);  // `pose` may have the head anywhere
+  // Moves the skin into the pose, which may have the head anywhere.
+  void bend(const Pose& pose);
 
   // The farthest that skin within `reach_m` of the point went at the last bend, at most.
   [[nodiscard]] double moved_m(const Vec3f& point_head, double reach_m) const {
     return moved_box_.squaredExteriorDistance(point_head) < static_cast<float>(reach_m * reach_m) ? moved_m_ : 0;
   }
-  // Measures to the nearest skin, which must be nearer than `most_m`; in m.
+  // Measures to the nearest skin, which must be nearer than `max_m`; in m.
   [[nodiscard]] double distance_m(const Vec3f& point_head,
-                                  double most_m = std::numeric_limits<double>::infinity()) const {
-    return skin_->closest(point_head.cast<double>(), most_m).distance;
+                                  double max_m = std::numeric_limits<double>::infinity()) const {
+    return skin_->closest(point_head.cast<double>(), max_m).distance;
   }
   [[nodiscard]] bool inside(const Vec3f& point_head) const { return skin_->inside(point_head.cast<double>()); }
 
@@ -42,7 +43,8 @@ class BentBody {
   double moved_m_ = 0;
 };
 
-inline constexpr double kTooDeep_m = 0.003;  // beyond the depth in the design
+// A point is too deep when it is so much deeper than in the design.
+inline constexpr double kTooDeep_m = 0.003;
 
 // Finds the points of a character's hair that lie more than kTooDeep_m deeper than in the design. The mesh is queried
 // only for points that, together with the skin, may have moved far enough since the last query; most points cost
@@ -52,7 +54,7 @@ class DeepPoints {
   // `body` must be bent as in the design.
   DeepPoints(const BentBody& body, std::span<const Vec3f> design);
 
-  // As a share of all points, after each bend of the body.
+  // Returns the share of points that are too deep. Call it after each bend of the body.
   double share(const BentBody& body, std::span<const Vec3f> points);
 
  private:
@@ -61,7 +63,7 @@ class DeepPoints {
     double limit_m;
     // Is the distance to the skin when the mesh was last asked, or the least that it can be.
     double distance_m;
-    // Is of that time, and true while the side is not known.
+    // Says whether the point was in the body at that query. It is true while the side is not known.
     bool is_inside;
     // Is true when the mesh was asked for the side too.
     bool is_side_known;

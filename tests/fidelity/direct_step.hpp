@@ -11,7 +11,8 @@ namespace hairnet::fidelity {
 // factored. Its cost depends little on the number of springs, so that tens of thousands are affordable.
 class DirectStep {
  public:
-  explicit DirectStep(const Level& level);  // kept by reference
+  // Keeps a reference to `level`, which must outlive it.
+  explicit DirectStep(const Level& level);
 
   // False when the system is not positive definite, or its solution not finite; the lattice is then worthless.
   [[nodiscard]] bool step(const StepInput& input, WorldLattice& lattice);
@@ -24,8 +25,10 @@ class DirectStep {
 
   const Level& level_;
   std::vector<double> spring_weights_, attachment_weights_;
-  NodeMatrix matrix_;       // M - h df/dp' - h^2 df/dp
-  std::vector<Vec3> load_;  // h (f + h df/dp P')
+  // Is the matrix of the implicit step, M - h df/dp' - h^2 df/dp.
+  NodeMatrix matrix_;
+  // Is its right side, h (f + h df/dp P').
+  std::vector<Vec3> load_;
 };
 
 }  // namespace hairnet::fidelity

@@ -1,4 +1,5 @@
-// How near a network that sees only poses comes to the finest level, beside the low level and ether.
+// Measures how near a network that sees only poses comes to the hair of the finest level, beside the low level and
+// ether.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -25,7 +26,8 @@ using namespace hairnet;
 using Json = nlohmann::ordered_json;
 
 constexpr double kRate_hz = 1 / kLearntTick_s;
-constexpr double kJoin_s = 2;  // a late joiner's time to meet the others
+// A character that joins in the middle of a clip may differ for so long: its network has not seen the poses before.
+constexpr double kJoin_s = 2;
 
 struct Options {
   std::vector<std::string> grooms{std::begin(fidelity::kRealGrooms), std::end(fidelity::kRealGrooms)};
@@ -36,7 +38,7 @@ struct Options {
   std::string json;
 };
 
-// In gusts, with turbulence.
+// Makes a wind with gusts of half its speed, and turbulence of a fifth of it: those of the table in README.md.
 WindField wind_of(double speed_m_per_s) {
   Wind wind;
   wind.mean_m_per_s = speed_m_per_s * Vec3(0.6, 0, 0.8);
@@ -45,7 +47,8 @@ WindField wind_of(double speed_m_per_s) {
   return WindField(wind);
 }
 
-// The hair of one character that only poses and the air move; it begins as World and clients do.
+// Moves the hair of one character by a network that only poses and the air drive. The first step is the beginning, as
+// in World and in clients.
 class LearntCharacter {
  public:
   LearntCharacter(const LearntHair& hair, const Basis& basis) : hair_(hair), basis_(basis), c_(basis.mode_count()) {}
@@ -93,7 +96,8 @@ Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, con
 
   enum Case : std::size_t { by_learnt, by_low, by_low_map, by_ether, by_ether_map, case_count };
   std::array<double, case_count> errors_m2{};
-  fidelity::HairDepth depth(subject, 3);  // learnt, low through its map, high
+  // The cases are learnt, low through its map, and high.
+  fidelity::HairDepth depth(subject, 3);
   std::vector<Vec3f> nodes(modes.basis.node_count);
   std::vector<float> c(modes.basis.mode_count());
   double motion_m2 = 0, join_m2 = 0, covered = 0;
@@ -119,6 +123,7 @@ Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, con
       for (std::size_t n = 0; n < error.size(); ++n) error[n] -= truth[n];
       errors_m2[which] += subject.mean_square_m2(error);
     };
+    // Queries of the mesh are slow, so only every third tick is measured for depth.
     const bool looks_inside = tick % 3 == 0;
     if (looks_inside) {
       depth.bend(pose);
@@ -137,7 +142,8 @@ Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, con
       if (i == 1 && looks_inside) depth.add(1, nodes);
     }
   }
-  // Then the character stands upright and still in still air.
+  // Then the character gets upright within half a second and stands still, 4 s in all, in still air. A good network is
+  // at rest then; what remains is `rest_mm`.
   Pose rest = rigid_pose({Quat::Identity(), clip.poses.back().head().position});
   for (int tick = 0; tick < 30; ++tick)
     learnt.step(interpolate(clip.poses.back(), rest, std::min((tick + 1) / 15.0, 1.0)));
@@ -151,6 +157,7 @@ Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, con
   row["low_map_percent"] = percent(by_low_map);
   row["ether_percent"] = percent(by_ether);
   row["ether_map_percent"] = percent(by_ether_map);
+  // The order of the table: high, low through its map, learnt; then the same three after the push.
   for (const std::size_t i : {2, 1, 0, 5, 4, 3}) row["deep_percent"].push_back(depth.percent(i));
   row["covered_percent"] = 100 * covered / static_cast<double>(ticks);
   row["late_mm"] = joined == 0 ? 0.0 : 1e3 * std::sqrt(join_m2 / static_cast<double>(joined));
@@ -158,7 +165,7 @@ Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, con
   return row;
 }
 
-// Medians, a character and tick.
+// Holds the median times of a character and tick.
 struct Times {
   double learnt_us = 0, low_us = 0;
 };
@@ -170,6 +177,8 @@ Times measure_times(const fidelity::ModesSubject& subject, const LearntHair& hai
   def.environment.wind = wind;
   World world(def);
   std::vector<CharacterId> ids;
+  // kLearntWidth characters are evaluated side by side. Each is a tick further in the clip than the one before, so that
+  // all differ.
   std::vector<LearntState> states(kLearntWidth);
   std::vector<std::vector<float>> c(kLearntWidth, std::vector<float>(subject.modes->basis.mode_count()));
   std::vector<LearntMember> members(kLearntWidth);
@@ -238,6 +247,8 @@ int run(const Options& o) {
     double fit_s = start_s;
     BuildCallbacks callbacks;
     callbacks.progress = [&](double share, std::string_view) {
+      // learn_hair() moves hair until a progress of 0.55 and fits the network after it (core/learning/learn_hair.cpp).
+      // So this is the time at which the fit began.
       if (share < 0.55) fit_s = fidelity::now_s();
       return true;
     };
@@ -261,7 +272,7 @@ int run(const Options& o) {
         "%%, at most %.1f m/s\n",
         name.c_str(), fit_s - start_s, end_s - fit_s, wire::encode_learnt(hair).size(), percent(hair.error),
         percent(hair.low_error), percent(hair.wind.error), percent(hair.wind.low_error),
-        static_cast<double>(hair.wind.most_m_per_s));
+        static_cast<double>(hair.wind.max_m_per_s));
     for (const double speed_m_per_s : o.winds_m_per_s) {
       const WindField wind = wind_of(speed_m_per_s);
       const Times times = measure_times(subject, hair, clips[0], wind);

@@ -1,5 +1,6 @@
-// What hair does when its level changes: how far strand points jump at the switch, how far they go in the tick after
-// it, beside how far they move in a tick anyway; on a tilted head at rest and in motion, between all pairs of levels.
+// Measures what hair does when its level changes: how far strand points jump at the switch, and how far they move in
+// the tick after it and in the tick before it. The head is tilted and at rest, or moving; all pairs of levels are
+// measured.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -51,7 +52,8 @@ struct Distances {
 struct Row {
   Distances jump, after, before;
 };
-using Rows = std::map<std::tuple<std::string, std::string, std::string>, Row>;  // from, to, at rest or moving
+// The keys are the level before, the level after, and whether the head is tilted or moving.
+using Rows = std::map<std::tuple<std::string, std::string, std::string>, Row>;
 
 class Hair {
  public:
@@ -93,12 +95,14 @@ void at_rest(const std::shared_ptr<const LevelSet>& levels, LevelIndex from, Lev
   def.tick_s = 1 / kRate_hz;
   World world(def);
   const CharacterId id = world.add({levels, from, tilted});
+  // Gives the hair at most 30 s to fall asleep.
   for (int tick = 0; tick < 30 * kRate_hz && !world.lattice(id).asleep; ++tick) world.step();
   switch_level(world, id, to, tilted, hair, hair.points(world.lattice(id)), row);
 }
 
 void in_motion(const std::shared_ptr<const LevelSet>& levels, LevelIndex from, LevelIndex to,
                const fidelity::Clip& clip, Hair& hair, Row& row) {
+  // The level is switched at every half second of the clip, each time in a world of its own.
   constexpr std::size_t kEvery = 15;
   for (std::size_t at = clip.lead_in_ticks + kEvery; at + 2 < clip.poses.size(); at += kEvery) {
     WorldDef def;

@@ -1,5 +1,5 @@
-// How well modes carry hair: the error of the first coefficients, the bytes of frames, coarse levels through their
-// maps, and how much hair lies in the body.
+// Measures how well modes represent hair: the error of the first coefficients, the bytes of frames, coarse levels
+// through their maps, and how much hair lies in the body.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -24,7 +24,9 @@ namespace {
 using namespace hairnet;
 using Json = nlohmann::ordered_json;
 
+// The table has the error of each of these counts of coefficients.
 constexpr std::array<std::size_t, 8> kCounts{8, 16, 32, 64, 96, 128, 192, 256};
+// The cases are high by its nodes and by its modes, and low by its nodes and by its map: see Run::deep_percent.
 constexpr std::size_t kDepthCases = 4;
 
 struct Options {
@@ -82,6 +84,7 @@ Run run_clip(const fidelity::ModesSubject& subject, const fidelity::Clip& clip) 
     world.step();
     if (tick <= clip.lead_in_ticks) continue;
     const std::span<const Vec3f> truth = world.lattice(ids[0]).displacement;
+    // Queries of the mesh are slow, so only every third tick is measured for depth.
     const bool looks_inside = tick % 3 == 0;
     if (looks_inside) {
       depth.bend(clip.poses[tick]);
@@ -93,6 +96,7 @@ Run run_clip(const fidelity::ModesSubject& subject, const fidelity::Clip& clip) 
       if (i > 0) {
         subject.levels->map(static_cast<LevelIndex>(i), LevelIndex::high)->apply(own, nodes);
         run.moved[i] += error_m2(truth);
+        // Level 2 is low (LevelIndex).
         if (i == 2 && looks_inside) depth.add(2, nodes);
       }
       modes.maps[i].coefficients_of(own, c);
@@ -111,7 +115,8 @@ Run run_clip(const fidelity::ModesSubject& subject, const fidelity::Clip& clip) 
 }
 
 struct Sizes {
-  double error_percent = 0, count = 0, hair_bytes = 0, pose_bytes = 0;  // means over the frames
+  // All are means over the frames of a clip.
+  double error_percent = 0, count = 0, hair_bytes = 0, pose_bytes = 0;
 };
 
 Sizes code(const Run& run, const codec::CoefficientCode& code, float tolerance_m) {
@@ -134,8 +139,9 @@ Sizes code(const Run& run, const codec::CoefficientCode& code, float tolerance_m
   return {run.percent(error_m2), sizes.count / frames, sizes.hair_bytes / frames, sizes.pose_bytes / frames};
 }
 
-// The coarsest frames that keep to the wanted error; the finest where none do.
+// Finds the coarsest frames within the wanted error, or the finest ones where none are.
 Sizes code_within(const Run& run, const codec::CoefficientCode& coder, double error_percent) {
+  // Bisects the tolerance between 0.1 mm and 10 cm by its logarithm; 12 rounds leave it known to 0.2 %.
   double low_m = 1e-4, high_m = 0.1;
   Sizes best = code(run, coder, static_cast<float>(low_m));
   if (best.error_percent > error_percent) return best;

@@ -8,6 +8,7 @@
 namespace hairnet::fidelity {
 namespace {
 
+// About so many points of a hairstyle are measured for depth in the skin.
 constexpr std::size_t kProbePoints = 1000;
 
 }  // namespace

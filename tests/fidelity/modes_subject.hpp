@@ -14,7 +14,8 @@
 
 namespace hairnet::fidelity {
 
-double now_s();  // for differences of times
+// Returns a time whose differences count.
+double now_s();
 
 // A hairstyle that was made into modes.
 struct ModesSubject {
@@ -26,7 +27,8 @@ struct ModesSubject {
   Groom groom;
   std::shared_ptr<const LevelSet> levels;
   StrandSample strands;
-  std::vector<Vec3f> points;  // for depth in the skin, head space, m
+  // Are measured for depth in the skin; head space, m.
+  std::vector<Vec3f> points;
   std::vector<float> blend;
   std::shared_ptr<const Modes> modes;
   double modes_s = 0;
@@ -36,12 +38,14 @@ struct ModesSubject {
 // Shares of the hair's points that lie too deep in the body, of several cases of the same motion.
 class HairDepth {
  public:
-  HairDepth(const ModesSubject& subject, std::size_t case_count);  // `subject` must outlive it
+  // `subject` must outlive it.
+  HairDepth(const ModesSubject& subject, std::size_t case_count);
 
   void bend(const Pose& pose);
-  // Displacements of the finest level's active nodes.
+  // Measures one case, given the displacements of the finest level's active nodes.
   void add(std::size_t which, std::span<const Vec3f> nodes);
-  // As deformed; then, from case_count on, of the same cases after the push.
+  // Returns the share of points that are too deep. Numbers below case_count are cases as the lattice moves them; the
+  // same cases after the push follow from case_count on.
   [[nodiscard]] double percent(std::size_t which) const;
 
  private:

@@ -14,7 +14,8 @@
 namespace hairnet::fidelity {
 namespace {
 
-constexpr double kPosture_s = 4;  // when our own postures are taken up
+// Our own motions into a posture have reached it after this time.
+constexpr double kPosture_s = 4;
 
 // Adds the runs to `all`, so that those before a refusal are not lost.
 Result<void> measure(const MotionFigureFlags& flags, std::vector<MotionFigures>& all) {

@@ -13,8 +13,12 @@
 namespace hairnet::fidelity {
 namespace {
 
-constexpr double kLookInterval_s = 0.1;  // between ticks that are looked at for depth and length
+// Depth and length are measured at ticks that are so far apart.
+constexpr double kLookInterval_s = 0.1;
+// After the motion the head gets upright within this time.
 constexpr double kEaseUpright_s = 0.5;
+// A jump of the head reaches the tips within this time. So the largest jump of the head in it is subtracted from a
+// point's jump.
 constexpr double kReachTips_s = 0.33;
 
 void raise(Worst& worst, double value, double time_s) {
@@ -40,9 +44,9 @@ class RigidProbePoints {
     }
   }
   [[nodiscard]] double jump_m(std::size_t probe) const {
-    double most_m = 0;
-    for (const std::vector<double>& tick_m : last_m_) most_m = std::max(most_m, tick_m[probe]);
-    return most_m;
+    double max_m = 0;
+    for (const std::vector<double>& tick_m : last_m_) max_m = std::max(max_m, tick_m[probe]);
+    return max_m;
   }
 
  private:

@@ -68,7 +68,7 @@ void add_motion_figure_flags(CLI::App& app, MotionFigureFlags& flags) {
 
 void complete(MotionFigureFlags& flags) {
   if (!flags.level_names.empty()) flags.levels = levels_of(flags.level_names);
-  if (const std::string fault = validate(flags.wind); !fault.empty()) throw CLI::ValidationError("wind", fault);
+  if (const std::string error = validate(flags.wind); !error.empty()) throw CLI::ValidationError("wind", error);
   flags.measure.environment.wind = WindField(flags.wind);
   const auto is_real = [](const std::string& name) { return !name.starts_with("made:"); };
   if (flags.grooms.empty()) {

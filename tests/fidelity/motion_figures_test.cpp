@@ -10,7 +10,7 @@
 #include "tests/fidelity/motion_sets.hpp"
 #include "tests/support/case_name.hpp"
 
-// Bounds the visible faults of hair in everyday motions, such as walking. The measures are those of `hairnet-fidelity
+// Bounds the visible errors of hair in everyday motions, such as walking. The measures are those of `hairnet-fidelity
 // motion`, on fewer strands.
 namespace hairnet::fidelity {
 namespace {
@@ -34,8 +34,10 @@ constexpr Bounds kBounds[] = {
 };
 // Limits the length of drawn strands over that of their design.
 constexpr double kDrawnLength_p99 = 1.02;
+// At rest no point may be too deep, and no point of the lattice inside out.
 constexpr double kRestDeepShareMax = 0, kRestInvertedShareMax = 0;
 
+// 12 s repeat the short motions, so that a figure which grows with time is noticed.
 constexpr double kRate_hz = 30, kDuration_s = 12;
 constexpr std::size_t kStrandCount = 800, kPointCount = 1500;
 
@@ -97,6 +99,8 @@ TEST(DeepPoints, are_those_that_a_plain_look_at_every_point_finds) {
   Groom groom;
   groom.body = make_bust();
   groom.group_names = {"hair"};
+  // 300 points lie around the head, in and out of the body, and move at random by up to 2 cm in each tick. The fast
+  // search of DeepPoints must find exactly what a query of every point finds.
   std::mt19937 random(1);
   std::uniform_real_distribution<float> place(-0.15F, 0.15F), way(-0.02F, 0.02F);
   for (int i = 0; i < 300; ++i) {

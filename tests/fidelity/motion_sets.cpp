@@ -9,9 +9,10 @@
 namespace hairnet::fidelity {
 namespace {
 
+// The seam between two rounds takes kSeam_s, or longer where the head would move or turn faster than these speeds.
 constexpr double kSeam_s = 0.25, kSeamSpeed_m_per_s = 2, kSeamTurn_rad_per_s = 4;
 
-// On the floor below the head, facing as it faces.
+// Returns the place on the floor below the head, with the heading of the head.
 RigidTransform footing(const Pose& pose) {
   RigidTransform place = upright(pose).head();
   place.position.y() = 0;

@@ -1,5 +1,5 @@
-// How well the play-out shows hair whose frames come late or never: the error from the hair as it was simulated at the
-// shown time, and how much of its speed the shown hair changes from one picture to the next.
+// Measures how well the play-out shows hair whose frames come late or never: the error from the hair as it was
+// simulated at the shown time, and how much the shown hair changes its speed from one picture to the next.
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -27,8 +27,9 @@ using Json = nlohmann::ordered_json;
 constexpr int kPictureRate_hz = 120;
 constexpr int kFrameRate_hz = 30;
 constexpr std::int64_t kPicture_ns = 1'000'000'000 / kPictureRate_hz;
+// The network takes 20 ms, and up to Options::jitter_ms more for each frame.
 constexpr std::int64_t kLatency_ns = 20'000'000;
-// Each seed loses other frames.
+// Figures are means over so many seeds, each of which loses other frames.
 constexpr unsigned kSeeds = 8;
 
 struct Options {
@@ -91,6 +92,7 @@ double square(const std::vector<float>& a, const std::vector<float>& b) {
 }
 
 std::vector<float> true_at(const Run& run, std::int64_t time_ns) {
+  // Between two pictures the truth is interpolated linearly.
   const double at = std::clamp(static_cast<double>(time_ns) / static_cast<double>(kPicture_ns), 0.0,
                                static_cast<double>(run.coefficients.size() - 1));
   const auto i = std::min(static_cast<std::size_t>(at), run.coefficients.size() - 2);
@@ -146,8 +148,10 @@ Figures play(const Run& run, const std::shared_ptr<const link::KnownBasis>& basi
     truth.push_back(true_at(run, sample.time_ns));
     error_m2 += square(shown.back(), truth.back());
     motion_m2 += square(truth.back(), std::vector<float>(truth.back().size()));
+    // A change of speed needs three pictures.
     if (shown.size() < 3) continue;
     const std::size_t n = shown.size() - 1;
+    // `bend` is the change of speed of the shown hair, less that of the true hair at the same times.
     std::vector<float> bend(shown[n].size());
     for (std::size_t k = 0; k < bend.size(); ++k) {
       const float of_shown = shown[n][k] - 2 * shown[n - 1][k] + shown[n - 2][k];

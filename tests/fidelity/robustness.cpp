@@ -1,5 +1,5 @@
-// Whether anything makes hair run away, and whether it always comes to rest unfolded: rest, motion that no head makes,
-// and random poses, materials, winds and levels, on real hairstyles and our own.
+// Tests whether anything makes hair run away, and whether it always comes to rest unfolded: after rest, after motion
+// that no head makes, and after random poses, materials, winds and levels, on real hairstyles and our own.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -26,7 +26,8 @@ using namespace hairnet;
 using Json = nlohmann::ordered_json;
 
 constexpr double kRate_hz = 30;
-constexpr int kRestTicks = 20 * static_cast<int>(kRate_hz);  // the time in which everything must be at rest
+// All hair must be asleep 20 s after the head is upright and still.
+constexpr int kRestTicks = 20 * static_cast<int>(kRate_hz);
 
 struct Options {
   std::vector<std::string> grooms{"yuksel", "harolongo", "ponytail", "sintel", "made:long_straight", "made:long_curly"};
@@ -41,6 +42,8 @@ double farthest_m(const LatticeView& lattice) {
   return most;
 }
 
+// A trial is one row of the table. It passes when nothing was reset or not finite, every node stayed within its bound,
+// and the hair fell asleep in time and unfolded.
 struct Trial {
   std::string groom, level, what;
   std::size_t steps = 0, lattices_reset = 0, not_finite = 0;
@@ -91,15 +94,18 @@ class Tester {
     trial_.not_finite += !std::isfinite(farthest);
     trial_.bound_m = std::max(trial_.bound_m, double{lattice.model->displacement_max_m});
     trial_.farthest_m = std::max(trial_.farthest_m, farthest);
+    // displacement_max_m bounds each node; 1e-4 of it allows for the rounding of floats.
     within_bound_ = within_bound_ && farthest <= 1.0001 * double{lattice.model->displacement_max_m};
   }
 
-  // Upright again, still air and the material as built; then how long until the hair is at rest, and where.
+  // Makes the head upright, the air still and the material as built. Then measures how long the hair takes to rest, and
+  // how far from the design.
   Trial finish(std::string what) {
     trial_.what = std::move(what);
     world_.set_environment({});
     world_.set_material(id_, {});
     for (int tick = 1; tick <= kRestTicks && trial_.rest_s < 0; ++tick) {
+      // The first step is a teleport: the way back to upright is not part of the trial.
       step(upright(), tick == 1);
       if (world_.lattice(id_).asleep) trial_.rest_s = tick / kRate_hz;
     }
@@ -123,7 +129,8 @@ Pose turned(const Quat& rotation, const Vec3& position = {0, 1.6, 0}) {
   return rounded_to_wire(rigid_pose({rotation.normalized(), position}));
 }
 
-// What heads do not do, one after the other, for two seconds each.
+// No head makes these motions; each trial has one of them for two seconds. World takes a turn beyond 2500 degrees a
+// second or a jump beyond 25 m/s as a teleport (core/pose/pose.hpp), so some are below and some beyond these limits.
 struct Abuse {
   const char* name;
   std::function<Pose(int tick)> pose;
@@ -163,6 +170,8 @@ const std::vector<Abuse>& abuses() {
        }},
       {"far from the origin",
        [](int t) {
+         // This is 9 times further than a pose on the wire may be (kPositionMax_m is 10 km): floats there have steps of
+         // 8 mm.
          return turned(Quat::Identity(), {9e4 + 0.05 * (t % 5), 1.6, -9e4});
        }},
       {"shoulders through the head",
@@ -176,24 +185,29 @@ const std::vector<Abuse>& abuses() {
   return all;
 }
 
-// Everything at once, at random.
+// Does everything at once, at random. The same seed makes the same trial.
 Trial random_trial(Tester tester, std::size_t steps, std::uint32_t seed) {
   std::mt19937 random(seed);
   const auto uniform = [&](double low, double high) { return std::uniform_real_distribution<>(low, high)(random); };
   const auto direction = [&] { return Vec3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1) + 1e-3).normalized(); };
   Pose pose = Tester::upright();
   for (std::size_t step = 0; step < steps; ++step) {
+    // A jolt turns by 0.0001 to 3 rad and moves by 10 um to 2 m: the exponents are uniform, so small and absurd jolts
+    // are equally common.
     const RigidTransform jolt{Quat(Eigen::AngleAxisd(std::pow(10, uniform(-4, 0.5)), direction())),
                               std::pow(10, uniform(-5, 0.3)) * direction()};
     for (RigidTransform& bone : pose.bones) {
       bone = bone * jolt;
       bone.rotation.normalize();
     }
+    // Now and then one bone leaves its place on the body. Every 3 s (90 steps at 30 Hz) the character is upright again,
+    // or jolts would carry it away.
     if (step % 13 == 0) pose[static_cast<Bone>(random() % kBoneCount)].position += 0.05 * direction();
     if (step % 90 == 0) pose = Tester::upright();
     tester.step(rounded_to_wire(pose), uniform(0, 1) < 0.01);
     if (uniform(0, 1) < 0.05) tester.world().set_level(tester.id(), static_cast<LevelIndex>(random() % kLevelCount));
     if (uniform(0, 1) < 0.02) {
+      // The factors of a material are 0.1 to 10; the gel is 5 to 500.
       const auto factor = [&] { return static_cast<float>(std::pow(10, uniform(-1, 1))); };
       tester.world().set_material(tester.id(), {factor(), factor(), factor(), factor(), factor(), 50 * factor()});
     }
@@ -233,6 +247,7 @@ void test_groom(const std::string& name, const Groom& groom, const Options& o, J
     Tester resting(name, levels, level);
     for (int tick = 0; tick < 60 * kRate_hz; ++tick) resting.step(Tester::upright());
     Trial rest = resting.finish("60 s at rest");
+    // Hair that begins in its design and rests must not move by more than 0.1 mm.
     rest.passed = rest.passed && rest.farthest_m < 1e-4;
     show(rest, rows, all_passed);
     for (const Abuse& abuse : abuses()) {

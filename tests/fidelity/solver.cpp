@@ -1,5 +1,6 @@
-// What cutting conjugate gradient off costs: the distance from the trajectory of the same steps solved to convergence,
-// over the motion itself, beside the time of a tick; and how far steps of a length lie from small ones.
+// Measures what it costs to stop conjugate gradient early: the distance from the trajectory of the same steps solved to
+// convergence, over the motion itself, beside the time of a tick. It also measures how far steps of a length lie from
+// small ones.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -27,6 +28,7 @@ using fidelity::NodeTrajectory;
 using fidelity::relative_error;
 using Json = nlohmann::ordered_json;
 
+// The reference has steps of this length: a quarter of a tick at 90 Hz, the highest of the rates.
 constexpr double kSmall_s = 1.0 / 360;
 
 struct Options {
@@ -52,7 +54,8 @@ struct Sum {
     ++count;
   }
 };
-using Key = std::tuple<std::string, double, double, int, int>;  // level, stiffness, rate, substeps, iterations
+// The parts of a key are level, stiffness, rate, substeps and iterations.
+using Key = std::tuple<std::string, double, double, int, int>;
 
 void compare(const Options& o, const std::string& level_name, const Level& level, const Motion& motion,
              double stiffness, std::map<Key, Sum>& sums) {

@@ -9,8 +9,10 @@
 namespace hairnet::fidelity {
 namespace {
 
+// Hairstyles with many points a strand still get so many strands, so that all parts of the head have some.
 constexpr std::size_t kStrandsMin = 400;
-constexpr double kLengthLeast_m = 0.001;  // a shorter strand has no length to keep
+// Shorter strands are left out: their lengths are compared as ratios.
+constexpr double kLengthLeast_m = 0.001;
 
 }  // namespace
 

@@ -1,5 +1,5 @@
-// What stepping every second or fourth tick errs and costs: the World's trajectory at each stride, played out linearly
-// between turns, against that of fine steps and that of every tick, beside the measured time.
+// Measures what stepping every second or fourth tick errs and costs. The trajectory of World at each stride, played out
+// linearly between turns, is compared with fine steps and with a step at every tick.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -26,8 +26,10 @@ using fidelity::Clip;
 using fidelity::NodeTrajectory;
 using Json = nlohmann::ordered_json;
 
+// The reference has steps of this length: a quarter of a tick at 90 Hz, the highest rate of the tables.
 constexpr double kSmall_s = 1.0 / 360;
-constexpr int kCrowd = 64;  // all alike, so that every batch is full with any stride
+// World steps characters in batches. So many equal characters fill every batch with any stride.
+constexpr int kCrowd = 64;
 
 struct Options {
   std::vector<std::string> grooms{"yuksel", "harolongo", "ponytail", "sintel"};
@@ -58,6 +60,7 @@ NodeTrajectory run_world(const std::shared_ptr<const LevelSet>& levels, LevelInd
     const auto now = world.lattice(ids[0]).displacement;
     if (!world.lattice(ids[0]).stepped) continue;
     const std::vector<Vec3f> last = shown.back();
+    // The ticks since the last turn get the positions on the straight line between both turns, as clients show them.
     for (std::size_t first = shown.size(), t = first; t <= tick; ++t) {
       const float share = static_cast<float>(t - first + 1) / static_cast<float>(tick - first + 1);
       shown.emplace_back(now.size());

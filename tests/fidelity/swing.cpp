@@ -25,16 +25,20 @@ namespace {
 using namespace hairnet;
 using Json = nlohmann::ordered_json;
 
+// The head moves by kPush_m within kPush_s; the hair is watched for kWatch_s from the beginning.
 constexpr double kPush_m = 0.12, kPush_s = 0.25, kWatch_s = 3;
+// The reference has the lattice of the high level with all springs and attachments.
 constexpr LevelSpec kUndecimated{{10, 10, 10}, std::size_t(-1), std::size_t(-1)};
 
-// The head moves aside from rest, smoothly, to a stop.
+// The head moves aside from rest to a stop. The polynomial of the fifth degree has neither speed nor acceleration at
+// both ends.
 Pose pushed(double time_s) {
   const double t = std::clamp(time_s / kPush_s, 0.0, 1.0);
   return rigid_pose({Quat::Identity(), Vec3(kPush_m * t * t * t * (10 + t * (-15 + 6 * t)), 1.5, 0)});
 }
 
-// The viscosity for which solver_damping gives the wanted value.
+// Adds to each viscosity the damping that an implicit step has by itself, the step times the stiffness.
+// solver_damping() subtracts it again (core/solver/damping.hpp), so the viscosity of the level itself acts.
 Level with_numerical_damping(Level level, double step_s) {
   const auto h = static_cast<float>(step_s);
   for (Stiffeners* s : {&level.springs, &level.attachments}) {
@@ -61,6 +65,7 @@ class Tips {
 
  private:
   std::optional<Deformer> deformer(const Groom& groom, const Level& level) {
+    // A mean over so many points is precise enough, and all points of a hairstyle would take much longer.
     constexpr std::size_t kPoints = 3000;
     const std::size_t stride = std::max<std::size_t>(1, groom.points.size() / 2 / kPoints);
     std::size_t count = 0;
@@ -90,11 +95,15 @@ Swing measured(const std::vector<double>& aside_m, double interval_s) {
   std::vector<Extremum> extrema;
   for (std::size_t i = 1; i + 1 < aside_m.size() && extrema.size() < 2; ++i) {
     const double a = aside_m[i - 1], b = aside_m[i], c = aside_m[i + 1];
+    // Only samples after the push count, where the slope changes its sign.
     if (static_cast<double>(i) * interval_s <= kPush_s || (b - a) * (c - b) > 0) continue;
     const double curve = a - 2 * b + c, shift = curve == 0 ? 0 : 0.5 * (a - c) / curve;
     extrema.push_back({(static_cast<double>(i) + shift) * interval_s, b - 0.25 * (a - c) * shift});
   }
+  // Hair that does not swing to the other side has no frequency: the result is 0.
   if (extrema.size() < 2 || extrema[0].value_m * extrema[1].value_m >= 0) return {};
+  // Both extrema are half a period apart. For a damping ratio zeta the second is -exp(-pi zeta / sqrt(1 - zeta^2))
+  // times the first.
   const double half_s = extrema[1].time_s - extrema[0].time_s;
   const double decrement = std::log(-extrema[0].value_m / extrema[1].value_m) / std::numbers::pi;
   return {0.5 / half_s, decrement / std::sqrt(1 + decrement * decrement)};
@@ -103,7 +112,8 @@ Swing measured(const std::vector<double>& aside_m, double interval_s) {
 Swing swing(const Groom& groom, const Level& level, double rate_hz, int substeps, int iterations, bool as_asked) {
   const double step_s = 1 / (rate_hz * substeps);
   Level run_level = as_asked ? with_numerical_damping(level, step_s) : level;
-  run_level.contacts = {};  // hair that strikes the neck has no swing to measure
+  // Hair that strikes the neck has no swing to measure.
+  run_level.contacts = {};
   Tips tips(groom, run_level);
   LatticeState state;
   reset_to_rest(run_level, state);
@@ -149,6 +159,7 @@ int run(const Options& options) {
     const Result<Groom> groom = fidelity::load_groom(name, 4000);
     if (!groom) return fidelity::fail(groom.error());
     const auto full = build_level(*groom, kUndecimated);
+    // Four substeps at 100 Hz are steps of 1/400 s. 200 iterations are many times those of the levels as shipped.
     const Swing truth = swing(*groom, *full, 100, 4, 200, false);
     add_row(rows, name, "undecimated", 100, 4, truth, truth);
     for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {

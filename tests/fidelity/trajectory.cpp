@@ -37,7 +37,8 @@ StrandPoints::StrandPoints(const Groom& groom, std::size_t count_max) {
   const std::size_t count = std::min(count_max, groom.points.size());
   const double part = static_cast<double>(groom.points.size()) / static_cast<double>(std::max<std::size_t>(count, 1));
   for (std::size_t i = 0; i < count; ++i) {
-    // Somewhere else in each part: strands often have equally many points, and equal steps would meet the same ones.
+    // Chooses one point in each of `count` equal parts, at a place in the part that differs by the golden ratio.
+    // Strands often have equally many points, and equal steps would always meet the same ones.
     const double golden = 0.6180339887498949 * static_cast<double>(i);
     const double place = (static_cast<double>(i) + golden - std::floor(golden)) * part;
     const std::size_t point = std::min(static_cast<std::size_t>(place), groom.points.size() - 1);

@@ -8,8 +8,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::vector<std::uint8_t> bytes(data, data + size);
   if (size >= wire::kLevelFileHeaderBytes) wire::set_level_file_checksum(bytes);
   const wire::DecodedLevels got = wire::decode_levels(bytes, {});
-  fuzz::require((got.fault == wire::LevelFileFault::none) == got.detail.empty(), "a fault has a line");
-  fuzz::require((got.fault == wire::LevelFileFault::none) == (got.levels != nullptr), "levels or a fault");
+  fuzz::require((got.error == wire::LevelFileError::none) == got.detail.empty(), "an error has a line");
+  fuzz::require((got.error == wire::LevelFileError::none) == (got.levels != nullptr), "levels or an error");
   if (!got.levels) return 0;
   for (const Level& level : got.levels->levels) fuzz::require(validate(level).empty(), "valid: " + validate(level));
   return 0;

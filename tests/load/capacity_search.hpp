@@ -33,7 +33,7 @@ class CapacitySearch {
   void report(bool passed);
   // The largest confirmed count; 0: even the smallest fails, or none was confirmed in time.
   [[nodiscard]] std::uint32_t capacity() const { return capacity_; }
-  [[nodiscard]] bool reached_most() const { return capacity_ == most_; }
+  [[nodiscard]] bool reached_max() const { return capacity_ == most_; }
   [[nodiscard]] const std::vector<Probe>& probes() const { return probes_; }
 
  private:

@@ -24,7 +24,7 @@ TEST(CapacitySearch, finds_a_known_capacity_within_its_resolution) {
     EXPECT_TRUE(found.probes().back().confirms);
     // A search by doubling and bisection must end well before Limits::probe_count_max, which is 30.
     EXPECT_LE(found.probes().size(), 25u);
-    EXPECT_FALSE(found.reached_most());
+    EXPECT_FALSE(found.reached_max());
   }
 }
 
@@ -44,7 +44,7 @@ TEST(CapacitySearch, ends_when_no_load_passes_or_every_load_passes) {
   limits.most = 500;
   const auto all = search(limits, [](std::uint32_t) { return true; });
   EXPECT_EQ(all.capacity(), 500u);
-  EXPECT_TRUE(all.reached_most());
+  EXPECT_TRUE(all.reached_max());
 }
 
 TEST(CapacitySearch, load_that_passes_once_and_fails_later_is_not_the_answer) {

@@ -31,8 +31,8 @@ Exposition parse_exposition(std::string_view text) {
     if (space == std::string_view::npos) continue;
     double value = 0;
     const std::string_view number = line.substr(space + 1);
-    const auto [stop, fault] = std::from_chars(number.data(), number.data() + number.size(), value);
-    if (fault == std::errc()) samples[std::string(line.substr(0, space))] = value;
+    const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+    if (error == std::errc()) samples[std::string(line.substr(0, space))] = value;
   }
   return samples;
 }

@@ -59,7 +59,7 @@ Result<void> find_capacity(const Options& options, const Prober& run, Report& re
     if (early) return Refusal("stopped");
   }
   found.capacity = search.capacity();
-  found.reached_most = search.reached_most();
+  found.reached_max = search.reached_max();
   report.capacity = std::move(found);
   return {};
 }

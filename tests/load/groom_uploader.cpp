@@ -57,7 +57,7 @@ void GroomUploader::on_groom_state(const wire::GroomHash& groom, wire::GroomStat
   if (state == wire::GroomState::ready) waiting_.erase(groom);
   if (state != wire::GroomState::refused) return;
   for (const EncodedGroom& known : *grooms_)
-    if (known.hash == groom) fault_ = "the server refuses the groom " + known.spec + ": " + last_word_;
+    if (known.hash == groom) error_ = "the server refuses the groom " + known.spec + ": " + last_word_;
 }
 
 void GroomUploader::on_refusal(std::string_view reason, std::int64_t) {
@@ -65,14 +65,14 @@ void GroomUploader::on_refusal(std::string_view reason, std::int64_t) {
 }
 
 void GroomUploader::on_lost(std::string_view reason, std::int64_t) {
-  if (!done()) fault_ = "the server closed the connection: " + (reason.empty() ? closed_ : std::string(reason));
+  if (!done()) error_ = "the server closed the connection: " + (reason.empty() ? closed_ : std::string(reason));
 }
 
 void GroomUploader::on_end(std::string_view reason, std::int64_t) {
-  if (!fault_.empty()) return;
-  fault_ = reason.empty() ? "cannot talk to the server: " + (closed_.empty() ? "no welcome" : closed_)
+  if (!error_.empty()) return;
+  error_ = reason.empty() ? "cannot talk to the server: " + (closed_.empty() ? "no welcome" : closed_)
                           : "the server says goodbye: " + std::string(reason);
-  if (!last_word_.empty()) fault_ += ", " + last_word_;
+  if (!last_word_.empty()) error_ += ", " + last_word_;
 }
 
 }  // namespace hairnet::load

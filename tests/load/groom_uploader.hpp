@@ -21,7 +21,7 @@ class GroomUploader final : private ConnectionEvents, private ProtocolEvents {
                 std::uint32_t host = 0);
   [[nodiscard]] bool welcomed() const { return welcomed_; }
   [[nodiscard]] bool done() const { return welcomed_ && waiting_.empty(); }
-  [[nodiscard]] const std::string& fault() const { return fault_; }  // one line; empty while all is well
+  [[nodiscard]] const std::string& error() const { return error_; }  // one line; empty while all is well
   [[nodiscard]] const wire::Welcome& welcome() const { return welcome_; }
   // Call it regularly: sends what waits, and keep-alives.
   void poll(std::int64_t now_ns);
@@ -44,7 +44,7 @@ class GroomUploader final : private ConnectionEvents, private ProtocolEvents {
   std::set<wire::GroomHash> waiting_;
   bool welcomed_ = false;
   wire::Welcome welcome_;
-  std::string fault_, last_word_, closed_;
+  std::string error_, last_word_, closed_;
   Connector* connector_;
   std::uint32_t host_;
   std::unique_ptr<ClientConnection> connection_;

@@ -19,7 +19,7 @@ class LateJoiner {
   void poll(std::int64_t now_ns);
   // The stage is over. What has not happened yet counts with its time so far.
   [[nodiscard]] Figures figures(std::int64_t now_ns) const;
-  [[nodiscard]] const std::string& fault() const { return uploader_.fault(); }
+  [[nodiscard]] const std::string& error() const { return uploader_.error(); }
 
  private:
   struct Health {

@@ -53,7 +53,7 @@ void judge(const Options& options, Report& report) {
     report.outcome_text = "no number of characters holds";
   } else if (report.capacity) {
     report.outcome_text = fmt::format("{} characters hold{}", report.capacity->capacity,
-                                      report.capacity->reached_most           ? "; more was not tried"
+                                      report.capacity->reached_max            ? "; more was not tried"
                                       : report.capacity->limited_by_generator ? "; above that the generator is late"
                                                                               : "");
   } else if (failed > 0) {

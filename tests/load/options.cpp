@@ -130,8 +130,8 @@ Result<Address> parse_address(const std::string& text) {
   if (address.host.starts_with('[') && address.host.ends_with(']'))
     address.host = address.host.substr(1, address.host.size() - 2);
   const char* end = text.data() + text.size();
-  const auto [stop, fault] = std::from_chars(text.data() + colon + 1, end, address.port);
-  if (fault != std::errc() || stop != end || address.port == 0)
+  const auto [stop, error] = std::from_chars(text.data() + colon + 1, end, address.port);
+  if (error != std::errc() || stop != end || address.port == 0)
     return Refusal(fmt::format("--server '{}' has no port in 1 to 65535", text));
   return address;
 }
@@ -164,7 +164,7 @@ Result<Plan> make_plan(const Given& g) {
   if (g.observe) plan.observe = *g.observe;
   if (g.hair_error_mm) plan.hair_error_mm = *g.hair_error_mm;
   if (g.frame_bytes_per_s) plan.frame_bytes_per_s = *g.frame_bytes_per_s;
-  if (std::string fault = settle(plan); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = settle(plan); !error.empty()) return Refusal(std::move(error));
   return plan;
 }
 

@@ -75,8 +75,8 @@ Result<void> read(const std::string& key, const Json& value, Plan& plan) {
 bool is_observe(const std::string& text) {
   if (text == "all") return true;
   std::uint32_t count = 0;
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), count);
-  return fault == std::errc() && end == text.data() + text.size() && count <= 65'535;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
+  return error == std::errc() && end == text.data() + text.size() && count <= 65'535;
 }
 
 }  // namespace
@@ -131,7 +131,7 @@ Result<Plan> parse_plan(std::string_view json) {
   for (const auto& [key, value] : object.items()) {
     if (const auto done = read(key, value, plan); !done) return Refusal(key + ": " + done.error());
   }
-  if (std::string fault = settle(plan); !fault.empty()) return Refusal(std::move(fault));
+  if (std::string error = settle(plan); !error.empty()) return Refusal(std::move(error));
   return plan;
 }
 

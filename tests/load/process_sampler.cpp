@@ -24,8 +24,8 @@ std::optional<double> field(std::string_view words, int index) {
     words.remove_prefix(space + 1);
   }
   double value = 0;
-  const auto [end, fault] = std::from_chars(words.data(), words.data() + words.size(), value);
-  if (fault != std::errc()) return std::nullopt;
+  const auto [end, error] = std::from_chars(words.data(), words.data() + words.size(), value);
+  if (error != std::errc()) return std::nullopt;
   return value;
 }
 
@@ -57,9 +57,9 @@ std::optional<ProcessUse> sample_process(pid_t pid) {
   ProcessUse use;
   use.cpu_s = whole->cpu_s;
   use.resident_mib = resident_mib_of(folder);
-  std::error_code fault;
-  for (std::filesystem::directory_iterator task(folder + "/task", fault), end; !fault && task != end;
-       task.increment(fault)) {
+  std::error_code error;
+  for (std::filesystem::directory_iterator task(folder + "/task", error), end; !error && task != end;
+       task.increment(error)) {
     if (const auto thread = parse_stat_line(content_of(task->path() / "stat"), ticks_per_s))
       use.thread_cpu_s[thread->name] += thread->cpu_s;
   }
@@ -68,9 +68,9 @@ std::optional<ProcessUse> sample_process(pid_t pid) {
 
 double children_resident_mib(pid_t parent) {
   double sum_mib = 0;
-  std::error_code fault;
-  for (std::filesystem::directory_iterator process("/proc", fault), end; !fault && process != end;
-       process.increment(fault)) {
+  std::error_code error;
+  for (std::filesystem::directory_iterator process("/proc", error), end; !error && process != end;
+       process.increment(error)) {
     const std::string name = process->path().filename();
     if (name.find_first_not_of("0123456789") != std::string::npos) continue;
     const auto stat = parse_stat_line(content_of(process->path() / "stat"), 1);

@@ -18,7 +18,7 @@ struct CapacityPoint {
 struct CapacityReport {
   std::uint32_t capacity = 0;
   // Says that more was not tried.
-  bool reached_most = false;
+  bool reached_max = false;
   // Above the capacity the generator was late: the server may carry more.
   bool limited_by_generator = false;
   std::vector<CapacityPoint> points;

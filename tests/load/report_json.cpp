@@ -90,7 +90,7 @@ Json capacity_json(const CapacityReport& capacity) {
                       {"confirms", point.probe.confirms},
                       {"figures", figures_json(point.figures)}});
   return {{"characters", capacity.capacity},
-          {"reached_most", capacity.reached_most},
+          {"reached_max", capacity.reached_max},
           {"limited_by_generator", capacity.limited_by_generator},
           {"probes", std::move(points)}};
 }

@@ -50,7 +50,7 @@ class Page {
 
   void write_capacity(const CapacityReport& capacity) {
     html_ += fmt::format("<h2>Capacity: {} characters{}</h2>", capacity.capacity,
-                         capacity.reached_most           ? ", and more was not tried"
+                         capacity.reached_max            ? ", and more was not tried"
                          : capacity.limited_by_generator ? ", as far as this generator can tell"
                                                          : "");
     Chart chart{"Latency over characters", "characters", "ms", true, true, false, {}, {}};

@@ -18,8 +18,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-// Empty when every element is closed in order and no attribute or text has a stray < or &; else the fault.
-std::string markup_fault(std::string_view html) {
+// Empty when every element is closed in order and no attribute or text has a stray < or &; else the error.
+std::string markup_error(std::string_view html) {
   std::vector<std::string> open;
   for (std::size_t at = 0; at < html.size(); ++at) {
     if (html[at] == '&' && !(html.substr(at).starts_with("&amp;") || html.substr(at).starts_with("&lt;") ||
@@ -86,7 +86,7 @@ Report sample_report() {
 
 TEST(Page, is_well_formed_and_self_contained) {
   const std::string page = to_page(sample_report());
-  EXPECT_EQ(markup_fault(page), "");
+  EXPECT_EQ(markup_error(page), "");
   for (const char* outside : {"http:", "https:", "//", "<script", "<link", "<img", "@import", "url("})
     EXPECT_THAT(page, Not(HasSubstr(outside)));
   EXPECT_THAT(page, HasSubstr("&lt;b&gt;&amp;&quot;&#39;"));
@@ -133,18 +133,18 @@ TEST(Sentence, says_what_held_and_which_figure_is_nearest_to_its_threshold) {
 
 TEST(Page, is_well_formed_without_data) {
   Report report;
-  EXPECT_EQ(markup_fault(to_page(report)), "");
+  EXPECT_EQ(markup_error(to_page(report)), "");
   report.runs.emplace_back();
-  EXPECT_EQ(markup_fault(to_page(report)), "");
+  EXPECT_EQ(markup_error(to_page(report)), "");
   EXPECT_THAT(to_page(report), HasSubstr("nothing to show"));
 }
 
-TEST(Page, page_checker_finds_faults) {
-  EXPECT_NE(markup_fault("<p><b></p></b>"), "");
-  EXPECT_NE(markup_fault("<p>a & b</p>"), "");
-  EXPECT_NE(markup_fault("<p class=\"x>y</p>"), "");
-  EXPECT_NE(markup_fault("<p>"), "");
-  EXPECT_EQ(markup_fault("<p class=\"x\">a &amp; b</p>"), "");
+TEST(Page, page_checker_finds_errors) {
+  EXPECT_NE(markup_error("<p><b></p></b>"), "");
+  EXPECT_NE(markup_error("<p>a & b</p>"), "");
+  EXPECT_NE(markup_error("<p class=\"x>y</p>"), "");
+  EXPECT_NE(markup_error("<p>"), "");
+  EXPECT_EQ(markup_error("<p class=\"x\">a &amp; b</p>"), "");
 }
 
 TEST(JsonReport, contains_figures_and_a_plan_that_can_be_run_again) {

@@ -55,8 +55,8 @@ Result<Requirement> parse_requirement(std::string_view text) {
   if (!is_name(figure)) return wrong("names no figure");
   found.figure = figure;
   const std::string_view bound = trimmed(text.substr(at + known->first.size()));
-  const auto [end, fault] = std::from_chars(bound.data(), bound.data() + bound.size(), found.bound);
-  if (fault != std::errc() || end != bound.data() + bound.size() || !std::isfinite(found.bound))
+  const auto [end, error] = std::from_chars(bound.data(), bound.data() + bound.size(), found.bound);
+  if (error != std::errc() || end != bound.data() + bound.size() || !std::isfinite(found.bound))
     return wrong("has no number as its bound");
   return found;
 }

@@ -125,7 +125,7 @@ class Run {
         *connector_, make_link_protocol_client(peer_options("load-preparation", "load-preparation")), *context_.grooms);
     const std::int64_t deadline_ns = channel::monotonic_ns() + kPreparation_ns_max;
     while (!preparation_->done()) {
-      if (!preparation_->fault().empty()) return Refusal(preparation_->fault());
+      if (!preparation_->error().empty()) return Refusal(preparation_->error());
       if (stopped()) return Refusal("stopped before it began");
       if (channel::monotonic_ns() > deadline_ns) return Refusal("the grooms are not ready in time");
       preparation_->poll(channel::monotonic_ns());
@@ -177,7 +177,7 @@ class Run {
   void dismiss_late_joiner(std::int64_t now_ns) {
     if (!late_joiner_) return;
     late_joiner_figures_[next_late_joiner_ - 1] = late_joiner_->figures(now_ns);
-    if (!late_joiner_->fault().empty()) tally_->count_error(now_ns - 1, "late joiner: " + late_joiner_->fault());
+    if (!late_joiner_->error().empty()) tally_->count_error(now_ns - 1, "late joiner: " + late_joiner_->error());
     late_joiner_.reset();
   }
 

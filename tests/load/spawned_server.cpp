@@ -52,12 +52,12 @@ Result<std::unique_ptr<SpawnedServer>> SpawnedServer::start(const std::string& p
   posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   posix_spawn_file_actions_adddup2(&actions, 1, 2);
   pid_t pid = -1;
-  const int fault = posix_spawnp(&pid, argv.front(), &actions, nullptr, argv.data(), environ);
+  const int error = posix_spawnp(&pid, argv.front(), &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  if (fault == ENOENT && program.find('/') == std::string::npos)
+  if (error == ENOENT && program.find('/') == std::string::npos)
     return Refusal(fmt::format("cannot start {}: it is neither in {} nor in a folder of PATH; give its whole path",
                                program, own_folder.string()));
-  if (fault != 0) return Refusal(fmt::format("cannot start {}: {}", program, std::strerror(fault)));
+  if (error != 0) return Refusal(fmt::format("cannot start {}: {}", program, std::strerror(error)));
 
   std::unique_ptr<SpawnedServer> server(new SpawnedServer(pid));
   for (milliseconds waited{0}; waited < kStartWait && server->running(); waited += kPollInterval) {

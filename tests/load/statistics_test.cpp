@@ -328,7 +328,7 @@ TEST(Exposition, accepts_only_a_valid_answer) {
   EXPECT_EQ(http_body(""), "");
 }
 
-TEST(FrameCheck, finds_each_kind_of_fault) {
+TEST(FrameCheck, finds_each_kind_of_error) {
   const auto failures_of = [](auto change) {
     FrameCheck check(1, 1);
     Pose pose = rigid_pose(RigidTransform{});
@@ -341,7 +341,7 @@ TEST(FrameCheck, finds_each_kind_of_fault) {
       frame.sample_time_local_ns = i * 33 * kMs;
       frame.pose = &pose;
       frame.coefficients = hair;
-      // Frame 250 has the fault. Head and hair have then been at rest for 8.25 s, and `moves_at_rest` is checked
+      // Frame 250 has the error. Head and hair have then been at rest for 8.25 s, and `moves_at_rest` is checked
       // after 5 s.
       if (i == 250) change(frame, pose, hair);
       check.on_frame(0, frame);

@@ -63,25 +63,25 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
   };
 
   asio::awaitable<void> receive(std::shared_ptr<StreamConnection> self) {
-    std::string fault = co_await stream_->open();
+    std::string error = co_await stream_->open();
     if (!events_) {
       stream_->close();
       co_return;
     }
-    if (fault.empty()) {
+    if (error.empty()) {
       asio::co_spawn(may_write_.get_executor(), transmit(self), asio::detached);
       events_->on_open(channel::monotonic_ns());
     }
-    while (events_ && fault.empty()) {
+    while (events_ && error.empty()) {
       co_await until_readable();
       if (!events_) co_return;
       const link::ServerStream::Read read = co_await stream_->read();
-      fault = read.error;
-      if (!fault.empty()) break;
+      error = read.error;
+      if (!error.empty()) break;
       const bool is_valid = co_await take(read);
-      if (!is_valid) fault = "the server sent a size that no packet has";
+      if (!is_valid) error = "the server sent a size that no packet has";
     }
-    if (events_) events_->on_closed(fault, channel::monotonic_ns());
+    if (events_) events_->on_closed(error, channel::monotonic_ns());
   }
 
   // QUIC goes on meanwhile: who reads slowly still answers.

@@ -20,13 +20,13 @@ constexpr std::size_t kReceiveBytes = 256u << 10;
 constexpr int kLimitedReceiveBytes = 8 << 10;
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
 
-std::string_view reason_of(const error_code& fault) {
-  if (fault == asio::error::eof) return "by_server";
-  if (fault == asio::error::connection_refused) return "refused";
-  if (fault == asio::error::connection_reset || fault == asio::error::broken_pipe) return "reset";
-  if (fault == asio::error::timed_out) return "timed_out";
-  if (fault == asio::error::no_descriptors) return "no_descriptors";
-  if (fault == asio::error::network_unreachable || fault == asio::error::host_unreachable) return "unreachable";
+std::string_view reason_of(const error_code& error) {
+  if (error == asio::error::eof) return "by_server";
+  if (error == asio::error::connection_refused) return "refused";
+  if (error == asio::error::connection_reset || error == asio::error::broken_pipe) return "reset";
+  if (error == asio::error::timed_out) return "timed_out";
+  if (error == asio::error::no_descriptors) return "no_descriptors";
+  if (error == asio::error::network_unreachable || error == asio::error::host_unreachable) return "unreachable";
   return "failed";
 }
 
@@ -36,15 +36,15 @@ class Connection : public std::enable_shared_from_this<Connection> {
       : socket_(io), events_(&events), buffer_(std::move(buffer)), splitter_(wire::kPacketBytesMax) {}
 
   void connect(const tcp::endpoint& server, std::uint32_t host) {
-    error_code fault;
-    socket_.open(server.protocol(), fault);
-    if (!fault && host > 0 && server.address().is_v4() && server.address().is_loopback()) bind(host, fault);
-    if (fault) {
-      asio::post(socket_.get_executor(), [self = shared_from_this(), fault] { self->fail(fault); });
+    error_code error;
+    socket_.open(server.protocol(), error);
+    if (!error && host > 0 && server.address().is_v4() && server.address().is_loopback()) bind(host, error);
+    if (error) {
+      asio::post(socket_.get_executor(), [self = shared_from_this(), error] { self->fail(error); });
       return;
     }
-    socket_.non_blocking(true, fault);
-    socket_.set_option(tcp::no_delay(true), fault);
+    socket_.non_blocking(true, error);
+    socket_.set_option(tcp::no_delay(true), error);
     socket_.async_connect(server, [self = shared_from_this()](const error_code& ec) { self->on_connected(ec); });
   }
 
@@ -58,9 +58,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void send(std::span<const std::uint8_t> bytes) {
     if (!events_ || sending_closed_) return;
     if (unsent_.empty() && open_) {
-      error_code fault;
-      const std::size_t count = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), fault);
-      if (fault && fault != asio::error::would_block) return;  // the reader learns why
+      error_code error;
+      const std::size_t count = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), error);
+      if (error && error != asio::error::would_block) return;  // the reader learns why
       bytes = bytes.subspan(count);
     }
     if (bytes.empty()) return;
@@ -85,15 +85,15 @@ class Connection : public std::enable_shared_from_this<Connection> {
   [[nodiscard]] std::size_t unsent_bytes() const { return unsent_.size(); }
 
  private:
-  void bind(std::uint32_t host, error_code& fault) {
+  void bind(std::uint32_t host, error_code& error) {
     const asio::detail::socket_option::boolean<IPPROTO_IP, IP_BIND_ADDRESS_NO_PORT> port_later(true);
-    socket_.set_option(port_later, fault);  // or an address would have ports for 28 000 connections a minute only
-    socket_.bind({asio::ip::address_v4(0x7f000000u + host), 0}, fault);
+    socket_.set_option(port_later, error);  // or an address would have ports for 28 000 connections a minute only
+    socket_.bind({asio::ip::address_v4(0x7f000000u + host), 0}, error);
   }
 
-  void on_connected(const error_code& fault) {
+  void on_connected(const error_code& error) {
     if (!events_) return;
-    if (fault) return fail(fault);
+    if (error) return fail(error);
     open_ = true;
     wait_to_read();
     events_->on_open(channel::monotonic_ns());
@@ -108,13 +108,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
-  void read(error_code fault) {
+  void read(error_code error) {
     if (!events_) return;
-    if (fault) return fail(fault);
+    if (error) return fail(error);
     const std::size_t wanted = std::min(buffer_->size(), readable_);
-    const std::size_t count = socket_.read_some(asio::buffer(buffer_->data(), wanted), fault);
-    if (fault == asio::error::would_block) return wait_to_read();
-    if (fault) return fail(fault);
+    const std::size_t count = socket_.read_some(asio::buffer(buffer_->data(), wanted), error);
+    if (error == asio::error::would_block) return wait_to_read();
+    if (error) return fail(error);
     if (readable_ != kUnlimited) readable_ -= count;
     const std::int64_t arrival_ns = channel::monotonic_ns();
     const bool valid = splitter_.feed({buffer_->data(), count}, [&](std::span<const std::uint8_t> packet) {
@@ -137,17 +137,17 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
-  void write(error_code fault) {
-    if (!events_ || fault) return;
-    const std::size_t count = socket_.write_some(asio::buffer(unsent_), fault);
-    if (fault && fault != asio::error::would_block) return;
+  void write(error_code error) {
+    if (!events_ || error) return;
+    const std::size_t count = socket_.write_some(asio::buffer(unsent_), error);
+    if (error && error != asio::error::would_block) return;
     unsent_.erase(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(count));
-    if (unsent_.empty() && sending_closed_) socket_.shutdown(tcp::socket::shutdown_send, fault);
+    if (unsent_.empty() && sending_closed_) socket_.shutdown(tcp::socket::shutdown_send, error);
     wait_to_write();
   }
 
-  void fail(const error_code& fault) {
-    if (events_) events_->on_closed(reason_of(fault), channel::monotonic_ns());
+  void fail(const error_code& error) {
+    if (events_) events_->on_closed(reason_of(error), channel::monotonic_ns());
   }
 
   tcp::socket socket_;
@@ -178,9 +178,9 @@ class TcpClientConnection final : public ClientConnection {
 
 Result<tcp::endpoint> resolve(const Address& address) {
   asio::io_context io;
-  error_code fault;
-  const auto found = tcp::resolver(io).resolve(address.host, std::to_string(address.port), fault);
-  if (fault || found.empty()) return Refusal("cannot find " + address.host + ": " + fault.message());
+  error_code error;
+  const auto found = tcp::resolver(io).resolve(address.host, std::to_string(address.port), error);
+  if (error || found.empty()) return Refusal("cannot find " + address.host + ": " + error.message());
   return found.begin()->endpoint();
 }
 

@@ -54,34 +54,34 @@ SCALARS = {
 }
 
 
-def faults(value, schema, where):
+def errors(value, schema, where):
     """One line for each place where the value does not keep to the schema."""
     if isinstance(schema, str) and schema in SCHEMAS["definitions"]:
-        return faults(value, SCHEMAS["definitions"][schema], where)
+        return errors(value, SCHEMAS["definitions"][schema], where)
     if isinstance(schema, str):
         fits = SCALARS[schema](value) if schema in SCALARS else value in schema.split("|")
         return [] if fits else [f"{where}: {value!r} is not {schema}"]
     if isinstance(schema, list):
         if not isinstance(value, list) or not value:
             return [f"{where}: a list is expected"]
-        return [fault for i, one in enumerate(value) for fault in faults(one, schema[0], f"{where}[{i}]")]
+        return [error for i, one in enumerate(value) for error in errors(one, schema[0], f"{where}[{i}]")]
     if not isinstance(value, dict):
         return [f"{where}: an object is expected"]
     if "*" in schema:
-        return [fault for key, one in value.items() for fault in faults(one, schema["*"], f"{where}.{key}")]
+        return [error for key, one in value.items() for error in errors(one, schema["*"], f"{where}.{key}")]
     known = {key.rstrip("!"): one for key, one in schema.items()}
     found = [f"{where}: {key[:-1]} is missing" for key in schema if key.endswith("!") and key[:-1] not in value]
     for key, one in value.items():
-        found += faults(one, known[key], f"{where}.{key}") if key in known else [f"{where}: unknown key {key}"]
+        found += errors(one, known[key], f"{where}.{key}") if key in known else [f"{where}: unknown key {key}"]
     return found
 
 
-def object_faults(value, where):
+def object_errors(value, where):
     kind = f"{value.get('apiVersion')} {value.get('kind')}" if isinstance(value, dict) else "?"
     if kind not in SCHEMAS["objects"]:
         return [f"{where}: {kind} is no kind that schemas.yaml knows"]
     rest = {key: one for key, one in value.items() if key not in ("apiVersion", "kind")}
-    return faults(rest, SCHEMAS["objects"][kind], f"{where} {value['kind']}")
+    return errors(rest, SCHEMAS["objects"][kind], f"{where} {value['kind']}")
 
 
 def files():
@@ -115,9 +115,9 @@ class Manifests(unittest.TestCase):
         self.assertGreater(len(files()), 8)
         for path in files():
             for one in load(path):
-                self.assertEqual(object_faults(one, path.name), [])
+                self.assertEqual(object_errors(one, path.name), [])
 
-    def test_a_fault_anywhere_in_an_object_is_found(self):
+    def test_an_error_anywhere_in_an_object_is_found(self):
         """Every key of every object, with another name and with a value of another type."""
         count = 0
         for path in files():
@@ -126,7 +126,7 @@ class Manifests(unittest.TestCase):
                     for corrupt in (rename, retype):
                         corrupted = copy.deepcopy(whole)
                         if corrupt(corrupted, keys):
-                            self.assertNotEqual(object_faults(corrupted, path.name), [], (path.name, corrupt.__name__, keys))
+                            self.assertNotEqual(object_errors(corrupted, path.name), [], (path.name, corrupt.__name__, keys))
                             count += 1
         self.assertGreater(count, 500)
 

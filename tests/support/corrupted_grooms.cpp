@@ -95,10 +95,10 @@ void add_streams(const Bytes& good, std::vector<CorruptedGroom>& all) {
     all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), kImpossibleSize});
   for (const std::size_t size : {kGroomBytesMax + std::size_t{1}, std::size_t{0xFFFFFFFF}})
     all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), "bytes when unpacked"});
-  const auto add = [&](const char* name, const char* fault, auto corrupt) {
+  const auto add = [&](const char* name, const char* error, auto corrupt) {
     Bytes stream = file.stream();
     corrupt(stream);
-    all.push_back({name, file.with_stream(stream), fault});
+    all.push_back({name, file.with_stream(stream), error});
   };
   add("a stream without its last byte", kOtherSize, [](Bytes& stream) { stream.pop_back(); });
   add("half a stream", kOtherSize, [](Bytes& stream) { stream.resize(stream.size() / 2); });
@@ -126,8 +126,8 @@ void add_numbers(const Groom& groom, const Bytes& table, std::vector<CorruptedGr
     };
   };
   const std::size_t first_card = groom.strand_count() + groom.threads.size();
-  const auto add = [&](const char* name, const char* fault, const Bytes& vector, auto corrupt) {
-    all.push_back({name, with_vector(table, vector, corrupt), fault});
+  const auto add = [&](const char* name, const char* error, const Bytes& vector, auto corrupt) {
+    all.push_back({name, with_vector(table, vector, corrupt), error});
   };
   add("points cut off", " points, not ", points.planes, shorten(1));
   add("references cut off", " references, not ", points.references, shorten(3));

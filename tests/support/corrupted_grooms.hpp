@@ -10,7 +10,7 @@ namespace hairnet::wire {
 struct CorruptedGroom {
   std::string name;
   std::vector<std::uint8_t> file;
-  std::string fault;  // part of what the C++ decoder says
+  std::string error;  // part of what the C++ decoder says
 };
 
 // Whole buffers whose packed stream or whose numbers are wrong, each in one way.

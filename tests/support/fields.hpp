@@ -17,7 +17,7 @@ BOOST_DESCRIBE_STRUCT(Material, (),
                        air_drag_ns_per_m2, ether_mass_ratio, ether_stiffness_per_s2, ether_damping_ratio, root_length_m,
                        thickness_m, metaball_potential_j))
 BOOST_DESCRIBE_STRUCT(GroupMaterial, (), (group, material))
-BOOST_DESCRIBE_STRUCT(LearntWind, (), (weights, most_m_per_s, error, low_error))
+BOOST_DESCRIBE_STRUCT(LearntWind, (), (weights, max_m_per_s, error, low_error))
 BOOST_DESCRIBE_STRUCT(LearntHair, (),
                       (hidden_count, mode_count, input_weights, hidden_weights, bias, output_weights, most, error,
                        low_error, wind))

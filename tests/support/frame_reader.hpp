@@ -39,17 +39,17 @@ class FrameReader {
   void take(const wire::CharacterAdded& added) { grooms_[added.member] = added.groom; }
   void take(const wire::MemberJoined& joined) { grooms_[joined.member] = joined.groom; }
   void take(const wire::GroomBasis& announced) { announced_.insert(announced.groom); }
-  // The faults of frames that cannot be read go to `faults`.
-  std::vector<ReadFrame> take(const wire::FrameBatch& batch, std::vector<std::string>& faults) {
+  // The errors of frames that cannot be read go to `errors`.
+  std::vector<ReadFrame> take(const wire::FrameBatch& batch, std::vector<std::string>& errors) {
     std::vector<ReadFrame> read;
     for (const wire::Frame& frame : batch.frames) {
       ReadFrame out{batch.tick, batch.sample_time_ns, frame, {}, {}, {}};
       out.frame.content = {};
-      const std::string fault = read_frame(frame, out);
-      if (fault.empty())
+      const std::string error = read_frame(frame, out);
+      if (error.empty())
         read.push_back(std::move(out));
       else
-        faults.push_back(fault + " at tick " + std::to_string(batch.tick));
+        errors.push_back(error + " at tick " + std::to_string(batch.tick));
     }
     return read;
   }

@@ -27,7 +27,7 @@ inline LearntHair random_learnt_hair(std::uint64_t seed, std::size_t hidden_coun
   // Inputs up to 10, and air up to 15 m/s, count as covered by training.
   hair.most.fill(10);
   fill(hair.wind.weights, 3 * hidden_count * kAirInputCount, 0.05);
-  hair.wind.most_m_per_s = 15;
+  hair.wind.max_m_per_s = 15;
   return hair;
 }
 

@@ -43,10 +43,10 @@ Vec3f RandomMessages::vector(float most) {
   return {x, y, z};
 }
 
-RigidTransform RandomMessages::place(float most_m) {
+RigidTransform RandomMessages::place(float max_m) {
   const Vec3f axis = vector(1).normalized();
   const Eigen::Quaternionf turn(Eigen::AngleAxisf(static_cast<float>(real(0, 3)), axis));
-  return {turn.cast<double>(), vector(most_m).cast<double>()};
+  return {turn.cast<double>(), vector(max_m).cast<double>()};
 }
 
 Pose RandomMessages::pose() {

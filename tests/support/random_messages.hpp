@@ -48,7 +48,7 @@ class RandomMessages {
   LevelIndex level(LevelIndex last = LevelIndex::rigid);
   Vec3f vector(float most);
   // All numbers are floats.
-  RigidTransform place(float most_m);
+  RigidTransform place(float max_m);
   std::vector<std::uint8_t> prop_numbers();
   // Adds threads, cards, cloths, knots, clumps and root blends.
   void add_features(Groom& groom);

@@ -18,9 +18,9 @@ std::string plain(const nlohmann::json& object, const char* name) {
   const auto coded = object.at(name).get<std::string>();
   std::string text(coded.size(), '\0');
   std::size_t length = 0;
-  const int fault = sodium_base642bin(reinterpret_cast<unsigned char*>(text.data()), text.size(), coded.data(),
+  const int error = sodium_base642bin(reinterpret_cast<unsigned char*>(text.data()), text.size(), coded.data(),
                                       coded.size(), nullptr, &length, nullptr, sodium_base64_VARIANT_ORIGINAL);
-  HAIRNET_ASSERT(fault == 0);
+  HAIRNET_ASSERT(error == 0);
   text.resize(length);
   return text;
 }

@@ -35,16 +35,16 @@ std::vector<std::string> classes_in_several_files(const fs::path& root,
           files_of[(path.parent_path() / name).generic_string()].insert(path.filename().string());
     }
   }
-  std::vector<std::string> faults;
+  std::vector<std::string> errors;
   for (const auto& [name, files] : files_of) {
     if (files.size() == 1 || excused.contains(name)) continue;
-    std::string fault = name + ": its member functions stand in";
-    for (const std::string& file : files) fault += ' ' + file;
-    faults.push_back(fault + "; put them in one file, or give a second noun a class of its own");
+    std::string error = name + ": its member functions stand in";
+    for (const std::string& file : files) error += ' ' + file;
+    errors.push_back(error + "; put them in one file, or give a second noun a class of its own");
   }
   for (const auto& [name, reason] : excused)
-    if (files_of[name].size() < 2) faults.push_back(name + ": is excused, but does not stand in several files");
-  return faults;
+    if (files_of[name].size() < 2) errors.push_back(name + ": is excused, but does not stand in several files");
+  return errors;
 }
 
 }  // namespace hairnet::tree

@@ -32,7 +32,7 @@ std::size_t comment_column(const std::string& line) {
 
 std::vector<std::string> comments_that_begin_with_a_preposition(const fs::path& root) {
   static const std::regex kFragment("^[/*!<]+ *(of|that|from|to) ");
-  std::vector<std::string> faults;
+  std::vector<std::string> errors;
   for (const char* top : {"core", "schema", "server", "client", "tests"}) {
     if (!fs::exists(root / top)) continue;
     for (auto it = fs::recursive_directory_iterator(root / top); it != fs::recursive_directory_iterator(); ++it) {
@@ -52,13 +52,13 @@ std::vector<std::string> comments_that_begin_with_a_preposition(const fs::path& 
         const std::string comment = line.substr(column);
         std::smatch match;
         if (std::regex_search(comment, match, kFragment) && !(goes_on && comment.starts_with("//")))
-          faults.push_back(it->path().lexically_relative(root).generic_string() + ':' + std::to_string(number) +
+          errors.push_back(it->path().lexically_relative(root).generic_string() + ':' + std::to_string(number) +
                            ": the comment begins with \"" + match[1].str() +
                            "\"; write a sentence with a subject and a verb, on a line before the thing");
       }
     }
   }
-  return faults;
+  return errors;
 }
 
 }  // namespace hairnet::tree

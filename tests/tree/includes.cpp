@@ -37,7 +37,7 @@ bool allows(const IncludeRules& rules, const std::string& from, const std::strin
   return rule != rules.end() && (from == to || rule->second.contains(to) || rule->second.contains("any"));
 }
 
-std::string fault_of(const fs::path& root, const IncludeRules& rules, const std::string& folder,
+std::string error_of(const fs::path& root, const IncludeRules& rules, const std::string& folder,
                      const std::string& name, bool quoted) {
   const std::string top = name.substr(0, name.find('/'));
   if (quoted && kTops.contains(top)) {
@@ -98,7 +98,7 @@ std::string circle_of(const IncludeRules& rules) {
 
 std::vector<std::string> wrong_includes(const fs::path& root, const IncludeRules& rules) {
   static const std::regex kInclude("\\s*#\\s*include\\s*([<\"])([^>\"]+)[>\"].*");
-  std::vector<std::string> faults;
+  std::vector<std::string> errors;
   for (const std::string& top : kTops) {
     if (!fs::exists(root / top)) continue;
     for (auto it = fs::recursive_directory_iterator(root / top); it != fs::recursive_directory_iterator(); ++it) {
@@ -111,7 +111,7 @@ std::vector<std::string> wrong_includes(const fs::path& root, const IncludeRules
       if (extension != ".hpp" && extension != ".cpp" && !is_script) continue;
       const std::string folder = fs::path(file).parent_path().generic_string();
       if (!rules.contains(folder)) {
-        faults.push_back(file + ": the folder has no line in the rules");
+        errors.push_back(file + ": the folder has no line in the rules");
         continue;
       }
       std::ifstream source(it->path());
@@ -121,17 +121,17 @@ std::vector<std::string> wrong_includes(const fs::path& root, const IncludeRules
         if (is_script) {
           const std::string to = folder_of_import(root, it->path(), line);
           if (!to.empty() && !allows(rules, folder, to))
-            faults.push_back(file + ':' + std::to_string(number) + ": " + folder + " may not import " + to);
+            errors.push_back(file + ':' + std::to_string(number) + ": " + folder + " may not import " + to);
           continue;
         }
         std::smatch match;
         if (line.find("include") == std::string::npos || !std::regex_match(line, match, kInclude)) continue;
-        const std::string fault = fault_of(root, rules, folder, match[2], match[1] == "\"");
-        if (!fault.empty()) faults.push_back(file + ':' + std::to_string(number) + ": " + fault);
+        const std::string error = error_of(root, rules, folder, match[2], match[1] == "\"");
+        if (!error.empty()) errors.push_back(file + ':' + std::to_string(number) + ": " + error);
       }
     }
   }
-  return faults;
+  return errors;
 }
 
 }  // namespace hairnet::tree

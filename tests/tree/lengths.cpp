@@ -24,14 +24,14 @@ std::vector<std::string> files_longer_than(std::size_t lines_max, const fs::path
         long_files[it->path().lexically_relative(root).generic_string()] = static_cast<std::size_t>(lines);
     }
   }
-  std::vector<std::string> faults;
+  std::vector<std::string> errors;
   for (const auto& [file, lines] : long_files)
     if (!excused.contains(file))
-      faults.push_back(file + ": has " + std::to_string(lines) + " lines, of which " + std::to_string(lines_max) +
+      errors.push_back(file + ": has " + std::to_string(lines) + " lines, of which " + std::to_string(lines_max) +
                        " are allowed; give a second noun a file of its own");
   for (const auto& [file, reason] : excused)
-    if (!long_files.contains(file)) faults.push_back(file + ": is excused, but is not so long");
-  return faults;
+    if (!long_files.contains(file)) errors.push_back(file + ": is excused, but is not so long");
+  return errors;
 }
 
 }  // namespace hairnet::tree

@@ -72,15 +72,15 @@ std::vector<std::string> broken_links(const fs::path& root, const std::set<std::
       if (it->path().extension() == ".md") pages.push_back(it->path());
     }
   }
-  std::vector<std::string> faults;
+  std::vector<std::string> errors;
   for (const fs::path& page : pages) {
     const fs::path folder = page.parent_path().lexically_relative(root);
     bool fenced = false;
     std::size_t number = 0;
     for (const std::string& line : lines_of(page)) {
       ++number;
-      const auto fault = [&](const std::string& what) {
-        faults.push_back(page.lexically_relative(root).generic_string() + ':' + std::to_string(number) + ": " + what);
+      const auto error = [&](const std::string& what) {
+        errors.push_back(page.lexically_relative(root).generic_string() + ':' + std::to_string(number) + ": " + what);
       };
       if (line.starts_with("```")) fenced = !fenced;
       if (fenced) continue;
@@ -90,9 +90,9 @@ std::vector<std::string> broken_links(const fs::path& root, const std::set<std::
         const std::string path = link.substr(0, link.find('#'));
         const fs::path target = path.empty() ? page : page.parent_path() / path;
         if (!fs::exists(target))
-          fault("no " + link);
+          error("no " + link);
         else if (link.find('#') != std::string::npos && !has_anchor(target, link.substr(link.find('#') + 1)))
-          fault("no heading " + link);
+          error("no heading " + link);
       }
       for (std::sregex_iterator it(line.begin(), line.end(), kCode), end; it != end; ++it) {
         const std::string code = (*it)[1];
@@ -100,12 +100,12 @@ std::vector<std::string> broken_links(const fs::path& root, const std::set<std::
         for (std::sregex_iterator p(code.begin(), code.end(), kPath); p != end; ++p) {
           const std::string path = p->str();
           if (!path.starts_with('/') && !path.starts_with("..") && !words.contains(path) && !tree.has(folder, path))
-            fault("no file " + path);
+            error("no file " + path);
         }
       }
     }
   }
-  return faults;
+  return errors;
 }
 
 }  // namespace hairnet::tree

@@ -33,7 +33,7 @@ TEST(Includes, have_rules_without_a_circle) {
   EXPECT_EQ(circle_of(rules()), "");
 }
 
-// A small tree in which faults are planted.
+// A small tree in which errors are planted.
 class Planted : public testing::Test {
  protected:
   void write(const fs::path& path, std::string_view text) {

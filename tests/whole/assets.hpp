@@ -17,7 +17,8 @@ struct Assets {
     wire::GroomHash hash{};
     std::shared_ptr<const std::vector<std::uint8_t>> bytes;
   };
-  std::vector<GroomFile> grooms;  // the last one takes several chunks
+  // The last groom is so large that it travels in several chunks.
+  std::vector<GroomFile> grooms;
   // Grooms whose builds would take too long or too much memory: strands that zigzag, a body of many triangles.
   std::vector<GroomFile> costly;
   std::string token_key_file, level_cache;

@@ -9,7 +9,8 @@
 namespace hairnet::whole {
 namespace {
 
-constexpr std::uint32_t kManyCharacters = 12, kTooManyCharacters = 20;  // for the limits of scenario.cpp
+// The first is below the limit of 16 characters a session in scenario.cpp, the second above it.
+constexpr std::uint32_t kManyCharacters = 12, kTooManyCharacters = 20;
 
 }  // namespace
 
@@ -43,7 +44,9 @@ void BadClient::stop() {
     else
       wire->drop();
   }
-  for (const std::weak_ptr<SimulatedConnection>& left : left_) {  // their unsent bytes would arrive long after
+  // Connections that were left with unsent bytes break now. Otherwise these bytes would arrive long after the
+  // disturbances.
+  for (const std::weak_ptr<SimulatedConnection>& left : left_) {
     if (const auto wire = left.lock(); wire && !wire->all_sent()) wire->break_now({-1, random_.unit() < 0.5 ? 0 : -1});
   }
 }
@@ -109,7 +112,8 @@ void BadClient::hello() {
         hello.token = assets().token(false, "another", "");
         break;
       case 4:
-        hello.session = 1 + random_.next() % 12;  // another's, without its secret
+        // This may be the session of another client, whose secret the hello lacks.
+        hello.session = 1 + random_.next() % 12;
         break;
       default:
         hello.token = "x.y.z";
@@ -121,7 +125,8 @@ void BadClient::hello() {
 
 void BadClient::on_open() {
   const std::uint64_t turn = turn_;
-  if (sends_bad_datagrams(plan_.kind) && random_.unit() < 0.5) send_bad_datagrams();  // before any hello
+  // Half of these clients send datagrams before any hello.
+  if (sends_bad_datagrams(plan_.kind) && random_.unit() < 0.5) send_bad_datagrams();
   switch (plan_.kind) {
     case Misbehaviour::silent:
       return say_part_of_hello();
@@ -144,6 +149,8 @@ void BadClient::say_part_of_hello() {
   const double pick = random_.unit();
   if (pick < 0.4) return;
   if (pick < 0.6) {
+    // These bytes announce the largest packet that a server takes before a hello, and lack its last byte. The server
+    // must wait for that byte, and time out.
     std::vector<std::uint8_t> bytes(server::kHelloPacketBytesMax - 1);
     const auto size = static_cast<std::uint32_t>(server::kHelloPacketBytesMax - sizeof(std::uint32_t));
     std::memcpy(bytes.data(), &size, sizeof size);
@@ -219,6 +226,7 @@ void BadClient::misbehave() {
     case Misbehaviour::stranger:
       return send(random_valid_message());
     case Misbehaviour::flood:
+      // 60 empty messages every 5 to 100 ms are more than the 300 messages a second of scenario.cpp.
       for (int i = 0; i < 60 && connection_->takes_more(); ++i) send(wire::PoseBatch{});
       return;
     case Misbehaviour::pose_flood:
@@ -264,7 +272,8 @@ void BadClient::misbehave() {
   }
 }
 
-// Random bytes, and packets of a client as datagrams: whole, cut, with bytes behind, or with changed bits.
+// Sends random bytes, and packets of a client as datagrams: whole, cut off, with bytes behind them, or with changed
+// bits.
 void BadClient::send_bad_datagrams() {
   if (!connection_->has_datagrams()) return;
   for (std::uint64_t n = up_to(4); n > 0; --n) {
@@ -274,7 +283,7 @@ void BadClient::send_bad_datagrams() {
       for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_.next());
     } else {
       bytes = wire::encode_packet({clock_ns(), random_valid_message()});
-      // A frame datagram begins so, which only servers send.
+      // A frame datagram begins with these bytes. Only servers send such datagrams.
       if (pick > 0.95) bytes = {'F', 'B'};
       if (pick < 0.4) bytes.resize(random_.next() % bytes.size());
       if (pick >= 0.4 && pick < 0.5) bytes.resize(bytes.size() + up_to(8));
@@ -296,7 +305,7 @@ void BadClient::mutate() {
   connection_->write(packet);
 }
 
-// Messages as a client may send them, about things that are and things that are not.
+// Makes a message that a client may send. It is about characters and grooms that exist, and about some that do not.
 wire::Message BadClient::random_valid_message() {
   const auto number = [&] { return static_cast<std::uint32_t>(random_.next() % 6); };
   const auto level = [&] {
@@ -367,7 +376,8 @@ void BadClient::trickle_groom() {
   if (trickled_.empty() || random_.unit() < 0.2) {
     const Assets::GroomFile& known = assets().grooms[random_.next() % assets().grooms.size()];
     wire::GroomOffer offer{known.hash, known.bytes->size()};
-    if (trickled_.contains(known.hash)) {  // what nobody has
+    // A groom that it has offered before is replaced by one that nobody has.
+    if (trickled_.contains(known.hash)) {
       for (std::uint8_t& byte : offer.hash) byte = static_cast<std::uint8_t>(random_.next());
       offer.byte_count = random_.unit() < 0.5 ? up_to(100) : host_->config().grooms.groom_bytes_max;
     }
@@ -395,7 +405,8 @@ void BadClient::heap_groom() {
 }
 
 void BadClient::flood_poses() {
-  constexpr std::int64_t kSpacings_ns[] = {1, 5 * kMs};  // one is too close, the other one is not
+  // Poses 1 ns apart are too close to each other; poses 5 ms apart are not.
+  constexpr std::int64_t kSpacings_ns[] = {1, 5 * kMs};
   add_crowd();
   for (std::uint64_t n = up_to(6); n > 0; --n) {
     wire::PoseBatch batch;
@@ -415,7 +426,7 @@ void BadClient::shuffle() {
   }
 }
 
-// With others of its kind, whose characters it reports as large on its screen.
+// Fills a room together with others of its kind, and reports their characters as large on its screen.
 void BadClient::hoard() {
   add_characters(kTooManyCharacters, LevelIndex::low);
   pose_characters();
@@ -447,7 +458,8 @@ void BadClient::make_wind() {
 
 void BadClient::add_crowd() {
   if (!welcome_) return;
-  if (random_.unit() < 0.2) characters_.clear();  // adds them again
+  // It forgets its characters now and then, and adds them again.
+  if (random_.unit() < 0.2) characters_.clear();
   add_characters(4, LevelIndex::ether);
   pose_characters();
   if (random_.unit() >= 0.2) return;
@@ -456,7 +468,7 @@ void BadClient::add_crowd() {
   if (random_.unit() < 0.5) send(wire::AddCharacter{*characters_.begin(), groom.hash, LevelIndex::rigid, {}});
 }
 
-// Unless it has characters.
+// Adds characters with a groom, if it has none yet.
 void BadClient::add_characters(std::uint32_t count, LevelIndex level) {
   if (!welcome_ || !characters_.empty()) return;
   const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];

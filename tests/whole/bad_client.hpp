@@ -18,34 +18,56 @@
 namespace hairnet::whole {
 
 enum class Misbehaviour : std::uint8_t {
-  silent,       // connects, and sends nothing, half a hello, or a packet just too small to be refused before a hello
-  noise,        // random bytes
-  mutant,       // sends a hello, then valid packets with changed bits
-  stranger,     // sends a hello, then valid messages without sense
-  flood,        // more messages than may be sent
-  pose_flood,   // more poses than may be sent
-  slow_reader,  // reads slowly, or not at all
-  wrong_hello,  // wrong version, room, token or session
-  groom_corrupter,     // uploads other bytes than those of the hash, or stops halfway
-  crowd,               // adds and removes as many characters as allowed, and more
-  churner,             // comes and goes all the time
-  rejoiner,            // joins a new session again and again, also when the server is full
-  resumer,             // has many characters, and resumes again and again
-  groom_trickler,      // offers large grooms and those of players, and uploads a few bytes of each
-  groom_heaper,        // uploads grooms that cannot be built
-  drip_reader,         // observes, and reads a few bytes a second
-  shuffler,            // adds and removes characters as fast as it can
-  hoarder,             // has as many characters as it may, in a room of its own
-  chooser,             // has many characters, and asks for the nearest again and again
-  windmaker,           // sets the wind again and again
-  datagram_corrupter,  // sends datagrams that are no poses, or nothing at all
+  // Connects, and sends nothing, half a hello, or a packet just too small to be refused before a hello.
+  silent,
+  // Sends random bytes.
+  noise,
+  // Sends a hello, then valid packets with changed bits.
+  mutant,
+  // Sends a hello, then valid messages that make no sense.
+  stranger,
+  // Sends more messages than a session may.
+  flood,
+  // Sends more poses than a session may.
+  pose_flood,
+  // Reads slowly, or not at all.
+  slow_reader,
+  // Sends a hello with a wrong version, room, token or session.
+  wrong_hello,
+  // Uploads bytes other than those of the announced hash, or stops halfway.
+  groom_corrupter,
+  // Adds and removes as many characters as allowed, and more.
+  crowd,
+  // Connects and disconnects all the time.
+  churner,
+  // Joins as a new session again and again, also when the server is full.
+  rejoiner,
+  // Has many characters, and resumes its session again and again.
+  resumer,
+  // Offers large grooms and those of players, and uploads a few bytes of each.
+  groom_trickler,
+  // Uploads grooms that cannot be built.
+  groom_heaper,
+  // Observes a room, and reads a few bytes a second.
+  drip_reader,
+  // Adds and removes characters as fast as it can.
+  shuffler,
+  // Has as many characters as it may, in a room of its own.
+  hoarder,
+  // Has many characters, and asks for the nearest ones again and again.
+  chooser,
+  // Sets the wind again and again.
+  windmaker,
+  // Sends datagrams that are not poses, or that are empty.
+  datagram_corrupter,
 };
 inline constexpr std::array<std::string_view, 21> kMisbehaviourNames{
     "silent",       "noise",           "mutant",       "stranger", "flood",    "pose_flood", "slow",
     "wrong_hello",  "groom_corrupter", "crowd_of_one", "churner",  "rejoiner", "resumer",    "groom_trickler",
     "groom_heaper", "drip_reader",     "shuffler",     "hoarder",  "chooser",  "windmaker",  "datagram_corrupter"};
 
-// Where its line has datagrams. Others would be sent away before they do what is theirs.
+// Whether this kind sends bad datagrams, where its line has datagrams. The other kinds would be sent away for them
+// before they do their own harm.
 [[nodiscard]] bool sends_bad_datagrams(Misbehaviour kind);
 
 struct BadClientPlan {
@@ -62,7 +84,8 @@ class BadClient final : public ClientEvents {
   BadClient(Timeline& timeline, Journal& journal, ServerHost& host, BadClientPlan plan, std::uint64_t seed);
   void start(std::int64_t until_ns);
   void stop();
-  [[nodiscard]] bool has_all_arrived() const;  // whether everything that it has sent has arrived
+  // Returns whether everything that it has sent has arrived.
+  [[nodiscard]] bool has_all_arrived() const;
 
   void on_open() override;
   void on_bytes(std::span<const std::uint8_t> bytes) override;

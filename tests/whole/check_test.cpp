@@ -27,7 +27,8 @@ class Check : public WholeTest {
   }
 };
 
-// Each setting that names a file, a folder, an address or a port.
+// Tests each setting that names a file, a folder, an address or a port. A check that passes what a start refuses would
+// let a broken configuration be rolled out.
 TEST_F(Check, refuses_what_a_start_refuses_with_the_same_line) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   const std::string pipe = path("pipe"), absent = path("no/such"), junk = file("junk", "junk\n"), folder = path("");

@@ -18,9 +18,11 @@ namespace {
 using server::FleetEvent;
 using server::Placement;
 
+// Servers poll their directory at this interval; the trial has failures for kFaults_ns.
 constexpr std::int64_t kPoll_ns = 20 * kMs;
 constexpr std::int64_t kFaults_ns = 90 * kSecond_ns;
-constexpr std::int64_t kAsked_ns = 3 * kSecond_ns;  // until a client asks again, and a lease's keys have gone
+// After this time a client asks again, and the keys of an ended lease are gone.
+constexpr std::int64_t kAsked_ns = 3 * kSecond_ns;
 
 // A server with only a directory, and a clock of its own.
 class FleetHost {
@@ -88,7 +90,7 @@ class DirectoryTrial {
     line_.clock_rate = 1 + 0.01 * random_.symmetric();
     line_.etcd.expiry_lag_s_max = random_.unit() < 0.5 ? 0 : 1;
     line_.is_silent = random_.unit() < 0.5;
-    // Slower answers than the fence's margin would be a partition.
+    // An answer that is later than the margin of the fence would be a partition.
     line_.slow_ns = static_cast<std::int64_t>(random_.between(0.05, goes_on_ ? 0.3 : 3) * 1e9);
   }
 
@@ -163,7 +165,8 @@ class DirectoryTrial {
 
   void poll_soon(std::size_t index, FleetHost* host) {
     at(timeline_.now_ns() + kPoll_ns, [this, index, host] {
-      if (hosts_[index].get() != host) return;  // it was killed
+      // The server may have been killed meanwhile.
+      if (hosts_[index].get() != host) return;
       host->poll();
       if (is_eager_ && !host->is_paused()) {
         const auto room = static_cast<std::size_t>(random_.unit() * static_cast<double>(room_count_));
@@ -175,8 +178,8 @@ class DirectoryTrial {
   }
 
   void take_event(std::size_t index, const FleetEvent& event) {
-    static constexpr const char* kNames[] = {"room claimed", "claim failed", "room lost", "lease paused",
-                                             "lease resumed"};
+    static constexpr const char* kNames[] = {"room claimed",  "claim failed",     "room lost",       "lease paused",
+                                             "lease resumed", "room handed over", "grooms passed on"};
     const char* name = kNames[static_cast<std::size_t>(event.kind)];
     count(name);
     hash_ = hash_ * 1099511628211u + static_cast<std::uint64_t>(event.claim) + static_cast<std::uint64_t>(event.kind) +
@@ -184,7 +187,7 @@ class DirectoryTrial {
     tell(fmt::format("server {} {} {} {} {}", index, name, event.room, event.claim, event.reason));
   }
 
-  // A client of the room asks a server, and goes where that server sends it.
+  // Lets a client of the room ask a server, and go where that server sends it.
   void ask_soon(std::size_t room) {
     at(timeline_.now_ns() + static_cast<std::int64_t>(random_.between(0.1, 0.4) * 1e9), [this, room] {
       if (wanted_[room]) ask(room, static_cast<std::size_t>(random_.unit() * static_cast<double>(hosts_.size())));
@@ -215,7 +218,7 @@ class DirectoryTrial {
   }
 
   void note_able() {
-    // Where a fifth of all messages gets lost or damaged, no line is good for long.
+    // A line that loses or damages messages is never good for long.
     const bool is_etcd_good =
         !line_.etcd.is_down() && line_.dead_members.size() < endpoint_count_ && line_.loss == 0 && line_.damaged == 0;
     first_able_ns_.reset();
@@ -265,6 +268,7 @@ class DirectoryTrial {
     const int count_of = 3 + static_cast<int>(random_.unit() * 12);
     for (int i = 0; i < count_of; ++i) {
       const auto begin_ns = static_cast<std::int64_t>(random_.between(3, 75) * 1e9);
+      // A failure lasts 0.3 to 25 s. Its logarithm is uniform, so short and long ones are equally common.
       const auto length_ns = static_cast<std::int64_t>(std::exp(random_.between(std::log(0.3), std::log(25))) * 1e9);
       at(begin_ns, [this, length_ns] { begin_fault(std::min(timeline_.now_ns() + length_ns, kFaults_ns)); });
     }
@@ -272,7 +276,7 @@ class DirectoryTrial {
 
   void begin_fault(std::int64_t end_ns) {
     const auto index = static_cast<std::size_t>(random_.unit() * static_cast<double>(hosts_.size()));
-    // With rooms that go on without etcd, only what all servers meet alike is harmless.
+    // With rooms that continue without etcd only failures that all servers see alike are harmless.
     const int kind = static_cast<int>(random_.unit() * 14);
     if (kind < 7 || kind == 11 || kind == 12) last_fault_ns_ = timeline_.now_ns();
     if (goes_on_ && (kind < 2 || (kind < 4 && line_.loss > 0) || kind >= 11)) return etcd_down(end_ns);
@@ -427,7 +431,8 @@ class DirectoryTrial {
     tell("all faults have ended");
     is_eager_ = false;
     line_.loss = line_.slow = line_.damaged = line_.repeated = 0;
-    run_until(timeline_.now_ns() + 1);  // what ends now
+    // Lets everything happen that is due now.
+    run_until(timeline_.now_ns() + 1);
   }
 
   // Every wanted room has one owner, and all servers say so.

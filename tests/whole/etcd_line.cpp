@@ -36,7 +36,7 @@ std::int64_t EtcdLineEnd::delay() {
   return static_cast<std::int64_t>(delay_ms * 1e6);
 }
 
-// Cut short, or with something behind it.
+// Damages some answers: a damaged one is cut short, or has something behind it.
 std::string EtcdLineEnd::corrupt(std::string text) {
   if (random_.unit() >= line_->damaged) return text;
   if (random_.unit() < 0.5) return text + "}";
@@ -62,7 +62,7 @@ void EtcdLineEnd::refuse(std::uint64_t call) {
   if (line_->is_silent || cut_ == LineCut::answers) return;
   deliver(call, line_->timeline->now_ns() + kMs, [this, call] {
     open_.erase(call);
-    sink_->on_fault(call, server::EtcdFault::unreachable, own_ns_());
+    sink_->on_error(call, server::EtcdError::unreachable, own_ns_());
   });
 }
 
@@ -78,7 +78,7 @@ void EtcdLineEnd::arrive(server::EtcdCall call) {
             if (loses_answers()) return;
             open_.erase(id);
             if (body.size() > EtcdLine::kAnswerBytesMax)
-              return sink_->on_fault(id, server::EtcdFault::oversize, own_ns_());
+              return sink_->on_error(id, server::EtcdError::oversize, own_ns_());
             for (int n = 0; n < times; ++n) sink_->on_answer(id, status, body, own_ns_());
           });
 }
@@ -96,7 +96,7 @@ void EtcdLineEnd::open_stream(const server::EtcdCall& call) {
     deliver(id, stream.last_ns, [this, id, line = corrupt(std::move(text)), times] {
       if (line.size() > EtcdLine::kAnswerBytesMax) {
         cancel(id);
-        return sink_->on_fault(id, server::EtcdFault::oversize, own_ns_());
+        return sink_->on_error(id, server::EtcdError::oversize, own_ns_());
       }
       for (int n = 0; n < times; ++n) {
         const auto found = streams_.find(id);
@@ -149,7 +149,7 @@ void EtcdLineEnd::break_streams() {
     if (!line_->is_silent && cut_ != LineCut::answers)
       deliver(id, line_->timeline->now_ns() + kMs, [this, id] {
         cancel(id);
-        sink_->on_fault(id, server::EtcdFault::broken, own_ns_());
+        sink_->on_error(id, server::EtcdError::broken, own_ns_());
       });
   }
 }

@@ -16,12 +16,15 @@
 
 namespace hairnet::whole {
 
-// What gets lost without a word.
+// The messages that get lost without an error.
 enum class LineCut : std::uint8_t {
   none,
-  both,      // and etcd's machine may refuse connections
-  requests,  // etcd does not hear the server
-  answers,   // the server does not hear etcd
+  // Both directions are cut, and etcd's machine may refuse connections.
+  both,
+  // etcd does not hear the server.
+  requests,
+  // The server does not hear etcd.
+  answers,
 };
 
 // etcd and the line between it and the servers.
@@ -47,7 +50,7 @@ struct EtcdLine {
   std::int64_t slow_ns = 500 * kMs;
   // Are endpoints that answer nobody.
   std::set<std::size_t> dead_members;
-  // What does not answer refuses no connection either.
+  // An endpoint that does not answer refuses no connection either, so calls get no error.
   bool is_silent = false;
   // Is the share of answers, and of lines of watches, that are damaged.
   double damaged = 0;
@@ -70,20 +73,25 @@ class EtcdLineEnd final : public server::EtcdTransport {
   void send(server::EtcdCall call) override;
   void cancel(std::uint64_t call) override;
 
-  void pause() { is_paused_ = true; }  // the server's process stands still: what arrives waits
+  // The process of the server stands still: messages that arrive wait until resume().
+  void pause() { is_paused_ = true; }
   void resume();
   void cut(LineCut cut);
-  void make_late(std::int64_t late_ns) { late_ns_ = late_ns; }  // what etcd says; 0: as the line is
+  // Delays the answers of etcd; 0 ends the delay.
+  void make_late(std::int64_t late_ns) { late_ns_ = late_ns; }
   void break_streams();
   [[nodiscard]] bool is_good() const { return cut_ == LineCut::none && late_ns_ == 0; }
 
-  std::function<void()> on_delivered;  // something to the sink; may be empty
+  // Is called after each message to the sink; may be empty.
+  std::function<void()> on_delivered;
 
  private:
   struct Stream {
     std::uint64_t watch = 0;
-    std::int64_t last_ns = 0;  // lines arrive in order
-    bool is_dead = false;      // silently
+    // The arrival of its newest line: lines arrive in order.
+    std::int64_t last_ns = 0;
+    // Is true when its lines get lost, of which neither end knows.
+    bool is_dead = false;
   };
   [[nodiscard]] std::int64_t delay();
   [[nodiscard]] std::string corrupt(std::string text);
@@ -99,9 +107,11 @@ class EtcdLineEnd final : public server::EtcdTransport {
   Random random_;
   server::EtcdSink* sink_ = nullptr;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
-  std::set<std::uint64_t> open_;  // calls that the directory waits for
+  // Holds the calls that the directory waits for.
+  std::set<std::uint64_t> open_;
   std::map<std::uint64_t, Stream> streams_;
-  std::vector<std::function<void()>> waiting_;  // arrived while paused
+  // Holds the messages that arrived during a pause.
+  std::vector<std::function<void()>> waiting_;
   LineCut cut_ = LineCut::none;
   std::int64_t late_ns_ = 0;
   bool is_paused_ = false;

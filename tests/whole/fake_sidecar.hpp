@@ -25,7 +25,8 @@ class FakeSidecar {
   // How many requests have contained this text.
   [[nodiscard]] std::size_t count(std::string_view text) const;
 
-  std::atomic<bool> is_away = false;  // connections are closed at once
+  // Connections are closed at once while it is true.
+  std::atomic<bool> is_away = false;
 
  private:
   void serve();

@@ -53,7 +53,7 @@ class Caller final : public server::EtcdSink {
   }
   void on_answer(std::uint64_t, int status, std::string_view, std::int64_t) override { status_ = status; }
   void on_line(std::uint64_t, std::string_view, std::int64_t) override {}
-  void on_fault(std::uint64_t, server::EtcdFault, std::int64_t) override { status_ = 0; }
+  void on_error(std::uint64_t, server::EtcdError, std::int64_t) override { status_ = 0; }
 
  private:
   server::IoLoop loop_;
@@ -84,8 +84,10 @@ class SecureEtcd : public WholeTest {
     make("role/add", {{"name", "root"}});
     make("user/grant", {{"user", "root"}, {"role", "root"}});
     make("role/add", {{"name", "fleet"}});
+    // etcd takes keys in base64. The range is all keys from "/hairnet/" up to "/hairnet0", which is the first key after
+    // those that begin with "/hairnet/".
     const nlohmann::json keys = {{"permType", "READWRITE"}, {"key", "L2hhaXJuZXQv"}, {"range_end", "L2hhaXJuZXQw"}};
-    make("role/grant", {{"name", "fleet"}, {"perm", keys}});  // "/hairnet/" up to "/hairnet0"
+    make("role/grant", {{"name", "fleet"}, {"perm", keys}});
     make("user/add", {{"name", "hairnet"}, {"password", kPassword}});
     make("user/grant", {{"user", "hairnet"}, {"role", "fleet"}});
     make("enable", nlohmann::json::object());

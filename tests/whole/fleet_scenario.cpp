@@ -19,8 +19,9 @@
 namespace hairnet::whole {
 namespace {
 
+// Every fourth seed has whole servers; the others have directories alone (directory_scenario.cpp).
 constexpr std::uint64_t kSeedsPerWholeTrial = 4;
-// Beside a lease: for waits between attempts, uploads and builds.
+// The time to recover beside a lease: for waits between attempts, uploads and builds.
 constexpr std::int64_t kRecovery_ns_max = 20 * kSecond_ns;
 constexpr std::int64_t kDrainedMove_ns_max = 8 * kSecond_ns;
 constexpr std::int64_t kLook_ns = 50 * kMs;
@@ -120,12 +121,13 @@ FleetTrial::FleetTrial(std::uint64_t seed, bool is_verbose)
   constexpr std::uint32_t kRates_hz[] = {10, 15, 20, 30};
   tick_rate_hz_ = kRates_hz[random_.next() % 4];
   lease_s_ = 3 + static_cast<std::int64_t>(random_.next() % 3);
-  if (goes_on_) lease_s_ = 5;  // the least with which it may
+  // Servers may go on without etcd only with a lease of at least 5 s.
+  if (goes_on_) lease_s_ = 5;
   room_grace_ns_ = moment(0, kSecond_ns);
   resume_grace_ns_ = chance(0.1) ? 0 : moment(kSecond_ns / 2, 3 * kSecond_ns);
   drain_s_ = random_.between(1, 4);
   endpoint_count_ = 1 + random_.next() % 3;
-  // Each server that starts encodes a basis for each groom: half of a trial's time.
+  // Each server that starts encodes a basis for each groom, which takes half of a trial's time.
   groom_count_ = chance(0.7) ? 1 : 1 + random_.next() % 3;
   disturbed_until_ns_ = moment(6 * kSecond_ns, 12 * kSecond_ns);
   line_.loss = goes_on_ || chance(0.5) ? 0 : random_.between(0, 0.1);
@@ -226,6 +228,7 @@ void FleetTrial::make_players() {
 void FleetTrial::plan_faults() {
   for (auto count = 2 + random_.next() % 6; count > 0; --count) {
     const std::int64_t begin_ns = moment(kSecond_ns, disturbed_until_ns_);
+    // A fault lasts 0.2 to 8 s. Its logarithm is uniform, so short and long ones are equally common.
     const auto length_ns = static_cast<std::int64_t>(std::exp(random_.between(std::log(0.2), std::log(8))) * 1e9);
     timeline_.at(begin_ns,
                  [this, end_ns = std::min(begin_ns + length_ns, disturbed_until_ns_)] { begin_fault(end_ns); });
@@ -237,7 +240,8 @@ void FleetTrial::begin_fault(std::int64_t end_ns) {
   constexpr std::array kKinds{cut,       cut,         late,       pause,     kill,  drain,       drain,
                               etcd_down, member_down, compaction, bad_value, lying, broken_line, rejoin};
   FleetFault kind = kKinds[random_.next() % kKinds.size()];
-  // With rooms that go on without etcd, only what all servers meet alike is harmless.
+  // With rooms that continue without etcd only failures that all servers see alike are harmless: a server that is cut
+  // off alone keeps its rooms while another claims them.
   if (goes_on_ && (kind == cut || kind == late || kind == pause || kind == lying)) kind = etcd_down;
   ServerHost& host = *hosts_[random_.next() % hosts_.size()];
   Player& player = *players_[random_.next() % players_.size()];
@@ -294,6 +298,7 @@ void FleetTrial::late(ServerHost& host, std::int64_t end_ns) {
   if (host.is_ended() || !host.line_end().is_good()) return;
   journal_.count("server hears etcd late");
   report(host.config().fleet.address + " hears etcd late");
+  // The delay is a third of the lease to a little more than the lease.
   host.line_end().make_late(moment(lease_s_ * kSecond_ns / 3, lease_s_ * kSecond_ns * 5 / 4));
   timeline_.at(end_ns, [&host, life = host.life()] {
     if (!host.is_ended() && host.life() == life) host.line_end().make_late(0);
@@ -342,7 +347,8 @@ void FleetTrial::drain(ServerHost& host) {
 }
 
 void FleetTrial::start_when_ended(ServerHost& host) {
-  if (host.is_up()) return;  // another fault has ended it, and it runs again
+  // Another fault may have ended the server meanwhile, and it may run again.
+  if (host.is_up()) return;
   if (!host.is_ended()) return timeline_.after(kLook_ns, [this, &host] { start_when_ended(host); });
   host.count_life(host.life());
   timeline_.after(moment(10 * kMs, kSecond_ns), [this, &host] {
@@ -395,7 +401,7 @@ std::string FleetTrial::unsettled() const {
   return whole::unsettled(players_, winds_m_per_s_);
 }
 
-// The end of all disturbances: everybody must have frames again.
+// Ends all disturbances. Everybody must then have frames again within a lease and kRecovery_ns_max.
 void FleetTrial::calm() {
   report("calm");
   line_.loss = line_.slow = line_.damaged = line_.repeated = 0;
@@ -429,13 +435,15 @@ void FleetTrial::moderate(const std::string& room) {
     return journal_.fault("moderator", "is not let in");
   Wind wind;
   wind.mean_m_per_s = winds_m_per_s_[room] = {1.0 + static_cast<double>(random_.next() % 4), 0, 2};
-  players_.front()->send(wire::SetWind{wind});  // a wind lasts as long as who has set it
+  // A wind lasts as long as the person who has set it is in the room.
+  players_.front()->send(wire::SetWind{wind});
   moderator_->send(wire::Moderate{wire::ModerateAction::remove, 0, "sub:banned", kBan_s});
   moderator_->send(wire::Moderate{wire::ModerateAction::mute, 0, "sub:muted", 0});
   moderator_->send(wire::Moderate{wire::ModerateAction::lock, 0, "", 0});
 }
 
-// A whole server is drained, or killed some time after the changes: what belongs to its room moves with it.
+// Drains the server of a room with rules and a wind, or kills it some time after they were set. They must move with the
+// room to its next server.
 void FleetTrial::move_with_rules() {
   const std::string& room = rooms_[0];
   moderate(room);
@@ -516,7 +524,8 @@ void FleetTrial::stop_servers() {
   run_until(timeline_.now_ns() + static_cast<std::int64_t>(drain_s_ * 1e9) + kSecond_ns);
   for (const auto& host : hosts_)
     if (!host->is_ended()) journal_.fault(host->config().fleet.address, "has not ended");
-  for (const std::string& key : line_.etcd.keys())  // a ban outlives its room
+  // A ban outlives its room, so etcd still has what was kept of the moderated one.
+  for (const std::string& key : line_.etcd.keys())
     if (!key.ends_with("/kept/" + rooms_[0])) journal_.fault("etcd", "still has " + key);
   if (line_.etcd.watch_count() != 0) journal_.fault("etcd", "still has a watch");
 }

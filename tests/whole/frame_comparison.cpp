@@ -10,8 +10,10 @@ namespace {
 
 using support::read_npy;
 
-constexpr std::int64_t kFade_ticks = 15;  // half a second
-constexpr double kErrorMax_m = 1.2e-3;    // clients ask for 1 mm where a head fills the screen
+// A change of level fades within half a second, which is 15 ticks at 30 Hz.
+constexpr std::int64_t kFade_ticks = 15;
+// Clients ask for an error of 1 mm where a head fills the screen.
+constexpr double kErrorMax_m = 1.2e-3;
 // Clients evaluate learnt hair from poses that are rounded, and begin later than the server.
 constexpr double kLearntErrorMax_m = 2.5e-3;
 constexpr double kHeadMax_m = 2e-4, kBoneMax_m = 8e-3, kTurnMax_rad = 6e-3;
@@ -29,11 +31,13 @@ LevelIndex lattice_of(LevelIndex level) {
 }
 
 struct HairDifference {
-  double error_m = std::numeric_limits<double>::infinity();  // RMS over the hair
+  // The RMS error over the hair.
+  double error_m = std::numeric_limits<double>::infinity();
   bool moves = false;
 };
 
-// The difference if the frame has these modes; infinite if its numbers of nodes say that it has others.
+// Returns the difference if the frame has these modes. It is infinite where the numbers of nodes show that the frame
+// has others.
 HairDifference difference(const Trace& received, std::size_t r, const Trace& computed, std::size_t c, LevelIndex level,
                           const Modes& modes) {
   const bool fits = std::cmp_equal(modes.map(level).matrix().cols(), 3 * computed.count(c)) &&

@@ -32,13 +32,19 @@ struct Trace {
 };
 
 struct FrameComparison {
-  std::size_t frames = 0, moving_frames = 0;  // compared; of these, with hair that is not at rest
-  std::size_t learnt_frames = 0;              // compared on the learnt level
-  std::size_t fading = 0;                     // after a change of level: hair is between both
-  std::size_t unknown = 0;                    // received, but not computed
+  // Count the compared frames, and those of them whose hair is not at rest.
+  std::size_t frames = 0, moving_frames = 0;
+  // Counts the compared frames on the learnt level.
+  std::size_t learnt_frames = 0;
+  // Counts frames soon after a change of level, whose hair is between both levels; they are not compared.
+  std::size_t fading = 0;
+  // Counts frames that were received, but not computed.
+  std::size_t unknown = 0;
   std::size_t levels_differ = 0, poses_differ = 0, hair_differs = 0;
-  std::size_t missed_ticks = 0;  // between a character's first and last frame, while it was awake
-  double error_mm_max = 0;       // RMS over the hair of one frame
+  // Counts ticks without a frame between a character's first and last frame, while it was awake.
+  std::size_t missed_ticks = 0;
+  // Is the largest RMS error over the hair of one frame.
+  double error_mm_max = 0;
 };
 
 // `received` came over the wire, with nodes of the finest level, `computed` from the recording, with those of each

@@ -13,10 +13,12 @@
 namespace hairnet::whole {
 namespace {
 
-constexpr std::int64_t kWarmUp_ns = 10 * kSecond_ns;  // grooms are built, files downloaded
+// Within this time grooms are built and files are downloaded; nothing is measured.
+constexpr std::int64_t kWarmUp_ns = 10 * kSecond_ns;
+// Poses come at 72 Hz, as from a headset.
 constexpr std::int64_t kPose_ns = kSecond_ns / 72;
 
-// A client without whims: a core over one connection.
+// A client with a link core over one connection. Unlike Player it disturbs nothing.
 class PlainClient final : public ClientEvents {
  public:
   PlainClient(Timeline& timeline, ServerHost& host, const NetworkQuality& quality, std::uint64_t address,
@@ -107,7 +109,8 @@ Gaps measure_gaps(const GapsDef& def, std::uint64_t seed) {
   lossy.set_lossy(def.path, def.path, def.has_datagrams);
   PlainClient viewer(timeline, host, lossy, 2, seed + 1'000'000);
   wire::Observe observe;
-  observe.error_m = 0;  // the hair of these grooms is small: frames then have the size of others' frames
+  // The hair of these grooms is small. Without rounding its frames are as large as those of other hair.
+  observe.error_m = 0;
   viewer.core().send(observe);
   const Assets::GroomFile& groom = assets().grooms[0];
   owner.core().offer_groom(groom.hash, groom.bytes);
@@ -144,7 +147,7 @@ Gaps measure_gaps(const GapsDef& def, std::uint64_t seed) {
   };
   timeline.run(kWarmUp_ns);
   const std::uint64_t bytes = viewer.core().counters().frame_bytes_received;
-  // Poses of the others all come, and in time.
+  // The counters from here on say how many poses of the owner and the mover are missing or late.
   const server::RoomCounters& counters = host.metrics(0).room;
   const auto late = [&] { return counters.poses_extrapolated.value() + counters.poses_stale.value(); };
   const std::uint64_t first_sequence = sequence, came = counters.poses_accepted.value(), came_late = late();

@@ -18,7 +18,8 @@ using asio::ip::udp;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr std::size_t kPacketBytesMax = 65'536;
-constexpr int kLate_ms = 15;  // longer than packets of one burst are apart
+// A late packet is delayed by more than the packets of one burst are apart, so that newer ones overtake it.
+constexpr int kLate_ms = 15;
 // A handshake of QUIC is over after fewer packets.
 constexpr std::uint64_t kHandshakeAnswers = 20;
 
@@ -76,7 +77,8 @@ struct LossyRelay::Impl {
       timer->expires_after(std::chrono::milliseconds(line.delay_ms + (happens(line.late) ? kLate_ms : 0)));
       timer->async_wait([this, timer, shared, direction, client](const boost::system::error_code& error) {
         if (error) return;
-        boost::system::error_code ignored;  // as on a real line
+        // A packet that cannot be sent is lost, as on a real line.
+        boost::system::error_code ignored;
         if (direction == to_server)
           client->socket->send(asio::buffer(*shared), 0, ignored);
         else

@@ -10,7 +10,8 @@ namespace hairnet::whole {
 
 // What happens to the packets of one direction.
 struct Line {
-  double lost = 0, repeated = 0, late = 0;  // shares; a late packet comes after those that follow it
+  // Are shares of the packets. A late packet arrives after those that follow it.
+  double lost = 0, repeated = 0, late = 0;
   int delay_ms = 0;
 };
 

@@ -9,13 +9,15 @@
 namespace hairnet::whole {
 namespace {
 
+// The estimate of the rate counts for so long after the congestion window last held bytes back.
 constexpr std::int64_t kHeldBack_ns = 1'000'000'000;
 
 }  // namespace
 
 void NetworkQuality::set_lossy(const PathQuality& up, const PathQuality& down, bool has_datagrams) {
   const NetworkQuality usual;
-  segment_bytes_max = PacketSender::kPacketBytes;  // each takes a packet
+  // Each packet carries one segment.
+  segment_bytes_max = PacketSender::kPacketBytes;
   in_small_pieces = false;
   window_bytes = std::max(window_bytes, usual.window_bytes);
   lossy = {up, down, has_datagrams};
@@ -24,12 +26,13 @@ void NetworkQuality::set_lossy(const PathQuality& up, const PathQuality& down, b
   bytes_per_s = std::min(up.bytes_per_s, down.bytes_per_s);
 }
 
-double NetworkQuality::least_bytes_per_s() const {
+double NetworkQuality::min_bytes_per_s() const {
   const double arrival_s = 1e-9 * static_cast<double>(delay_ns + jitter_ns);
   const double most = std::min(
       bytes_per_s, static_cast<double>(window_bytes) / (arrival_s + static_cast<double>(window_bytes) / bytes_per_s));
   if (!lossy) return most;
-  // After Mathis et al., less for time-outs. Overtaken packets count as lost.
+  // The rate of TCP by Mathis et al. is 1.22 packets per round trip and root of the loss; the factor is smaller for the
+  // time-outs. Overtaken packets count as lost.
   const auto losses = [](const PathQuality& path) { return path.loss + path.reorder; };
   const double loss = std::max(1e-4, std::max(losses(lossy->up), losses(lossy->down)));
   const double carried = 0.6 * PacketSender::kPacketBytes / (std::max(2 * arrival_s, 0.02) * std::sqrt(loss));
@@ -42,7 +45,8 @@ Pipe::Pipe(Timeline& timeline, const NetworkQuality& quality, bool is_up, std::u
   const auto& [up, down, has_datagrams] = *quality.lossy;
   const Path forth(timeline, is_up ? up : down, random_.next());
   PathQuality other = is_up ? down : up;
-  other.bytes_per_s = PathQuality{}.bytes_per_s;  // acknowledgements are small
+  // Acknowledgements are small, so a slow way back does not delay them.
+  other.bytes_per_s = PathQuality{}.bytes_per_s;
   const Path back(timeline, other, random_.next());
   sender_ = std::make_shared<PacketSender>(timeline, has_datagrams ? Recovery::quic() : Recovery::tcp(), forth, back);
   quality_.segment_bytes_max = std::min(quality_.segment_bytes_max, PacketSender::kPacketBytes);
@@ -97,13 +101,13 @@ void Pipe::kill_after(std::uint64_t byte_count, std::function<void()> then) {
   on_killed_ = std::move(then);
 }
 
-// Never within a call of the sender's, as no socket does.
+// Nothing is sent within a call of the sender, just as a socket does not call back from within a write.
 void Pipe::pump_soon() {
   if (std::exchange(pumping_, true)) return;
   timeline_->after(0, [self = shared_from_this()] { self->pump(); });
 }
 
-// The next bytes that travel together: of one write, or, over packets, of as many as fit.
+// Takes the next bytes that travel together: those of one write, or, over packets, as many as fit into one.
 std::vector<std::uint8_t> Pipe::take_segment() {
   std::vector<std::uint8_t> segment;
   const std::size_t most = std::min(quality_.segment_bytes_max, quality_.window_bytes - way_bytes_);
@@ -125,7 +129,8 @@ std::vector<std::uint8_t> Pipe::take_segment() {
 
 void Pipe::pump() {
   pumping_ = false;
-  if (dead_) return;  // waiting bytes stay: no peer takes them
+  // Bytes that wait stay, because no peer takes them.
+  if (dead_) return;
   bool moved = false;
   while (!sender_ || sender_->may_send()) {
     const bool has_bytes = unsent_bytes_ > 0 && way_bytes_ < quality_.window_bytes;
@@ -261,7 +266,8 @@ void SimulatedConnection::connect(bool into_nothing) {
 
 void SimulatedConnection::answer() {
   const auto self = shared_from_this();
-  if (over_ && !answered_) return;  // the client has given up
+  // The client may have given up meanwhile.
+  if (over_ && !answered_) return;
   if (!host_->is_up()) {
     timeline_->after(quality_.delay_ns, [self] { self->tell_client("refused"); });
     return;
@@ -273,7 +279,8 @@ void SimulatedConnection::answer() {
     self->client_->on_open();
   });
   at_server([](auto& wire) {
-    if (!wire.host_->is_up()) return;  // it has ended meanwhile
+    // The server may have ended meanwhile.
+    if (!wire.host_->is_up()) return;
     wire.sink_ = wire.host_->open(wire.shared_from_this());
     if (wire.server_closed_) wire.sink_ = nullptr;
   });

@@ -49,7 +49,7 @@ struct NetworkQuality {
   void set_lossy(const PathQuality& up, const PathQuality& down, bool has_datagrams);
 
   // The least throughput: a small window must wait until its bytes arrive.
-  [[nodiscard]] double least_bytes_per_s() const;
+  [[nodiscard]] double min_bytes_per_s() const;
 };
 
 // One direction: bytes written, carried in segments, read in pieces, in order; and datagrams.
@@ -81,11 +81,13 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   [[nodiscard]] std::size_t kept_bytes() const { return sender_ ? sender_->kept_bytes() : 0; }
   [[nodiscard]] bool is_empty() const { return dead_ || unsent_bytes_ + way_bytes_ == 0; }
   [[nodiscard]] std::uint64_t arrived_bytes() const { return arrived_bytes_; }
-  [[nodiscard]] std::int64_t arrived_ns() const { return arrived_ns_; }  // when anything last arrived; 0: never
+  // Returns when anything last arrived; 0 means never.
+  [[nodiscard]] std::int64_t arrived_ns() const { return arrived_ns_; }
 
   std::function<void(std::span<const std::uint8_t>)> on_bytes, on_datagram;
   std::function<void()> on_end;
-  std::function<void()> on_room;  // some of what waited is on its way
+  // Is called when some of the waiting bytes have been sent.
+  std::function<void()> on_room;
 
  private:
   void pump_soon();
@@ -160,26 +162,30 @@ class SimulatedConnection final : public server::Connection, public std::enable_
 
   // The client's side.
   static constexpr std::size_t kWaitingBytesMax = 1024;
-  void connect(bool into_nothing);  // on_open() or on_closed() follow, or nothing
+  // on_open() or on_closed() follows, or nothing when it leads into nothing.
+  void connect(bool into_nothing);
   void write(std::span<const std::uint8_t> bytes) { up_->write(bytes); }
-  // It is lost where the datagrams before it wait already: it would be outdated.
+  // The datagram is lost where earlier datagrams still wait: it would be outdated when it leaves.
   void write_datagram(std::vector<std::uint8_t> bytes) {
     if (up_->datagrams().bytes() < kWaitingBytesMax) up_->write_datagram(std::move(bytes));
   }
   [[nodiscard]] bool has_datagrams() const { return quality_.lossy && quality_.lossy->has_datagrams; }
   [[nodiscard]] bool takes_more() const { return open_ && !over_ && up_->unsent_bytes() < quality_.unsent_bytes_max; }
   [[nodiscard]] bool all_sent() const { return up_->unsent_bytes() == 0; }
-  [[nodiscard]] bool all_arrived() const { return up_->is_empty(); }  // or is lost
+  // Returns whether all has arrived or is lost.
+  [[nodiscard]] bool all_arrived() const { return up_->is_empty(); }
   [[nodiscard]] std::int64_t heard_ns() const { return up_->arrived_ns(); }
   void half_close() { up_->end(); }
-  void drop();  // the client is not called again; the server sees the end after the bytes written so far
+  // Ends the connection. The client is not called again, and the server sees the end after the bytes written so far.
+  void drop();
   void pause_reading(bool paused);
   [[nodiscard]] bool is_open() const { return open_ && !over_; }
 
   // The network's side.
   void break_now(const ConnectionLoss& how);
   void break_after(std::uint64_t bytes, bool of_server, const ConnectionLoss& how);
-  void break_no_more();  // what break_after() was to do and has not done yet
+  // Takes back a break_after() that has not happened yet.
+  void break_no_more();
   void forget_client() { client_ = nullptr; }
 
   // The server's side.
@@ -223,7 +229,8 @@ class SimulatedConnection final : public server::Connection, public std::enable_
 
  private:
   template <class Action>
-  void at_server(Action action);  // which gets this connection: now, or when the server's process goes on
+  // Calls `action` with this connection: at once, or when the process of the server runs again.
+  void at_server(Action action);
   void answer();
   void take(std::span<const std::uint8_t> bytes);
   void take_datagram(std::span<const std::uint8_t> bytes);
@@ -234,7 +241,8 @@ class SimulatedConnection final : public server::Connection, public std::enable_
 
   // What a client takes at a time.
   static constexpr std::size_t kDownloadsMax = 7;
-  // Its packets overtake those of the channel and of other downloads, since its path and its sender are its own.
+  // Packets of a download overtake those of the channel and of other downloads, because it has a path and a sender of
+  // its own.
   struct Download {
     std::shared_ptr<Pipe> pipe;
     channel::PacketSplitter splitter{wire::kPacketBytesMax};
@@ -255,7 +263,8 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   server::PacketSink* sink_ = nullptr;
   int life_ = -1;
   std::int64_t broken_ns_ = -1;
-  bool open_ = false, over_ = false;  // for the client
+  // Are the state as the client sees it.
+  bool open_ = false, over_ = false;
   bool answered_ = false, server_closed_ = false, broken_stream_ = false, is_reading_paused_ = false;
   bool was_drained_ = false;
 };

@@ -9,7 +9,7 @@
 #include "tests/whole/loopback.hpp"
 #include "tests/whole/whole_test.hpp"
 
-// What becomes of a program whose output nobody takes.
+// Tests what happens to a program whose output nobody reads.
 namespace hairnet::whole {
 namespace {
 

@@ -8,9 +8,9 @@
 namespace hairnet::whole {
 namespace {
 
-// Times of a log are cut to milliseconds.
+// The times of a log are cut to whole milliseconds, so a claim may seem older than it is, but not newer.
 constexpr std::int64_t kLogStep_ns = 1'000'000;
-// Older reigns of a room are long over.
+// So many of the newest owners of a room are remembered; older ones are long over.
 constexpr std::size_t kReignsMax = 16;
 
 }  // namespace

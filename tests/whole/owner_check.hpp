@@ -32,7 +32,8 @@ class OwnerCheck {
     std::size_t server = 0;
     std::int64_t claim = 0;
     std::int64_t claimed_ns = 0;
-    std::int64_t first_ns = 0, last_ns = 0;  // stamps of frames
+    // Are the first and last stamp of its frames.
+    std::int64_t first_ns = 0, last_ns = 0;
   };
   // Whose frames came last, by claim; none: no frames yet.
   [[nodiscard]] std::optional<Owner> owner(const std::string& room) const;
@@ -50,16 +51,21 @@ class OwnerCheck {
   std::int64_t in_flight_ns_max = 0;
 
  private:
+  // The time in which one server owns a room under one claim.
   struct Reign {
     std::size_t server = 0;
     std::int64_t claimed_ns = 0;
-    std::int64_t first_ns = 0, last_ns = 0;  // stamps; first 0: none
-    bool is_faulty = false;                  // it overlaps with a newer one, and that was told
+    // Are the first and last stamp of its frames; the first is 0 before any.
+    std::int64_t first_ns = 0, last_ns = 0;
+    // It overlaps with a newer one, which has been reported.
+    bool is_faulty = false;
   };
-  using Reigns = std::map<std::int64_t, Reign>;  // by claim
+  // The key is the number of the claim.
+  using Reigns = std::map<std::int64_t, Reign>;
   struct Room {
     Reigns reigns;
-    std::map<std::size_t, std::int64_t> newest;  // claim, by client
+    // Holds the newest claim that each client has had frames of.
+    std::map<std::size_t, std::int64_t> newest;
   };
   void check(const std::string& room, Reigns& reigns, Reigns::iterator changed);
   void fault(std::string what) { faults_.push_back(std::move(what)); }

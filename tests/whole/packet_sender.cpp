@@ -9,11 +9,11 @@ namespace hairnet::whole {
 namespace {
 
 constexpr std::size_t kAcknowledgementBytes = 60;
-// A packet is lost when so many newer ones have arrived.
+// A packet counts as lost when so many newer packets have arrived (RFC 9002, 6.1.1; three duplicates in TCP).
 constexpr std::uint64_t kReorderedPackets = 3;
-// It is lost too when so many round trips have gone.
+// A packet also counts as lost after so many round trips, once a newer one has arrived (RFC 9002, 6.1.2).
 constexpr double kReorderedTrips = 9.0 / 8;
-// Multiplies the window at a loss.
+// A loss multiplies the window by this factor: that of CUBIC (RFC 9438).
 constexpr double kShrink = 0.7;
 // Bounds a window that nobody needs, bytes.
 constexpr double kUnusedMax = 64e3;
@@ -57,7 +57,8 @@ void PacketSender::transmit(Kind kind, std::uint64_t segment, std::vector<std::u
   set_timer();
 }
 
-// At the receiver. Segments come once and in order; a datagram comes as often as the path has it.
+// Runs at the receiver. Segments are delivered once and in order; a datagram is delivered as often as the path delivers
+// it.
 void PacketSender::arrive(std::uint64_t number, Kind kind, std::uint64_t segment,
                           const std::vector<std::uint8_t>& bytes) {
   const auto self = shared_from_this();
@@ -93,7 +94,8 @@ void PacketSender::acknowledge() {
   });
 }
 
-// Acknowledges the first `count` arrivals: it says all that earlier ones said.
+// Acknowledges the first `count` arrivals. Each acknowledgement repeats all earlier ones, so that the loss of one does
+// no harm.
 void PacketSender::on_acknowledgement(std::uint64_t count, std::int64_t held_ns) {
   const auto self = shared_from_this();
   const std::int64_t now_ns = timeline_->now_ns();
@@ -140,6 +142,7 @@ void PacketSender::measure(std::int64_t round_trip_ns) {
     deviation_ns_ = sample / 2;
     return;
   }
+  // The smoothing of RFC 6298 and RFC 9002.
   deviation_ns_ = 0.75 * deviation_ns_ + 0.25 * std::abs(round_trip_ns_ - sample);
   round_trip_ns_ = 0.875 * round_trip_ns_ + 0.125 * sample;
 }
@@ -187,11 +190,12 @@ std::int64_t PacketSender::timeout_ns() const {
   if (round_trip_ns_ == 0) return kFirstTimeout_ns << std::min(timeouts_, kTimeoutDoublingsMax);
   if (recovery_.has_tail_probe && timeouts_ == 0) return std::llround(2 * round_trip_ns_);
   const std::int64_t trip_ns = std::llround(round_trip_ns_ + std::max(4 * deviation_ns_, 1e6));
-  const std::int64_t once_ns = std::max(trip_ns + recovery_.timeout_more_ns, recovery_.timeout_least_ns);
+  const std::int64_t once_ns = std::max(trip_ns + recovery_.timeout_more_ns, recovery_.timeout_min_ns);
   return once_ns << std::min(timeouts_ - (recovery_.has_tail_probe ? 1 : 0), kTimeoutDoublingsMax);
 }
 
-// One timer: for the next packet that is late behind newer ones, else for the end of all patience.
+// Sets the only timer: for the next packet that will count as lost behind newer ones, or else for the time-out of
+// everything.
 void PacketSender::set_timer() {
   ++timer_;
   std::optional<std::int64_t> late_ns;

@@ -16,14 +16,14 @@ namespace hairnet::whole {
 // How a sender notices losses and how fast it recovers.
 struct Recovery {
   // Something is sent again after at least so long without an acknowledgement.
-  std::int64_t timeout_least_ns = 0;
+  std::int64_t timeout_min_ns = 0;
   // Is added to the round trip and its deviation.
   std::int64_t timeout_more_ns = 0;
   // Counts packets sent after a time-out.
   int probes = 1;
   // The first time-out comes after two round trips.
   bool has_tail_probe = false;
-  // The second one counts all packets on the way as lost.
+  // The second time-out in a row counts all packets on the way as lost.
   bool timeout_loses_all = false;
   // The window grows by so many packets a round trip, after a loss.
   double growth = 0.53;
@@ -32,8 +32,8 @@ struct Recovery {
   // The receiver lets acknowledgements of datagrams wait, as clients do.
   bool answers_late = false;
 
-  // As Linux: RACK, a tail loss probe, then the RTO; CUBIC's least growth.
-  static Recovery tcp() { return {.timeout_least_ns = 200 * kMs, .has_tail_probe = true, .timeout_loses_all = true}; }
+  // As Linux: RACK, a tail loss probe, then a time-out (RTO) of 200 ms or more. The growth is the least of CUBIC.
+  static Recovery tcp() { return {.timeout_min_ns = 200 * kMs, .has_tail_probe = true, .timeout_loses_all = true}; }
   // RFC 9002, with the two probes of ngtcp2. The growth is such that the window is the one of ngtcp2 at 5 % loss
   // (tests/unit/server/quic_pace_test.cpp).
   static Recovery quic() {
@@ -71,7 +71,8 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   // At the receiver.
   std::function<void(std::vector<std::uint8_t>)> on_segment;
   std::function<void(std::span<const std::uint8_t>)> on_datagram;
-  std::function<void()> on_room;  // may_send() again
+  // Is called when may_send() is true again.
+  std::function<void()> on_room;
 
  private:
   enum class Kind : std::uint8_t { segment, datagram, probe };
@@ -86,7 +87,7 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   void transmit(Kind kind, std::uint64_t segment, std::vector<std::uint8_t> bytes);
   void arrive(std::uint64_t number, Kind kind, std::uint64_t segment, const std::vector<std::uint8_t>& bytes);
   void acknowledge();
-  // The newest arrival has waited for `held_ns` for it.
+  // The receiver has held the acknowledgement of its newest arrival back for `held_ns`.
   void on_acknowledgement(std::uint64_t count, std::int64_t held_ns);
   void measure(std::int64_t round_trip_ns);
   void find_losses();
@@ -100,25 +101,42 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   Timeline* timeline_;
   Recovery recovery_;
   Path forth_, back_;
-  std::deque<Packet> packets_;            // numbers from first_ on
-  std::uint64_t first_ = 0;               // packets before it have arrived, or are lost
-  std::uint64_t acknowledged_below_ = 0;  // number of the newest packet that is acknowledged, plus 1
-  std::deque<std::uint64_t> arrivals_;    // numbers in the order of arrival, without those that the sender knows
+  // Holds the packets with numbers from first_ on.
+  std::deque<Packet> packets_;
+  // Packets with lower numbers have arrived, or are lost.
+  std::uint64_t first_ = 0;
+  // Is the number of the newest acknowledged packet, plus 1.
+  std::uint64_t acknowledged_below_ = 0;
+  // Holds the numbers in the order of arrival, without those that the sender knows.
+  std::deque<std::uint64_t> arrivals_;
   std::uint64_t arrivals_before_ = 0;
-  int unanswered_ = 0;                                        // arrivals that are not acknowledged yet
-  std::uint64_t answer_ = 0;                                  // counts acknowledgements
-  std::int64_t arrived_ns_ = 0;                               // the newest
-  std::uint64_t segment_count_ = 0, next_segment_ = 0;        // sent; delivered
-  std::map<std::uint64_t, std::size_t> kept_;                 // bytes of segments that are not acknowledged
-  std::map<std::uint64_t, std::vector<std::uint8_t>> early_;  // segments that arrived before earlier ones
-  std::map<std::uint64_t, std::vector<std::uint8_t>> lost_;   // segments to send again
+  // Counts arrivals that are not acknowledged yet.
+  int unanswered_ = 0;
+  // Counts acknowledgements.
+  std::uint64_t answer_ = 0;
+  // Is the time of the newest arrival.
+  std::int64_t arrived_ns_ = 0;
+  // Count the segments that were sent, and those that were delivered.
+  std::uint64_t segment_count_ = 0, next_segment_ = 0;
+  // Holds the bytes of the segments that are not acknowledged.
+  std::map<std::uint64_t, std::size_t> kept_;
+  // Holds segments that arrived before earlier ones.
+  std::map<std::uint64_t, std::vector<std::uint8_t>> early_;
+  // Holds segments to send again.
+  std::map<std::uint64_t, std::vector<std::uint8_t>> lost_;
   std::size_t in_flight_ = 0, kept_bytes_ = 0;
   double window_ = 10 * kPacketBytes, threshold_ = 1e12;
-  std::int64_t recovery_since_ns_ = -1;          // losses of packets that were sent before count once
-  bool is_limited_ = false;                      // by the window, since the last acknowledgement
-  double round_trip_ns_ = 0, deviation_ns_ = 0;  // smoothed; 0: unknown
-  int timeouts_ = 0;                             // in a row
-  std::uint64_t timer_ = 0;                      // counts what was set
+  // Is the time of the last reduction of the window. Losses of packets that were sent before it do not reduce the
+  // window again.
+  std::int64_t recovery_since_ns_ = -1;
+  // The window has held something back since the last acknowledgement.
+  bool is_limited_ = false;
+  // Are smoothed; 0 means unknown.
+  double round_trip_ns_ = 0, deviation_ns_ = 0;
+  // Counts time-outs in a row.
+  int timeouts_ = 0;
+  // Counts timers that were set, so that only the newest one acts.
+  std::uint64_t timer_ = 0;
   std::int64_t timer_from_ns_ = 0;
 };
 

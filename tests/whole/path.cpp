@@ -27,8 +27,8 @@ void Path::send(std::size_t bytes, const std::function<void()>& arrive) {
   free_ns_ =
       std::max(free_ns_, now_ns) + static_cast<std::int64_t>(1e9 * static_cast<double>(bytes) / quality_.bytes_per_s);
   if (is_lost()) return;
-  const auto up_to = [this](std::int64_t most_ns) {
-    return static_cast<std::int64_t>(random_.unit() * static_cast<double>(most_ns));
+  const auto up_to = [this](std::int64_t max_ns) {
+    return static_cast<std::int64_t>(random_.unit() * static_cast<double>(max_ns));
   };
   std::int64_t arrival_ns = free_ns_ + quality_.delay_ns + up_to(quality_.jitter_ns);
   if (random_.unit() < quality_.reorder) {

@@ -11,7 +11,8 @@ namespace hairnet::whole {
 
 // What a network does to single packets.
 struct PathQuality {
-  std::int64_t delay_ns = 30 * kMs;  // one way
+  // Is the delay in one direction.
+  std::int64_t delay_ns = 30 * kMs;
   // Is added to the delay, at most; order stays.
   std::int64_t jitter_ns = 0;
   // Is the share of packets that get lost.

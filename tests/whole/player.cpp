@@ -34,7 +34,8 @@ std::int64_t Player::clock_ns() const {
 }
 
 void Player::join() {
-  if (core_ && !core_->ended() && !leaving_) return;  // it is there
+  // The player is in its room already.
+  if (core_ && !core_->ended() && !leaving_) return;
   joined_ = true;
   leaving_ = false;
   broken_ns_ = -1;
@@ -65,7 +66,8 @@ void Player::make_core() {
     core_->send(wire::AddCharacter{number, groom.hash, character.level, {}, character.tag, character.appearance});
   }
   if (!sees_all_) core_->send(observe_);
-  if (calm_) core_->send(wire::SetWind{});  // its room may still have one that it set before it left
+  // The room may still have a wind that this player set before it left.
+  if (calm_) core_->send(wire::SetWind{});
 }
 
 void Player::add_character() {
@@ -91,7 +93,7 @@ void Player::add_character() {
   core_->send(wire::AddCharacter{number, groom.hash, character.level, {}, character.tag, character.appearance});
 }
 
-// Tags of every size up to the limit, some of them no text; each is another than the one before.
+// Chooses tags of every size up to the limit, some of which are not text. Each tag differs from the one before.
 void Player::change_appearance(Character& character) {
   const std::uint32_t n = ++change_count_;
   character.tag = name() + '\xff' + std::to_string(n);
@@ -211,7 +213,8 @@ void Player::turn() {
   do {
     turn_again_ = false;
     core_->poll(clock_ns());
-    hear();  // before another connection takes the place of the one from which it came
+    // The events are read before another connection takes the place of the one that they come from.
+    hear();
     if (core_->wants_close()) {
       if (connection_) {
         connection_->drop();
@@ -283,7 +286,7 @@ void Player::on_bytes(std::span<const std::uint8_t> bytes) {
 
 void Player::note_frames(const wire::DecodedPacket& decoded) {
   const auto* const batch = std::get_if<wire::FrameBatch>(&decoded.envelope.message);
-  // One without frames is a server's sign of life, whoever owns the room.
+  // A batch without frames is a sign of life of a server, whoever owns the room.
   if (plan_.on_frames && core_->active() && batch && !batch->frames.empty())
     plan_.on_frames(*host_, connection_->life(), decoded.envelope.clock_ns);
 }
@@ -333,6 +336,8 @@ std::set<server::CharacterKey> Player::keys() const {
 Pose Player::pose_of(const Character& character) const {
   const std::int64_t at_ns = character.moving ? timeline_->now_ns() : character.still_since_ns;
   const double t = 1e-9 * static_cast<double>(at_ns) + character.phase;
+  // A character that rides goes round a circle of this radius, at up to 300 m/s: such a head moves fast, but does not
+  // teleport.
   constexpr double kRideRadius_m = 50;
   const double ridden = character.ride_m_per_s * t / kRideRadius_m;
   const Vec3 ride = kRideRadius_m * Vec3(std::cos(ridden) - 1, 0, std::sin(ridden));
@@ -362,6 +367,7 @@ void Player::add_pose(std::uint32_t number, Character& character, std::vector<wi
   wire::PoseSample pose{number, ++character.sequence, clock_ns(), std::exchange(character.teleports, false),
                         pose_of(character)};
   poses.push_back(pose);
+  // One pose in ten is followed by a damaged one, in plans with garbage.
   if (!plan_.sends_garbage || calm_ || random_.unit() > 0.1) return;
   pose.sequence = ++character.sequence;
   corrupt(pose);
@@ -376,9 +382,11 @@ void Player::corrupt(wire::PoseSample& sample) {
       bone.position.y() = std::numeric_limits<double>::quiet_NaN();
       break;
     case 1:
+      // This rotation does not have unit length.
       bone.rotation.coeffs() *= 1.1;
       break;
     case 2:
+      // This place is beyond the 10 km of a pose (kPositionMax_m).
       bone.position.x() = 2e4;
       break;
     case 3:
@@ -391,9 +399,11 @@ void Player::corrupt(wire::PoseSample& sample) {
       sample.capture_time_ns += static_cast<std::int64_t>(random_.between(-2e9, 2e9));
       break;
     case 6:
-      bone.position.z() = 9999;  // valid, but absurd
+      // This place is valid, because it is within 10 km (kPositionMax_m), but absurd.
+      bone.position.z() = 9999;
       break;
     default:
+      // Such a pose is out of order, or comes twice.
       sample.sequence -= static_cast<std::uint32_t>(random_.next() % 1000);
       break;
   }
@@ -418,7 +428,8 @@ void Player::act() {
   std::vector<std::uint32_t> seen;
   for (const auto& [member, m] : members_) seen.push_back(member);
   const std::uint64_t pick = random_.next() % 17;
-  const bool plain = plan_.steady;  // its own first character lives on, seen and moving
+  // The first character of a steady player must live on, seen and moving: its steps are checked.
+  const bool plain = plan_.steady;
   if (pick == 0) {
     add_character();
   } else if (pick == 1 && numbers.size() > 1) {
@@ -430,7 +441,8 @@ void Player::act() {
     const std::uint32_t number = one_of(numbers, random_);
     characters_[number].level =
         std::array{LevelIndex::low, LevelIndex::ether, LevelIndex::rigid, LevelIndex::learnt}[random_.next() % 4];
-    haired_.erase(number);  // it may have been rigid for a moment
+    // The character may have been rigid for a moment, and so may have no hair to keep.
+    haired_.erase(number);
     // A rigid character has no hair to keep, even if the connection breaks before its next frame.
     for (auto& [member, m] : members_) {
       const bool is_changed = m.own && server::number_of(m.key) == number;

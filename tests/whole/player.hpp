@@ -121,7 +121,8 @@ class Player final : public ClientEvents {
   [[nodiscard]] std::uint64_t session() const { return core_ && core_->welcome() ? core_->welcome()->session : 0; }
   // The wind that the server says its room has.
   [[nodiscard]] const std::optional<Wind>& room_wind() const { return room_wind_; }
-  void finish();  // counts what its last core counted
+  // Adds what the last core has counted to the journal.
+  void finish();
 
   void on_open() override;
   void on_bytes(std::span<const std::uint8_t> bytes) override;
@@ -173,7 +174,8 @@ class Player final : public ClientEvents {
   Random random_;
   std::unique_ptr<link::LinkCore> core_;
   std::shared_ptr<SimulatedConnection> connection_;
-  std::vector<std::weak_ptr<SimulatedConnection>> connections_;  // it and all earlier ones
+  // Holds the connection and all earlier ones.
+  std::vector<std::weak_ptr<SimulatedConnection>> connections_;
   std::int64_t wake_ns_ = -1;
   bool half_closed_ = false, leaving_ = false, joined_ = false, acting_ = false, posing_ = false, turning_ = false;
   bool turn_again_ = false, calm_ = false;

@@ -19,6 +19,7 @@ constexpr std::int64_t kFrameLateness_ns = 40 * kMs;
 
 constexpr float kSmallestHeight = 0.02f, kFinest_m = 0.5e-3f;
 
+// The distance between two lists of coefficients, m. Missing ones are 0.
 float apart(std::span<const float> got, std::span<const float> wanted) {
   float squares = 0;
   for (std::size_t k = 0; k < std::max(got.size(), wanted.size()); ++k)
@@ -26,8 +27,9 @@ float apart(std::span<const float> got, std::span<const float> wanted) {
   return std::sqrt(squares);
 }
 
-// What the client has asked for, of a head of any size, or coarser where its connection is throttled.
-float most_apart(float error_m, int coarser_octaves) {
+// The largest error of the hair that the client may see: what it has asked for, of a head of any size on its screen. It
+// is larger where its connection is throttled.
+float max_apart(float error_m, int coarser_octaves) {
   if (coarser_octaves > 0) error_m = std::ldexp(std::max(error_m, kFinest_m), coarser_octaves);
   return std::max(error_m / kSmallestHeight, kFinest_m);
 }
@@ -39,8 +41,8 @@ bool Player::must_be_resumed() const {
       host_->gave_up_since(plan_.room, broken_ns_))
     return false;
   const server::SessionLimits& limits = host_->config().sessions;
-  const std::int64_t least_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
-  return timeline_->now_ns() - broken_ns_ + 100 * kMs < least_ns / 2;
+  const std::int64_t min_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
+  return timeline_->now_ns() - broken_ns_ + 100 * kMs < min_ns / 2;
 }
 
 struct Player::EventHandler {
@@ -64,7 +66,7 @@ struct Player::EventHandler {
     if (resumed) p.haired_.clear();
     const bool must_be_resumed = p.must_be_resumed();
     const std::int64_t broken_ns = std::exchange(p.broken_ns_, -1);
-    // Its line may have lost the goodbye, or a client that takes too little has not taken it either.
+    // The line may have lost the goodbye. A client that reads too slowly has not read the goodbye either.
     const auto broken = std::exchange(p.broken_connection_, nullptr);
     const bool may_be_slow = (p.plan_.quality.lossy || (broken && broken->was_drained())) &&
                              p.host_->metrics(p.host_->life()).session.sessions_closed_by_server_slow.value() > 0;
@@ -86,7 +88,8 @@ struct Player::EventHandler {
       p.journal_->count(e.reason == GoodbyeReason::none ? "session sent on" : "session ended by a drain");
       if (!p.host_->gave_up_since(p.plan_.room, p.opening_ns_)) p.fault("is sent away from its room: " + e.detail);
     }
-    const bool is_early = e.reason == GoodbyeReason::over_rate && p.broken_ns_ >= 0;  // a resume soon after the last
+    // A resume too soon after the last one is refused so, which is no fault of the client.
+    const bool is_early = e.reason == GoodbyeReason::over_rate && p.broken_ns_ >= 0;
     if (is_early) p.journal_->count("resumed too early");
     if (e.reason != GoodbyeReason::none && e.reason != GoodbyeReason::server_full && !is_early) p.broken_ns_ = -1;
     if (e.reason == GoodbyeReason::protocol_error) p.fault("lost for a protocol error: " + e.detail);
@@ -236,7 +239,7 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   for (const float c : frame.coefficients) journal_->mix(std::bit_cast<std::uint32_t>(c));
   journal_->mix(static_cast<std::uint64_t>(std::llround(1e4 * frame.pose.head().position.x())));
   if (wire::validate_pose(frame.pose) != wire::PoseRefusal::none) fault(what + "its pose is not valid");
-  // One that waited for its basis comes again.
+  // A frame that waited for its basis is repeated at the same tick.
   if (member.last_tick && batch.tick <= *member.last_tick && !(frame.repeated && batch.tick == *member.last_tick))
     fault(what + "ticks do not rise");
   if (member.own != (frame.character != 0)) fault(what + "is not whose it was");
@@ -262,7 +265,8 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
     }
     check_hair(batch, frame, *truth, member);
   }
-  // Out of a client's view one may wake and sleep again, and so it may in frames that get lost: only who sees all can
+  // A character may wake and sleep again out of a client's view, or in frames that are lost. Only a client that sees
+  // all can tell.
   // tell.
   const bool saw_all =
       !has_datagrams() && !frame.repeated && calm_since_ns_ > 0 && member.last_ns > calm_since_ns_ + kSecond_ns;
@@ -280,10 +284,12 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
   ++member.frames;
 }
 
-// On the learnt level, and while it fades, the hair may be off for a moment: a network that has missed frames begins
-// again, and the server has to hear of it.
+// Compares the hair of a frame with that of the World. On the learnt level, and while that fades, hair may differ for
+// some time: a network that has missed frames begins again, and the server must learn of it.
 void Player::check_hair(const link::FrameBatch& batch, const link::Frame& frame, const GroundTruth& truth,
                         Member& member) {
+  // Hair counts as learnt for kFade_ns after the last learnt frame. kCalm_ns after the last disturbance all have the
+  // usual error. Learnt hair may differ by kLearntApart_m more than its coding.
   constexpr std::int64_t kFade_ns = kSecond_ns;
   constexpr std::int64_t kCalm_ns = 4 * kSecond_ns;
   constexpr float kLearntApart_m = 8e-3f;
@@ -296,12 +302,12 @@ void Player::check_hair(const link::FrameBatch& batch, const link::Frame& frame,
   const int life = connection_ ? connection_->life() : host_->life();
   const int octaves = host_->coarser_octaves(life, batch.tick, static_cast<server::SessionId>(session()));
   const float apart_m = apart(frame.coefficients, truth.coefficients);
-  // Once all is calm, every head is half as high as the screen, and the error that is asked for the usual one.
+  // After the disturbances every head is half as high as the screen, and clients ask for the usual error.
   const bool is_usual = calm_since_ns_ > 0 && now_ns > calm_since_ns_ + kCalm_ns;
   const float coded_m =
-      is_usual && is_learnt ? std::ldexp(2 * wire::Observe{}.error_m, octaves) : most_apart(coarsest_m_, octaves);
-  const float most_m = coded_m + (is_learnt ? kLearntApart_m : 0);
-  const bool is_like = !is_shown || apart_m <= most_m;
+      is_usual && is_learnt ? std::ldexp(2 * wire::Observe{}.error_m, octaves) : max_apart(coarsest_m_, octaves);
+  const float max_m = coded_m + (is_learnt ? kLearntApart_m : 0);
+  const bool is_like = !is_shown || apart_m <= max_m;
   if (is_like || member.frames == 0) member.like_ns = now_ns;
   if (is_like) return;
   const std::string what = "member " + std::to_string(frame.member) + " at tick " + std::to_string(batch.tick);
@@ -316,7 +322,8 @@ void Player::check_hair(const link::FrameBatch& batch, const link::Frame& frame,
           " ms, which is " + std::to_string(1e3 * apart_m) + " mm off");
 }
 
-// A steady client misses no step of its own first character, and has it soon.
+// Checks that a steady client misses no step of its own first character, and that each frame arrives soon after its
+// tick.
 void Player::check_interval(const link::FrameBatch& batch, const link::Frame& frame, const Member& member) {
   if (!plan_.steady || frame.character != 1 || member.frames == 0 || !connection_) return;
   const int life = connection_->life();

@@ -29,7 +29,8 @@ class Process {
 
   std::string output_;
   pid_t pid_ = -1;
-  int exit_code_ = -1;  // while it runs
+  // Is -1 while the process runs.
+  int exit_code_ = -1;
 };
 
 }  // namespace hairnet::whole

@@ -14,7 +14,7 @@ std::vector<std::string> missing_refusals(const std::map<std::string, std::uint6
       "server: poses_thinned",
       "server: poses_dropped_over_rate",
       "server: sessions_closed_by_server_slow",
-      "new client sent away, server_full",
+      "rejoiner sent away, server_full",
       "server: sessions_refused_full",
       "server: sessions_refused_subject",
       "server: sessions_refused_address",

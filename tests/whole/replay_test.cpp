@@ -106,7 +106,8 @@ TEST_F(Replay, a_damaged_recording_has_a_plain_reason) {
   finish(*cut, 1);
   EXPECT_THAT(cut->err(), HasSubstr("hairnet-sim: "));
 
-  // A bit of the last tick's state hash: everything is valid except the state.
+  // The state hash of the last tick is somewhere in the last 64 bytes. With one of its bits changed the recording is
+  // valid except for that hash, and the replay must notice. Other changed bytes there may be accepted or refused.
   std::string changed = whole;
   std::size_t differs_at_hash = 0;
   for (std::size_t back = 1; back <= 64 && differs_at_hash == 0; ++back) {

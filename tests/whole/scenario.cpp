@@ -142,7 +142,8 @@ server::Config Scenario::make_config() {
   grooms.groom_count_max = 24;
   grooms.grooms_per_session_max = 8;
   grooms.build_queue_max = 6;
-  grooms.learning = chance(0.5) ? server::Learning::always : server::Learning::never;  // at 30 Hz
+  // Hair is learnt only where the tick rate is 30 Hz (is_learnt_tick); at the other rates this changes nothing.
+  grooms.learning = chance(0.5) ? server::Learning::always : server::Learning::never;
   grooms.build_ns_max = 300 * kMs;
   grooms.build_memory_bytes_max = std::size_t{35} << 20;
   server::AdmissionLimits& admission = config.transport.admission;
@@ -222,7 +223,7 @@ void Scenario::make_players() {
       journal_.count(player.has_datagrams()        ? "players over datagrams"
                      : player.plan().quality.lossy ? "players over lossy streams"
                                                    : "players over streams");
-      report(player.name() + " joins, over " + std::to_string(std::llround(player.plan().quality.least_bytes_per_s())) +
+      report(player.name() + " joins, over " + std::to_string(std::llround(player.plan().quality.min_bytes_per_s())) +
              " bytes/s" + described(player.plan().quality));
       player.join();
       player.add_character();
@@ -413,7 +414,7 @@ void Scenario::calm() {
 double Scenario::backlog_s(const Player& player) {
   const NetworkQuality& quality = player.plan().quality;
   return static_cast<double>(quality.window_bytes + quality.unsent_bytes_max + kBases_bytes) /
-         quality.least_bytes_per_s();
+         quality.min_bytes_per_s();
 }
 
 std::int64_t Scenario::owner_heard_ns(const Player::Member& member) const {

@@ -39,12 +39,14 @@ void tell_seed(int signal) {
   std::raise(signal);
 }
 
+// In so many seeds every refusal of refusals.cpp must happen at least once.
 constexpr std::uint64_t kSeedsWithAllRefusals = 500;
 
 struct Options {
   std::uint64_t first = 1, count = 100;
   unsigned jobs = 1;
-  unsigned twice_every = 20;  // seeds that are run twice, for the same hash
+  // Every so many seeds one is run twice; both runs must have the same hash.
+  unsigned twice_every = 20;
   bool is_verbose = false, quiet = false, is_fleet = false;
 };
 

@@ -15,17 +15,20 @@ namespace hairnet::whole {
 namespace {
 
 constexpr std::int64_t kIoPeriod_ns = 20 * kMs;
-constexpr std::int64_t kSendOnMax_ns = 2 * kSecond_ns;  // as server/app/program.cpp has it
+// A drained server sends its sessions to other servers for so long (server/app/program.cpp).
+constexpr std::int64_t kSendOnMax_ns = 2 * kSecond_ns;
 constexpr std::uint16_t kPort = 7420;
 constexpr std::int64_t kUnixStart_s = 1'800'000'000;
-// Frames are taken so long after a tick's end at most: before the next one, even if that is late.
+// Frames of a tick are sent at most so long after its end, which is before the next tick even if that one is late.
 constexpr double kFlush_ns_max = 4e5;
 
+// The simulated time of a build of levels has a fixed part, and a part for each point of the groom.
 constexpr std::int64_t kBuild_ns = 20 * kMs, kBuildOfPoint_ns = 3 * kMs;
 // Measuring, and waiting between two changes of a level, may take so long. While the budget falls nobody is raised.
 constexpr int kUnfair_s_max = 4;
 
-// Measures nothing but how often it was read, and builds: the same in every run.
+// Stands for the clock that measures work. It advances at each reading and by each build, and so is the same in every
+// run.
 thread_local std::int64_t measured_ns = 0, reading_lasts_ns = 0;
 std::int64_t measure_ns() {
   return measured_ns += reading_lasts_ns;
@@ -38,13 +41,14 @@ Result<std::shared_ptr<const LearntHair>> learn_nothing(const Groom&, const std:
   return hair;
 }
 
-// The same bits for each groom, however often it is built; without them most of a trial's time goes there.
+// Builds each groom once in all trials of the process, because building takes most of the time. The result is the same
+// bits every time.
 server::LevelBuild build_once(const server::LevelBuildDef& def, const wire::GroomHash& hash,
                               std::span<const std::uint8_t> file, const Groom& groom, const server::GoesOn& goes_on) {
   static std::mutex mutex;
   static std::map<wire::GroomHash, server::LevelBuild> built;
   const std::lock_guard lock(mutex);
-  if (const auto found = built.find(hash); found != built.end() && goes_on() == server::BuildFault::none)
+  if (const auto found = built.find(hash); found != built.end() && goes_on() == server::BuildError::none)
     return found->second;
   server::LevelBuild build = server::build_levels_in_process(def, hash, file, groom, goes_on);
   if (build.levels) built.emplace(hash, build);
@@ -130,7 +134,7 @@ void ServerHost::take(const server::FleetEvent& event, std::int64_t now_ns) {
   }
 }
 
-// Frames of a room may go on as soon as the directory has it, before the server hears of it.
+// Frames of a room may continue as soon as the directory owns it, which is before the server is notified.
 void ServerHost::note_claims() {
   for (const std::string& room : directory().own_rooms()) {
     const std::int64_t claim = directory().where(room, clock_ns()).claim;
@@ -235,7 +239,8 @@ server::PacketSink* ServerHost::open(std::shared_ptr<SimulatedConnection> wire) 
 void ServerHost::poll_io() {
   is_news_ = false;
   if (fleet_) poll_fleet();
-  if (!server_) return;  // it has ended
+  // The fleet may have ended the server.
+  if (!server_) return;
   server_->poll_io(clock_ns());
   check_bounds();
 }
@@ -312,7 +317,8 @@ void ServerHost::note_tick() {
 void ServerHost::check_coefficients(std::uint64_t number, server::CharacterKey key, const LatticeView& lattice,
                                     const GroundTruth& truth) {
   constexpr double kFade_s = 0.5;
-  constexpr std::uint64_t kUnseen_ticks = 10;  // a change that nobody saw fades from the next frame on
+  // A change that nobody has seen begins to fade at the next frame that is sent.
+  constexpr std::uint64_t kUnseen_ticks = 10;
   const auto fade_ticks = static_cast<std::uint64_t>(kFade_s * config_.tick_rate_hz) + kUnseen_ticks;
   const std::vector<Tick>& ticks = lives_.back().ticks;
   for (std::uint64_t n = number; n + fade_ticks > number; --n) {
@@ -330,7 +336,8 @@ void ServerHost::check_coefficients(std::uint64_t number, server::CharacterKey k
   constexpr float kRounding_m = 1e-6f;
   const auto is_same = [](float a, float b) { return std::abs(a - b) <= kRounding_m; };
   std::vector<float> shown = truth.coefficients;
-  shown.resize(wanted.size());  // those that are missing are 0
+  // Coefficients that are missing are 0.
+  shown.resize(wanted.size());
   if (!std::ranges::equal(wanted, shown, is_same)) fault("frames show another hair than the World has");
 }
 
@@ -358,8 +365,8 @@ void ServerHost::check_bounds() {
 }
 
 void ServerHost::check_sessions(const server::SessionLimits& limits) {
-  // Those that have joined, and as many that have said no hello yet. One that is refused stays until its goodbye has
-  // left.
+  // Sessions that have joined count, and as many that have sent no hello yet. A refused session stays until its goodbye
+  // has been sent.
   const auto is_in_use = [](const auto& one) {
     return one.second->state() != server::Session::State::draining &&
            one.second->state() != server::Session::State::closed;
@@ -395,8 +402,8 @@ void ServerHost::check_grooms() {
   if (waiting > static_cast<double>(limits.build_queue_max + 1)) fault("more grooms wait to be built than may");
 }
 
-// However often clients ask: the wind of a room changes when the room opens, and then a few times a second; each
-// observer's members are chosen by place at every eighth tick.
+// Checks that rates are bounded however often clients ask. The wind of a room changes when the room opens and then a
+// few times a second. The members of each observer are chosen by place at every eighth tick.
 void ServerHost::check_rates() {
   constexpr std::uint64_t kWindsPer_s_max = 6, kTicksOfChoice = 8;
   const server::Metrics& m = *lives_.back().metrics;
@@ -415,8 +422,8 @@ void ServerHost::check_rates() {
     fault("chooses members by place more often than it may");
 }
 
-// Subjects share the time of ticks: while each of another's many characters has more, on average, one with few
-// characters must not stay below the levels that it asks for.
+// Checks that subjects share the time of ticks. While each of the many characters of one subject has more on average, a
+// subject with few characters must not stay below the levels that it asks for.
 void ServerHost::check_shares() {
   constexpr std::size_t kTimesAsMany = 4;
   struct Share {
@@ -430,7 +437,8 @@ void ServerHost::check_shares() {
       continue;
     Share& share = shares[character.subject];
     ++share.count;
-    // Learnt hair is no worse than low, which takes its place where nothing is learnt, or the network does not hold.
+    // Learnt hair counts as low. The low level takes its place where nothing was learnt, or where the network does not
+    // cover the motion.
     const auto as_stepped = [](LevelIndex level) { return level == LevelIndex::learnt ? LevelIndex::low : level; };
     const LevelIndex level = as_stepped(character.level);
     share.below += level > as_stepped(character.requested_level) || character.stride != 1;
@@ -472,7 +480,7 @@ void ServerHost::check_empty() {
   check("observers", server.scheduler().rooms().observers().size());
   check("rooms", server.scheduler().rooms().room_count());
   const server::Metrics& m = metrics(life());
-  // In a fleet one may be prepared that nobody here uses.
+  // In a fleet a groom may be prepared for a room that is to come here, and nobody uses it yet.
   const auto waiting = static_cast<std::size_t>(m.groom.gauges.grooms_waiting.value());
   check("grooms that wait to be built", fleet_ && waiting == 1 ? 0 : waiting);
   if (m.session.sessions_opened.value() != m.session.sessions_closed.value())
@@ -515,7 +523,8 @@ const GroundTruth* ServerHost::truth(int life, std::uint64_t tick, server::Chara
   return found == ticks[tick].characters.end() ? nullptr : &found->second;
 }
 
-// A loss is noted before the frames of a tick, a window of bytes ends behind them.
+// A loss is noted before the frames of a tick and the end of a byte window after them, so the limit of the last two
+// ticks counts.
 int ServerHost::coarser_octaves(int life, std::uint64_t tick, server::SessionId session) const {
   const auto& ticks = lives_.at(static_cast<std::size_t>(life)).ticks;
   int most = 0;

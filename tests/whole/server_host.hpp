@@ -35,12 +35,15 @@ class ServerHost final : public Host {
   // Before start(): its servers are of the fleet that has this etcd. `clock_rate`: of the machine's clock.
   void join_fleet(EtcdLine& line, double clock_rate);
   void start();
-  void kill(const ConnectionLoss& how);  // how its clients' connections end
+  // Ends the server. `how` says how the connections of its clients end.
+  void kill(const ConnectionLoss& how);
   // Sends a goodbye to all; call kill() later. In a fleet the server sends its clients on, and ends by itself.
   void drain();
-  void pause();  // the server's process stands still, until resume()
+  // The process of the server stands still until resume().
+  void pause();
   void resume();
-  void note_nothing() { notes_ = false; }  // for long runs: truth() is then not known
+  // Notes no states, for long runs; truth() knows nothing then.
+  void note_nothing() { notes_ = false; }
   void stall_tick(std::int64_t until_ns) { stalled_until_ns_ = until_ns; }
   // Sets the duration that the server measures for its work, for each reading of its clock: with a long one it must
   // lower levels.
@@ -73,7 +76,8 @@ class ServerHost final : public Host {
   // When all clients have left: what is still there of them is a fault.
   void check_empty();
   void check_counts(int life);
-  void count_life(int life);  // what a server has counted, as events
+  // Adds what the server of that life has counted to the events of the journal.
+  void count_life(int life);
 
   // The state in that life; null when that tick never ran or did not have the character.
   [[nodiscard]] const GroundTruth* truth(int life, std::uint64_t tick, server::CharacterKey character) const;
@@ -95,10 +99,11 @@ class ServerHost final : public Host {
     std::int64_t clock_offset_ns = 0;
     std::vector<Tick> ticks;
   };
-  // Counted in this life until a tick.
+  // Holds counts of this life until a tick.
   struct Rates {
     std::uint64_t tick = 0, winds = 0, rooms_opened = 0, rooms_closed = 0, place_choices = 0, welcomed = 0;
-    std::uint64_t observers = 0;  // at that tick
+    // Counts the observers at that tick.
+    std::uint64_t observers = 0;
   };
   void start_in_fleet();
   void take(const server::FleetEvent& event, std::int64_t now_ns);

@@ -32,12 +32,12 @@ class Parser {
     if (!same_word(next(), "HIERARCHY")) return Refusal("it does not begin with HIERARCHY: not a BVH file");
     std::string_view word = next();
     while (same_word(word, "ROOT")) {
-      if (!joint_tree()) return Refusal(fault_);
+      if (!joint_tree()) return Refusal(error_);
       word = next();
     }
     if (file_.joints.empty()) return fail("there is no ROOT");
     if (!same_word(word, "MOTION")) return fail("MOTION expected, found '" + shown(word) + "'");
-    if (!motion()) return Refusal(fault_);
+    if (!motion()) return Refusal(error_);
     return std::move(file_);
   }
 
@@ -58,8 +58,8 @@ class Parser {
   }
 
   Refusal fail(const std::string& what) {
-    fault_ = "line " + std::to_string(line_) + ": " + (rest_.empty() ? "the file ends too early; " : "") + what;
-    return Refusal(fault_);
+    error_ = "line " + std::to_string(line_) + ": " + (rest_.empty() ? "the file ends too early; " : "") + what;
+    return Refusal(error_);
   }
   bool refuse(const std::string& what) {
     fail(what);
@@ -171,7 +171,7 @@ class Parser {
   std::string_view rest_;
   std::size_t line_ = 1;
   BvhFile file_;
-  std::string fault_;
+  std::string error_;
 };
 
 // The order of channels in the file is the order of the product, so the last channel turns the point first. Without a

@@ -27,7 +27,7 @@ struct Sampled {
 };
 
 // Curves of a set for which the same is done: what is wrong with the first, and how many there are.
-struct Faults {
+struct Defects {
   std::string first;
   std::size_t count = 0;
 
@@ -71,7 +71,7 @@ void add_points(const CurveSet& set, std::size_t curve, std::span<const CurvePoi
 
 // `first`: the first curve of the set that is taken; each curve_step-th one follows.
 void sample_set(const CurveSet& set, std::uint32_t number, std::size_t first, const Detail& detail, Sampled& sampled) {
-  Faults lost, straight;
+  Defects lost, straight;
   for (std::size_t c = first; c < set.curve_count(); c += detail.curve_step) {
     const std::span<const Vec3f> controls = set.curve(c);
     // Finite points are checked before any arithmetic: one NaN would reach the placement of the whole head.

@@ -289,10 +289,10 @@ Result<std::span<const std::byte>> File::unpacked(std::size_t index, const Json&
   taken_bytes_ += count * stride;
   std::vector<std::byte> bytes(count * stride);
   const auto* const data = reinterpret_cast<const unsigned char*>(part->data());
-  const int fault = is_attributes  ? meshopt_decodeVertexBuffer(bytes.data(), count, stride, data, part->size())
+  const int error = is_attributes  ? meshopt_decodeVertexBuffer(bytes.data(), count, stride, data, part->size())
                     : is_triangles ? meshopt_decodeIndexBuffer(bytes.data(), count, stride, data, part->size())
                                    : meshopt_decodeIndexSequence(bytes.data(), count, stride, data, part->size());
-  if (fault != 0) return Refusal(name + " is damaged: its packed bytes cannot be read");
+  if (error != 0) return Refusal(name + " is damaged: its packed bytes cannot be read");
   if (is_filtered) meshopt_decodeFilterExp(bytes.data(), count, stride);
   return unpacked_[index] = std::move(bytes);
 }

@@ -86,8 +86,8 @@ requires std::integral<Number> || std::floating_point<Number> std::optional<Numb
     if (text.starts_with('+')) text.remove_prefix(1);
     if (text.starts_with('+')) return {};
     Number value{};
-    const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (fault != std::errc{} || end != text.data() + text.size()) return {};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size()) return {};
     return value;
   }
 }

@@ -93,9 +93,9 @@ class Crate {
     if (bytes_[8] != std::byte{0} || minor_ < 4 || minor_ > 10)
       return Refusal("binary USD of version " + std::to_string(std::to_integer<unsigned>(bytes_[8])) + '.' +
                      std::to_string(minor_) + ", of which 0.4 to 0.10 are read: usdcat FILE -o hair.usda writes text");
-    for (const char* fault : {read_sections(ByteReader(bytes_, 16).u64()), read_tokens(), read_strings(), read_fields(),
+    for (const char* error : {read_sections(ByteReader(bytes_, 16).u64()), read_tokens(), read_strings(), read_fields(),
                               read_paths(), read_specs()}) {
-      if (*fault != '\0') return Refusal(std::string("the binary USD is truncated or damaged: ") + fault);
+      if (*error != '\0') return Refusal(std::string("the binary USD is truncated or damaged: ") + error);
     }
     if (!write_all())
       return Refusal(

@@ -97,7 +97,7 @@ class Reader {
     // The check is for control points and not for sets, since all curves of a file may be left out.
     if (control_count_ == 0) return Refusal(nothing_to_read());
     name_sets();
-    if (const std::string fault = make_strands(sets_, out_); !fault.empty()) return Refusal(fault);
+    if (const std::string error = make_strands(sets_, out_); !error.empty()) return Refusal(error);
     tell();
     return std::move(out_);
   }
@@ -151,8 +151,8 @@ class Reader {
       hidden = "of purpose " + state.purpose;
     // Hidden curves are named with their reason, so that users can find out why hair is missing.
     if (!hidden.empty()) return hidden_[hidden].add(prim.name);
-    if (const std::string fault = read_curves(p); !fault.empty())
-      out_.doubts.push_back(shown(prim.name) + ": " + fault + ", and is left out");
+    if (const std::string error = read_curves(p); !error.empty())
+      out_.doubts.push_back(shown(prim.name) + ": " + error + ", and is left out");
   }
 
   std::string read_curves(std::size_t p) {
@@ -170,9 +170,9 @@ class Reader {
     CurveSet set;
     set.name = usda::unquoted(prim.name);
     read_basis(prim, set);
-    std::string fault = read_counts(*sizes, controls->size(), set);
-    if (set.curve_count() == 0) return fault.empty() ? "it has no curves" : fault;
-    if (!fault.empty()) out_.doubts.push_back(shown(prim.name) + ": " + fault);
+    std::string error = read_counts(*sizes, controls->size(), set);
+    if (set.curve_count() == 0) return error.empty() ? "it has no curves" : error;
+    if (!error.empty()) out_.doubts.push_back(shown(prim.name) + ": " + error);
     // Points beyond the counts belong to no curve.
     controls->resize(set.begin.back());
     set.controls = std::move(*controls);

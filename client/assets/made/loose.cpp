@@ -159,11 +159,11 @@ class Dresser {
     // No cut is above the root.
     const double height_m = std::min(mix(tip_m, blunt_m, recipe_.blunt), root.point.y());
     // A rest of hair must remain, even where the whole strand lies below the cut.
-    const double least_m = std::min(0.025, 0.5 * options_.length_m);
+    const double min_m = std::min(0.025, 0.5 * options_.length_m);
     double s = 0;
     for (std::size_t i = 1; i < path.size(); ++i) {
       s += (path[i] - path[i - 1]).norm();
-      if (path[i].y() < height_m && s > least_m) {
+      if (path[i].y() < height_m && s > min_m) {
         path.resize(i + 1);
         return;
       }

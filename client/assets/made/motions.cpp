@@ -191,7 +191,7 @@ constexpr auto kNames = [] {
 }();
 
 // The bounds allow at most 144 001 poses, and leave time to ease in and out.
-std::string fault_of(const MotionOptions& options) {
+std::string error_of(const MotionOptions& options) {
   if (!(options.duration_s == 0 || (options.duration_s >= 2 && options.duration_s <= 600)))
     return "duration of a made motion must be 2 to 600 s";
   if (!(options.rate_hz >= 10 && options.rate_hz <= 240)) return "rate of a made motion must be 10 to 240 Hz";
@@ -211,7 +211,7 @@ Result<Motion> make_motion(std::string_view name, const MotionOptions& options) 
     for (const Recipe& r : kRecipes) known += (known.empty() ? "" : ", ") + std::string(r.name.name);
     return Refusal("no made motion is called '" + std::string(name) + "'; there are " + known);
   }
-  if (std::string error = fault_of(options); !error.empty()) return Refusal(std::move(error));
+  if (std::string error = error_of(options); !error.empty()) return Refusal(std::move(error));
 
   const double duration_s = options.duration_s > 0 ? options.duration_s : recipe->duration_s;
   // One pose more than intervals, so the clip lasts exactly `duration_s`.

@@ -44,9 +44,9 @@ void ProgressBar::show(double fraction, std::string_view stage) {
 
 std::string ProgressBar::left(double fraction) const {
   // An estimate of the first moments would be wrong by far.
-  constexpr double kLeastFraction = 0.05, kLeast_s = 5;
+  constexpr double kFractionMin = 0.05, kTaken_s_min = 5;
   const double taken_s = std::chrono::duration<double>(Clock::now() - begun_).count();
-  if (fraction < kLeastFraction || taken_s < kLeast_s) return {};
+  if (fraction < kFractionMin || taken_s < kTaken_s_min) return {};
   const double left_s = taken_s * (1 - fraction) / fraction;
   const bool is_long = left_s >= 100;
   return ", " + std::to_string(std::lround(is_long ? left_s / 60 : left_s)) + (is_long ? " min left" : " s left");

@@ -23,8 +23,8 @@ std::optional<std::int64_t> parse_duration_s(std::string_view text) {
   std::int64_t count = 0;
   const char* const last = text.data() + text.size();
   // Whatever follows the digits must be a unit.
-  const auto [end, fault] = std::from_chars(text.data(), last, count);
-  if (fault != std::errc()) return std::nullopt;
+  const auto [end, error] = std::from_chars(text.data(), last, count);
+  if (error != std::errc()) return std::nullopt;
   const std::int64_t unit = unit_s({end, static_cast<std::size_t>(last - end)});
   // Dividing the limit instead of multiplying the count cannot overflow.
   if (unit == 0 || count < 1 || count > kMax_s / unit) return std::nullopt;

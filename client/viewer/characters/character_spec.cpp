@@ -52,7 +52,7 @@ Result<double> parse_unit(const std::string& text) {
 
 Result<std::string> parse_name(const std::string& text) {
   // Tags on the wire may hold any bytes; a person's name should be readable for all.
-  if (std::string fault = wire::validate_tag(text); !fault.empty())
+  if (std::string error = wire::validate_tag(text); !error.empty())
     return Refusal("name is longer than " + std::to_string(wire::kTagBytesMax) + " bytes");
   if (!wire::is_text(text)) return Refusal("name is not UTF-8 text free of control characters");
   return text;

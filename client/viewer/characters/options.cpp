@@ -119,7 +119,7 @@ void take_observe(ViewOptions& o, std::string text) {
     refuse("--observe", "'" + text + "' is not all, nobody, nearest:N or radius:METRES");
   }
   // The limits are the protocol's, so a server does not refuse what passes here.
-  if (const std::string fault = wire::validate(observe); !fault.empty()) refuse("--observe", fault);
+  if (const std::string error = wire::validate(observe); !error.empty()) refuse("--observe", error);
   o.observe = observe;
 }
 
@@ -128,12 +128,12 @@ void take_room(const ViewOptions& o) {
   if (o.token.size() > wire::kTokenBytesMax) refuse("--token", "it is too long");
 }
 
-// Parses seconds, from `least_s` to a day, or the word 'forever' as infinity. NaN fails the negated comparison.
-double seconds(const std::string& flag, const std::string& text, double least_s) {
+// Parses seconds, from `min_s` to a day, or the word 'forever' as infinity. NaN fails the negated comparison.
+double seconds(const std::string& flag, const std::string& text, double min_s) {
   if (text == "forever") return std::numeric_limits<double>::infinity();
   const Result<double> number = parse_finite_number(text);
-  if (!number || !(*number >= least_s && *number <= kDuration_s_max))
-    refuse(flag, "'" + text + "' is not 'forever', nor seconds in " + (least_s > 0 ? "0.1" : "0") + " ... 86400");
+  if (!number || !(*number >= min_s && *number <= kDuration_s_max))
+    refuse(flag, "'" + text + "' is not 'forever', nor seconds in " + (min_s > 0 ? "0.1" : "0") + " ... 86400");
   return *number;
 }
 
@@ -251,7 +251,7 @@ void take_texts(ViewOptions& o, const Texts& texts) {
   take_characters(o, texts);
   // No flag of the wind means that the room keeps its own wind, which still air does not.
   if (texts.wind_flags->count_all() > 0) {
-    if (const std::string fault = validate(texts.wind); !fault.empty()) refuse("--wind", fault);
+    if (const std::string error = validate(texts.wind); !error.empty()) refuse("--wind", error);
     o.wind = texts.wind;
   }
   // This check needs the output, the sheet and the times.

@@ -4,7 +4,7 @@
 
 namespace hairnet::viewer {
 
-void wear(const wire::Appearance& appearance, draw::ShownCharacter& shown) {
+void apply_appearance(const wire::Appearance& appearance, draw::ShownCharacter& shown) {
   shown.hair_colour = linear_of(appearance.hair_root);
   shown.hair_tip_colour = linear_of(appearance.hair_tip);
   shown.skin_colour = linear_of(appearance.skin);
@@ -22,13 +22,13 @@ std::size_t RenderList::number_of(const ViewedCharacter& character) {
     on_stage.skin = character.skin;
     stage_.set_skin(on_stage.number, SkinPush(*character.skin, groom->materials.base.thickness_m));
   }
-  on_stage.worn = true;
+  on_stage.used = true;
   return on_stage.number;
 }
 
 std::span<const draw::ShownCharacter> RenderList::show(std::span<const ViewedCharacter> viewed) {
   // A groom that no character uses after this pass is freed below.
-  for (auto& [key, groom] : grooms_) groom.worn = false;
+  for (auto& [key, groom] : grooms_) groom.used = false;
   shown_.clear();
   for (const ViewedCharacter& character : viewed) {
     draw::ShownCharacter shown;
@@ -38,13 +38,13 @@ std::span<const draw::ShownCharacter> RenderList::show(std::span<const ViewedCha
     shown.lattice = character.lattice;
     shown.hair_colour = colour_ != nullptr ? colour_(character) : character.hair_colour;
     // The overlay of levels wins over a person's colours.
-    if (character.appearance && colour_ == nullptr) wear(*character.appearance, shown);
+    if (character.appearance && colour_ == nullptr) apply_appearance(*character.appearance, shown);
     shown_.push_back(shown);
   }
   // Freed at once: a groom takes megabytes, and hair that comes back is uploaded again.
   std::erase_if(grooms_, [this](const auto& entry) {
-    if (!entry.second.worn) stage_.remove_groom(entry.second.number);
-    return !entry.second.worn;
+    if (!entry.second.used) stage_.remove_groom(entry.second.number);
+    return !entry.second.used;
   });
   return shown_;
 }

@@ -12,7 +12,7 @@
 namespace hairnet::viewer {
 
 // Draws the character in these colours: sRGB bytes, which become linear.
-void wear(const wire::Appearance& appearance, draw::ShownCharacter& shown);
+void apply_appearance(const wire::Appearance& appearance, draw::ShownCharacter& shown);
 
 // Turns the characters of a source into what the renderer draws. Uploads each groom to the GPU once, which takes a
 // moment, and frees it when no character uses it. One thread: that of the OpenGL context.
@@ -30,7 +30,7 @@ class RenderList {
   struct OnStage {
     std::shared_ptr<const Groom> groom;
     std::size_t number = 0;
-    bool worn = false;
+    bool used = false;
     // Is the skin that the stage has; null: none yet.
     std::shared_ptr<const Skin> skin;
   };

@@ -165,7 +165,7 @@ class RenderedPictures : public Pictures {
     shown.pose = moment->pose;
     shown.lattice = moment->lattice();
     shown.hair_colour = sitter.hair_colour;
-    if (sitter.appearance) wear(*sitter.appearance, shown);
+    if (sitter.appearance) apply_appearance(*sitter.appearance, shown);
     return renderer_->draw(std::span(&shown, 1), camera_of(sitter.beginning, Framing(groom), moment->pose, view), {},
                            options.width, options.height);
   }

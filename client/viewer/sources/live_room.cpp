@@ -148,22 +148,22 @@ Result<void> LiveRoom::refuse_or_note(const std::string& line) {
   return {};
 }
 
-Result<void> LiveRoom::take(const room::Fault& fault) {
+Result<void> LiveRoom::take(const room::Error& error) {
   // A later wait for lattices must not count characters that never get one.
-  note_refused(fault);
-  if (fault.reason != wire::ErrorReason::none) return refuse_or_note(fault.detail);
+  note_refused(error);
+  if (error.reason != wire::ErrorReason::none) return refuse_or_note(error.detail);
   // The reason follows in another error, which ends the stream with a better line.
   if (!tolerant_) refused_ns_ = now_ns();
   return {};
 }
 
 // Notes the refusal for the character that it names, or for all characters with the groom that it names.
-void LiveRoom::note_refused(const room::Fault& fault) {
+void LiveRoom::note_refused(const room::Error& error) {
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
     // A refused groom names its hash alone; other refusals name a character.
     OwnCharacter& own = own_characters_[i];
-    const bool by_groom = fault.groom != wire::GroomHash{} && room_->groom_of(own.number) == fault.groom;
-    own.refused = own.refused || by_groom || fault.character == own.number;
+    const bool by_groom = error.groom != wire::GroomHash{} && room_->groom_of(own.number) == error.groom;
+    own.refused = own.refused || by_groom || error.character == own.number;
   }
 }
 

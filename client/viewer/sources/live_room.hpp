@@ -115,12 +115,12 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   Result<void> take(const room::Joined& joined);
   Result<void> take(const room::Left& left);
   Result<void> take(const room::WindChanged& changed);
-  Result<void> take(const room::Fault& fault);
+  Result<void> take(const room::Error& error);
   Result<void> take(const auto&) { return {}; }
   void on_batch(const link::FrameBatch& batch, std::int64_t sampled_ns, std::int64_t now_ns) override;
   void on_frame(const link::FrameBatch& batch, const link::Frame& frame, const room::Member& member) override;
   Result<void> refuse_or_note(const std::string& line);
-  void note_refused(const room::Fault& fault);
+  void note_refused(const room::Error& error);
   [[nodiscard]] std::shared_ptr<const room::Member> member_of(std::size_t own) const {
     return own_characters_[own].member;
   }

@@ -14,10 +14,10 @@ namespace hairnet::viewer {
 namespace {
 
 // GLFW reports errors through a function without a user argument, so the last one is kept here.
-std::string g_fault;
+std::string g_error;
 
-void on_fault(int, const char* description) {
-  g_fault = description;
+void on_error(int, const char* description) {
+  g_error = description;
 }
 
 // The ImGui of this version sees only keys that are down at a picture; with slow pictures it would miss key presses.
@@ -48,8 +48,8 @@ GLFWwindow* create(const std::string& title, int width, int height, int context_
 }  // namespace
 
 Result<std::unique_ptr<Window>> Window::open(const std::string& title, int width, int height) {
-  glfwSetErrorCallback(on_fault);
-  if (glfwInit() != GLFW_TRUE) return Refusal("no window: no display (" + g_fault + ")" + kInstead);
+  glfwSetErrorCallback(on_error);
+  if (glfwInit() != GLFW_TRUE) return Refusal("no window: no display (" + g_error + ")" + kInstead);
   GLFWwindow* made = nullptr;
   // EGL is what OpenGL ES needs on most systems, the native interface on some. Fewer samples are better than no window.
   for (const int context_api : {GLFW_EGL_CONTEXT_API, GLFW_NATIVE_CONTEXT_API}) {
@@ -59,7 +59,7 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, int width
   }
   if (made == nullptr) {
     glfwTerminate();
-    return Refusal("no window: no OpenGL ES 3 on this display (" + g_fault + ")" + kInstead);
+    return Refusal("no window: no OpenGL ES 3 on this display (" + g_error + ")" + kInstead);
   }
   std::unique_ptr<Window> window(new Window(made));
   if (const Result<void> started = window->start(); !started) return Refusal(started.error());

@@ -44,11 +44,12 @@ export class Actor {
       clientName: "e2e actor",
       makeSocket: (url) => {
         const socket = new WebSocket(url, "hairnet");
-        socket.on("error", () => {}); // its close event follows
+        // The close event, which follows every error, is handled elsewhere.
+        socket.on("error", () => {});
         return socket as unknown as WebSocketLike;
       },
     });
-    joined.on("fault", ({ detail }) => console.log(`the server reports: ${detail}`));
+    joined.on("error", ({ detail }) => console.log(`the server reports: ${detail}`));
     return new Actor(joined, joined.addCharacter(groom, options), at);
   }
 

@@ -1,4 +1,5 @@
-// `Picture` against many samples a pixel.
+// Compares the averages of `Picture` with a reference of many samples a pixel. All figures are mean squared
+// differences, as shares of the one of a single picture.
 import { dirname } from "node:path";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { makeGroomFile } from "./actor";
@@ -38,16 +39,21 @@ test.each([
       stage.dispose();
       const reference = references[0].map((value, n) => (value + references[1][n]) / 2);
       return {
+        // `error` says how much grain is left in the 16th picture.
         error: apart(averages[1], reference) / apart(single, reference),
+        // `flicker` says how much the picture still changes from the 15th to the 16th.
         flicker: apart(averages[0], averages[1]) / apart(single, reference),
+        // `referenceError` is the error of the reference itself: the mean of two has a quarter of the variance of their
+        // difference.
         referenceError: apart(references[0], references[1]) / 4 / apart(single, reference),
       };
     },
     [`/@fs${groom}`, colour] as const,
   );
   console.log(result);
+  // The reference must be much better than what it judges.
   expect(result.referenceError).toBeLessThan(0.1);
   expect(result.error).toBeLessThan(0.25);
   expect(result.flicker).toBeLessThan(0.25);
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });

@@ -4,7 +4,7 @@ import { Groom } from "../src/hair/groom";
 import { rigidPose } from "../src/hair/pose";
 import { HairScene, Picture, type HairSource } from "../src/scene/index";
 
-/** Rows of red, green and blue, 0 to 255. */
+/** Rows of pixels, each red, green and blue, 0 to 255. */
 export type Pixels = Float32Array;
 
 /** The reference has kFine x kFine samples a pixel, each with coverage of its own. */
@@ -26,7 +26,7 @@ export class AverageStage implements HairSource {
       stage.hair.update(stage.camera);
       const head = stage.hair.characters.get(1);
       head?.hairColour.setHex(colour);
-      // All strands, as thin as they are from near: that has most grain.
+      // All strands are drawn, as thin as they are for a near head: such a picture has the most grain.
       if (head) head.detail = { strandShare: 1, followHairCount: 1, toleranceM: 1e-3, quadratic: 1 };
       if (head?.isReady) return stage;
       await new Promise((done) => setTimeout(done, 20));
@@ -42,7 +42,8 @@ export class AverageStage implements HairSource {
     this.scene.add(this.hair);
     this.camera.position.set(0, 0.03, 0.6);
     this.camera.lookAt(0, 0, 0);
-    // The middle half is full of hair. Its grain is that of the whole, which takes software four times as long.
+    // Only the middle half of the view is drawn, which is full of hair. Its grain is like that of the whole view, which
+    // takes software four times as long.
     this.camera.setViewOffset(2 * sizePx, 2 * sizePx, sizePx / 2, sizePx / 2, sizePx, sizePx);
     document.body.append(this.canvas);
   }
@@ -51,7 +52,7 @@ export class AverageStage implements HairSource {
     return [{ member: 1, own: false, groomKey: "a", groom: this.groom, pose: rigidPose(), lattice: null }];
   }
 
-  /** Without `Picture`. `seed`: of the grain. */
+  /** Draws one picture without `Picture`; `seed` chooses its grain. */
   single(seed: number): Pixels {
     this.hair.update(this.camera);
     this.hair.ditherSeed = seed;
@@ -66,14 +67,15 @@ export class AverageStage implements HairSource {
     return this.#read();
   }
 
-  /** With kFine^2 samples a pixel. */
+  /** Draws with kFine^2 samples a pixel, and averages them. */
   reference(seed: number): Pixels {
     const size = kFine * this.sizePx;
     const target = new WebGLRenderTarget(size, size, {
       internalFormat: "RGBA8",
       colorSpace: this.renderer.outputColorSpace as ColorSpace,
     });
-    Object.assign(target, { isXRRenderTarget: true }); // encodes as the canvas does
+    // three.js encodes colours for such a target as it does for the canvas.
+    Object.assign(target, { isXRRenderTarget: true });
     this.hair.update(this.camera);
     this.hair.ditherSeed = seed;
     this.renderer.setRenderTarget(target);

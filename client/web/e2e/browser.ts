@@ -1,7 +1,10 @@
 import { chromium, type Browser as Connection, type BrowserContext, type Page } from "playwright-core";
 import { inject } from "vitest";
 
-/** Drawing as often as they can, pages would leave no time to servers and to each other. */
+/**
+ * Pages draw at this interval. If they drew as often as they can, they would leave no time to servers and to each
+ * other.
+ */
 const kPictureEveryMs = 200;
 
 /**
@@ -9,7 +12,7 @@ const kPictureEveryMs = 200;
  * a pixel, as users' browsers draw, for tests of pictures; that takes software several times as long.
  */
 export class Browser {
-  readonly faults: string[] = [];
+  readonly errors: string[] = [];
   #connection: Connection | null = null;
   #context: BrowserContext | null = null;
 
@@ -30,13 +33,13 @@ export class Browser {
     if (!this.smooths) await this.#context.addInitScript(drawOneSample);
   }
 
-  /** Opens a page; `faults` collects its errors. */
+  /** Opens a page; `errors` collects its errors. */
   async open(address: string): Promise<Page> {
     const page = await this.#context!.newPage();
     page.on("console", (message) => {
-      if (message.type() === "error") this.faults.push(message.text());
+      if (message.type() === "error") this.errors.push(message.text());
     });
-    page.on("pageerror", (error) => this.faults.push(String(error)));
+    page.on("pageerror", (error) => this.errors.push(String(error)));
     await page.goto(address, { waitUntil: "load", timeout: 120_000 });
     return page;
   }
@@ -53,8 +56,8 @@ export class Browser {
   }
 
   /** The errors since the last call. */
-  takeFaults(): string[] {
-    return this.faults.splice(0);
+  takeErrors(): string[] {
+    return this.errors.splice(0);
   }
 
   async dispose(): Promise<void> {

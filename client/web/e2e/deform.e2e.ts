@@ -1,4 +1,4 @@
-// Strands on the GPU beside those of a world that C++ simulates (hairnet_shown_points).
+// Compares strands on the GPU with those of a world that C++ simulates (hairnet_shown_points).
 import { Quaternion, Vector3 } from "three";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { nodeCount } from "../src/hair/movedLattice";
@@ -9,6 +9,7 @@ import { Browser } from "./browser";
 import type { HairNow, Limits, placeStrands } from "./deformPage";
 import { StageServer } from "./stageServer";
 
+/** GPU and C++ compute the same in floats: 10 um are rounding, on coordinates of some 0.1 m. */
 const kWithinM = 1e-5;
 
 const browser = new Browser();
@@ -22,14 +23,14 @@ afterAll(async () => {
   await server?.dispose();
 });
 
-/** Moves forward and up, and turns the head alone. */
+/** The pose at `s` seconds: the character moves forward and up, and the head alone turns. */
 function poseAt(s: number): Pose {
   const pose = rigidPose([0, 0, 0, 1], [0, 0.4 * s, 1.5 * s]);
   pose.set([0, Math.sin(s), 0, Math.cos(s)], Bone.head * kNumbersPerBone);
   return pose;
 }
 
-/** A point's name: where it is at rest. */
+/** The key of a point is its place at rest: GPU and C++ have points in different orders. */
 const nameOf = (numbers: ArrayLike<number>, at: number) => [numbers[at], numbers[at + 1], numbers[at + 2]].join();
 
 /** Hair in the middle of a motion, and where C++ places its points, head space, m, by their names. */
@@ -78,7 +79,7 @@ function place([hair, limits]: [HairNow, Limits]): Promise<number[]> {
 
 test("the GPU places strands where C++ does, out of the skin and no longer than at rest", async () => {
   const { hair, placed } = await movingHair();
-  /** m, of the point that is furthest from where C++ has it */
+  /** The largest distance between a point on the GPU and the same point in C++, m. */
   const furthest = async (limits: Limits) => {
     const read = await server!.page.evaluate(place, [hair, limits] as [HairNow, Limits]);
     expect(read.length).toBe(6 * placed.size);
@@ -90,8 +91,8 @@ test("the GPU places strands where C++ does, out of the skin and no longer than 
     return furthestM;
   };
   expect(await furthest({ skin: true, lengths: true })).toBeLessThan(kWithinM);
-  // Here both count.
+  // Without either limit points lie at least 1 mm off, so this motion does exercise both limits.
   expect(await furthest({ skin: false, lengths: true })).toBeGreaterThan(100 * kWithinM);
   expect(await furthest({ skin: true, lengths: false })).toBeGreaterThan(100 * kWithinM);
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });

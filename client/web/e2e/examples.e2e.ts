@@ -32,14 +32,14 @@ async function watch(name: string, address: URL): Promise<void> {
   await until(
     "hair is in the picture",
     async () => {
-      expect(browser.faults).toEqual([]);
+      expect(browser.errors).toEqual([]);
       before = await look(page, name);
       return shareWarm(before) > 0.05;
     },
     90_000,
   );
   await until("it moves", async () => shareChanged(before, await look(page, name)) > 0.01, 30_000);
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 }
 
 beforeAll(async () => {
@@ -48,7 +48,7 @@ beforeAll(async () => {
   await browser.start(kSize, 1);
 });
 beforeEach(() => {
-  browser.takeFaults();
+  browser.takeErrors();
   run = new ExampleRun();
 });
 afterEach(async () => {

@@ -1,8 +1,11 @@
 import type { CDPSession, Page } from "playwright-core";
 import { PNG } from "pngjs";
 
-/** The picture without the panel, whose samples of hair colours are as warm as hair. */
+/**
+ * The share of the width that is looked at. The panel beside it has samples of hair colours, which are as warm as hair.
+ */
 const kPictureShare = 0.7;
+/** Hair is in the picture when it covers this share of all pixels. */
 const kHairShare = 0.01;
 
 /** Watches what the browser shows, whatever the page's own thread does meanwhile, until there is hair or skin. */
@@ -24,7 +27,8 @@ export class FirstSeen {
         const answer = isSeen
           ? session.send("Page.stopScreencast")
           : session.send("Page.screencastFrameAck", { sessionId });
-        answer.catch(() => undefined); // the page may be closed by then
+        // The page may be closed by the time the answer arrives.
+        answer.catch(() => undefined);
       };
       session.on("Page.screencastFrame", onPicture);
     });
@@ -38,7 +42,7 @@ export class FirstSeen {
   }
 }
 
-/** Warm, unlike the backdrop's grey. */
+/** Whether hair or skin is in the picture: both are warm, which the backdrop's grey is not. */
 function isHair({ data, width, height }: PNG): boolean {
   let warm = 0;
   for (let p = 0; p < data.length; p += 4)

@@ -23,12 +23,13 @@ const join = async (room: string, file: Uint8Array, x: number) => {
 };
 const shoot = (page: Page, name: string) => page.screenshot({ path: `${shots}/${name}.png`, timeout: 90_000 });
 
-/** Where the shown person is in the picture: pixels of the window; of the hair as it lies at rest. */
+/** Where the shown person is in the picture, in pixels of the window, measured on the hair as it lies at rest. */
 const seen = (page: Page) =>
   page.evaluate(() => {
     const { focus, hair, room, stage } = (window as unknown as Globals).hairnet;
     const character = hair?.characters.get(focus.person ?? -1);
-    const points = room?.members.get(focus.person ?? -1)?.groom?.points; // a copy
+    // `points` copies from the module's memory, so it is read once.
+    const points = room?.members.get(focus.person ?? -1)?.groom?.points;
     if (!character?.isReady || !points) return null;
     let [bottom, top] = [Infinity, -Infinity];
     for (let i = 1; i < points.length; i += 3) {
@@ -45,7 +46,7 @@ const seen = (page: Page) =>
     const isSheet = panel.width > 0.9 * innerWidth;
     return {
       person: focus.person,
-      // A bob's head reaches below its hair.
+      // A bob ends above the chin, so at least the head down to 0.1 m below its joint counts.
       height: (at(Math.min(bottom, -0.1)).y - at(top).y) / innerHeight,
       top: at(top).y,
       middle: at((top + bottom) / 2),
@@ -102,7 +103,7 @@ test("one head fills the free part of a desktop and of a phone; a click and keys
   const desktop = await portrait(page);
   expect(desktop.height).toBeGreaterThanOrEqual(0.4);
   expect(desktop.top).toBeGreaterThan(0);
-  // In the middle of what the panel leaves free.
+  // The head is in the middle of what the panel leaves free.
   expect(Math.abs(desktop.x - desktop.free.right / 2)).toBeLessThan(0.1 * desktop.free.right);
   expect(await page.isVisible("#loading")).toBe(false);
   await shoot(page, "first_view");
@@ -112,7 +113,8 @@ test("one head fills the free part of a desktop and of a phone; a click and keys
     const { focus, hair } = (window as unknown as Globals).hairnet;
     const one = [...hair!.characters.values()].find(({ member }) => member !== focus.person)!;
     focus.showAll();
-    for (let picture = 0; picture < 2; ++picture) await new Promise(requestAnimationFrame); // the camera moves in one
+    // The flight begins with the next picture, so two pictures later it is under way.
+    for (let picture = 0; picture < 2; ++picture) await new Promise(requestAnimationFrame);
     return { member: one.member };
   });
   await until("everyone is shown", async () => (await person(page)) === null);
@@ -145,6 +147,7 @@ test("one head fills the free part of a desktop and of a phone; a click and keys
   await page.focus("#view");
   await page.keyboard.press("Home");
   await until("Home shows the first view", async () => (await person(page)) !== null);
+  // The minus key must enlarge the distance of the camera.
   const far = await page.evaluate(() => (window as unknown as Globals).hairnet.stage.motion.view.distance);
   await page.keyboard.press("-");
   await until("the minus key zooms out", async () => {
@@ -164,10 +167,11 @@ test("one head fills the free part of a desktop and of a phone; a click and keys
   await page.click("#fold");
   await until("the sheet leaves the head free", async () => {
     const above = await portrait(page);
+    // The open sheet covers the lower part of the 844 pixels, and the head moves up out of it.
     return above.free.bottom < 600 && above.middle.y < above.free.bottom - 40 && above.top > 0;
   });
   await shoot(page, "first_view_sheet");
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });
 
 test("the loading line is there before any hair, and the slow orbit stops for reduced motion", async () => {
@@ -176,7 +180,7 @@ test("the loading line is there before any hair, and the slow orbit stops for re
     const lines: string[] = [];
     Object.assign(window, { lines });
     (window as unknown as { drawEvery(ms: number): void }).drawEvery(0);
-    // From the document on, before any script of the page.
+    // The observer starts with the document, before any script of the page.
     new MutationObserver(() => {
       const line = document.querySelector<HTMLElement>("#loading");
       if (line && !line.hidden) lines.push(line.textContent!.trim());
@@ -197,7 +201,7 @@ test("the loading line is there before any hair, and the slow orbit stops for re
   await portrait(page);
   await page.mouse.click(30, 400);
   await until("it stops for a touch", async () => !(await turns()));
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });
 
 test("axe finds nothing serious in any state, and the keyboard alone reaches every control", async () => {
@@ -247,9 +251,9 @@ test("axe finds nothing serious in any state, and the keyboard alone reaches eve
 
   await page.setInputFiles("#groom-file", { name: "braid.hair", mimeType: "", buffer: Buffer.from("HAIR") });
   await until("a line says what is wrong with it", async () =>
-    /^braid\.hair: /.test((await page.textContent("#fault")) ?? ""),
+    /^braid\.hair: /.test((await page.textContent("#error")) ?? ""),
   );
   expect(await serious(page)).toEqual([]);
   await shoot(page, "panel");
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });

@@ -21,7 +21,7 @@ interface Globals {
   hairnet: PageViewer;
 }
 
-/** Between two looks at which frames had come. */
+/** Measures the longest time in which the actor received no frame, ms. */
 function longestGap(actor: Actor): { end(): number } {
   let count = 0;
   let sinceMs = performance.now();
@@ -88,7 +88,8 @@ test.each(["on", "off"])("a page follows its room to another server, with WebTra
     const welcomed = await Promise.all(servers.map((server) => server.metric("hairnet_sessions_welcomed_total")));
     const holder = welcomed[0] > 0 ? 0 : 1;
     expect(welcomed[1 - holder]).toBe(0);
-    const turning = actor.turnTo(0.3, 8); // hair that rests is not sent
+    // The head turns for 8 s, because a server does not send hair that rests.
+    const turning = actor.turnTo(0.3, 8);
     const gap = longestGap(actor);
     await servers[holder].stop();
     await expect
@@ -120,6 +121,6 @@ test.each(["on", "off"])("a page follows its room to another server, with WebTra
     actor.leave();
     await browser.closePages();
     for (const server of servers) await server.dispose();
-    browser.takeFaults();
+    browser.takeErrors();
   }
 });

@@ -45,7 +45,7 @@ function shownHair(page: Page): Promise<[name: string, strands: number][]> {
 }
 
 const line = (page: Page) => page.textContent("#import-line");
-const fault = (page: Page) => page.textContent("#fault");
+const error = (page: Page) => page.textContent("#error");
 
 test("an Alembic file that is dropped is worn, and another page sees it", async () => {
   const page = await browser.open(`${server.address}/?room=import`);
@@ -61,7 +61,7 @@ test("an Alembic file that is dropped is worn, and another page sees it", async 
   }
   await until("it is in the picture", async () => shareWarm(await takePicture(second)) > 0.03);
   expect(await page.locator("#hairstyle option:checked").textContent()).toBe("My curls");
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });
 
 test("a file that cannot be read is told in one line, and the hair that is worn stays", async () => {
@@ -69,12 +69,12 @@ test("a file that cannot be read is told in one line, and the hair that is worn 
   await page.setInputFiles("#groom-file", { name: "curls.abc", mimeType: "", buffer: Buffer.from(archive) });
   await until("it is ready", async () => (await readyCount(page)) === 1, 90_000);
   await dropFiles(page, ["half.abc", archive.subarray(0, archive.length / 2)]);
-  await until("a line says what is wrong", async () => /^half\.abc: [^\n]+$/.test((await fault(page)) ?? ""));
+  await until("a line says what is wrong", async () => /^half\.abc: [^\n]+$/.test((await error(page)) ?? ""));
   await dropFiles(page, ["photo.png", archive]);
-  await until("a line says what can be read", async () => /^photo\.png: .*\.abc/.test((await fault(page)) ?? ""));
+  await until("a line says what can be read", async () => /^photo\.png: .*\.abc/.test((await error(page)) ?? ""));
   expect(await readyCount(page)).toBe(1);
   expect(await page.isVisible("#import-line")).toBe(false);
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });
 
 test("without a server its levels are built in the page", async () => {
@@ -88,5 +88,5 @@ test("without a server its levels are built in the page", async () => {
       return [...(room?.members.values() ?? [])].some(({ lattice }) => lattice !== null);
     }),
   );
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });

@@ -14,13 +14,16 @@ import { latticeOf } from "../test/support/shapes";
 export interface Comparison {
   apartM: number;
   movedM: number;
-  /** characters in three pictures of one moment whose nodes are made anew; the third has one character less */
+  /**
+   * The number of characters whose nodes are made again, in three pictures of the same state. The third picture has one
+   * character less.
+   */
   newCounts: number[];
   basisBytes: number;
   error: number;
 }
 
-/** Of everyone in a room, once `heads` of them have hair of modes, and of nodes of the page's own. */
+/** Compares everyone in a room, once `heads` of them have hair of modes, and a lattice of the page's own. */
 export async function compareNodes(server: string, room: string, heads: number, sum: NodeSum): Promise<Comparison> {
   const module = await startClient();
   const joined = await connect(server, { room, role: Role.observer });
@@ -36,7 +39,7 @@ export async function compareNodes(server: string, room: string, heads: number, 
   const own = { lattice: latticeOf([12, 13, 14]), grid: Float32Array.from({ length: 6552 }, (_, i) => Math.sin(i)) };
   const all: MovedLattice[] = [own, ...waving()];
   const result: Comparison = { apartM: 0, movedM: 0, newCounts: [], basisBytes: 0, error: 0 };
-  // The second picture finds nodes there, the third bases alone: its characters have other rows.
+  // The second picture finds its nodes in the texture. The third finds only the bases: its characters have other rows.
   for (const lattices of [all, all, all.slice(1)]) {
     const shown = lattices.map((lattice) => ({ lattice }));
     records.begin(module, shown);

@@ -44,7 +44,9 @@ test.each([
   );
   console.log(`nodes within ${apartM.toExponential(1)} m, of up to ${movedM.toFixed(2)} m`);
   expect(error).toBe(0);
-  expect(newCounts).toEqual([kHeads + 1, 1, kHeads]); // nodes without a basis are always uploaded
+  // In the second picture the nodes of modes are there already. The page's own nodes have no basis, so they are always
+  // uploaded. The third picture lacks them, and its characters have other rows.
+  expect(newCounts).toEqual([kHeads + 1, 1, kHeads]);
   expect(movedM).toBeGreaterThan(0.02);
   expect(apartM).toBeLessThan(1e-5);
   if (sum === NodeSum.gpu) expect(basisBytes % (16 * kLatticeRow)).toBe(0);
@@ -53,6 +55,7 @@ test.each([
 
 test("software that plays a GPU leaves the sum to the page's thread", async () => {
   const { name, sum } = await (await inPage()).evaluate((page) => page.chosenSum());
-  expect(name).toContain("llvmpipe"); // of Browser
+  // The renderer is Mesa's software (testRun.ts).
+  expect(name).toContain("llvmpipe");
   expect(sum).toBe(NodeSum.processor);
 });

@@ -1,4 +1,4 @@
-// What only a browser can show of light.test.ts: pixels.
+// Tests of the light of hair that need pixels, beside light.test.ts, which needs no GPU.
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -8,11 +8,11 @@ import { Browser } from "./browser";
 import type { LightStage, Shot } from "./lightPage";
 import { StageServer } from "./stageServer";
 
-/** A picture of more light is so many times as bright at least. */
+/** A picture with more light must be at least so many times as bright. */
 const kBrighter = 1.005;
 const browser = new Browser(true);
 const folder = mkdtempSync(join(tmpdir(), "hairnet-light-"));
-/** address of a groom's file */
+/** The address at which vite serves the groom's file. */
 const hair = `/@fs${folder}/strands.groom`;
 let server: StageServer | undefined;
 
@@ -53,7 +53,7 @@ test("the ground is darker under a head of hair that casts shadows, and elsewher
       await stage.ready();
       stage.hair.update(stage.camera);
       shots.push(stage.shoot());
-      // Of the middle of the hair, along the light.
+      // `place` is where the sun's rays through the middle of the hair meet the ground: its shadow falls there.
       const middle = stage.sun.position.clone().set(0, 1.25, 0);
       middle.addScaledVector(stage.sun.position, -middle.y / stage.sun.position.y).project(stage.camera);
       place = [(middle.x + 1) / 2, (1 - middle.y) / 2];
@@ -64,6 +64,7 @@ test("the ground is darker under a head of hair that casts shadows, and elsewher
   const shadowed = brightness(meanOf(with_, under, 0.015));
   const lit = brightness(meanOf(without, under, 0.015));
   console.log(`under the head ${shadowed.toFixed(0)}, without shadows ${lit.toFixed(0)}`);
+  // Ambient light remains in the shadow, and hair lets some light through.
   expect(shadowed).toBeLessThan(0.7 * lit);
   const away: [number, number] = [0.9, 0.9];
   expect(brightness(meanOf(with_, away, 0.03))).toBeCloseTo(brightness(meanOf(without, away, 0.03)), 0);
@@ -75,6 +76,7 @@ test("a mirrored room, in mirrored light, is the mirrored picture", async () => 
     const taken: Shot[] = [];
     for (const mirror of [1, -1]) {
       const stage = await Stage.open(address, { lights: "scene", shadows: true }, [0.2, 1.2, 0]);
+      // Hair below the head joint is drawn towards +x, so that the picture is not its own mirror image.
       stage.head.move((_x, y) => [y < 0 ? -0.4 * y : 0, 0, 0]);
       stage.hair.scale.x = mirror;
       stage.sun.position.x = 3 * mirror;
@@ -115,8 +117,10 @@ test("a mirror, a second camera and a cube camera show hair that the main camera
     mirror.position.set(0, 0, -1);
     await stage.ready();
     for (const one of stage.hair.characters.values()) one.hairColour.setRGB(0.4, 0.02, 0.02);
-    camera.position.set(0, 0, 0.7); // the head is behind it
+    // The head at z = 2 is behind the camera, which looks at the mirror at z = -1.
+    camera.position.set(0, 0, 0.7);
     camera.lookAt(0, 0, -1);
+    // Counts reddish pixels, as a share: only the hair is red.
     const red = ({ pixels }: Shot) => {
       let count = 0;
       for (let p = 0; p < pixels.length; p += 4) if (pixels[p] > pixels[p + 1] + 25) ++count;
@@ -137,6 +141,7 @@ test("a mirror, a second camera and a cube camera show hair that the main camera
     second.position.set(0, 0.1, 4);
     second.lookAt(0, 0.05, 2);
     stage.hair.update(camera, second);
+    // This is a picture in the picture, half as wide and high.
     stage.renderer.setViewport(0, 0, 200, 200);
     const pictureInPicture = red(stage.shoot(second));
     stage.dispose();
@@ -160,7 +165,8 @@ test("an environment alone lights hair, and brighter ones more", async () => {
       stage.ground.visible = false;
       stage.camera.position.set(0, 1.3, 1.2);
       stage.camera.lookAt(0, 1.25, 0);
-      stage.hair.quality = 0.3; // draws in software
+      // The browser draws in software, so fewer strands are drawn.
+      stage.hair.quality = 0.3;
       await stage.ready();
       const sum = () => {
         stage.hair.update(stage.camera);
@@ -169,7 +175,10 @@ test("an environment alone lights hair, and brighter ones more", async () => {
         for (let p = 0; p < pixels.length; p += 4) light += pixels[p] + pixels[p + 1];
         return light;
       };
-      /** The sum once it is above `least` and then stays: light is found while pictures go on. */
+      /**
+       * The sum once it is above `least` and then stays the same: the light of an environment is found in the
+       * background while pictures go on.
+       */
       const settled = async (least: number) => {
         let [last, now] = [Number.NaN, sum()];
         for (const start = performance.now(); now <= least || now !== last; now = sum()) {
@@ -205,6 +214,8 @@ test("light follows hair that is drawn aside, at rest it is the traced light, an
     await stage.ready();
     const { extensions } = stage.renderer;
     const has = extensions.has.bind(extensions);
+    // Draws with light that follows moved hair, and with light that was traced at rest, and returns the mean difference
+    // of a value (0 to 255). Without float targets the scene uses the traced light.
     const difference = () => {
       const shots = [true, false].map((follows) => {
         extensions.has = (name: string) => (follows || name !== "EXT_color_buffer_float") && has(name);
@@ -215,6 +226,7 @@ test("light follows hair that is drawn aside, at rest it is the traced light, an
     };
     const atRest = difference();
     stage.head.move((x, y) => [0.5 * Math.sign(x) * Math.min(Math.max(0.15 - y, 0), 0.1), 0, 0]);
+    // The hair is parted: both halves are drawn up to 5 cm outwards, so light reaches what was in the shade.
     const apart = difference();
     stage.dispose();
     return [atRest, apart];
@@ -222,5 +234,5 @@ test("light follows hair that is drawn aside, at rest it is the traced light, an
   console.log({ still, moved });
   expect(still).toBeLessThan(0.05);
   expect(moved).toBeGreaterThan(0.2);
-  expect(browser.takeFaults().filter((fault) => !fault.includes("404"))).toEqual([]);
+  expect(browser.takeErrors().filter((error) => !error.includes("404"))).toEqual([]);
 });

@@ -28,7 +28,7 @@ afterAll(async () => {
   await files.dispose();
 });
 
-/** Runs in pages: how far the own hair is from where it lies at rest, m; -1: it is rigid. */
+/** Runs in the page. Returns the largest displacement of the own hair from rest, m, or -1 while it is rigid. */
 function hairIsAway(): number {
   const own = (window as unknown as Partial<Globals>).hairnet?.own?.member;
   return own?.lattice ? own.lattice.grid.reduce((most, x) => Math.max(most, Math.abs(x)), 0) : -1;
@@ -69,7 +69,7 @@ test("without a server hair is drawn and follows the head, wind and look; nothin
   expect(asked.filter((address) => !/^(blob|data):/.test(address) && !address.startsWith(files.address))).toEqual([]);
   expect(asked.some((address) => address.includes("hairnet_local"))).toBe(true);
   expect(asked.some((address) => /hairnet-[0-9a-f]+\.wasm/.test(address))).toBe(false);
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });
 
 test("so it does in Firefox", async () => {

@@ -24,7 +24,10 @@ export function readyCount(page: Page): Promise<number> {
   });
 }
 
-/** Waits until the camera is where it was sent; it sets off in the next picture. */
+/**
+ * Waits until the camera has arrived. A flight begins in the picture after it was asked for, so two pictures pass
+ * first.
+ */
 export async function cameraRests(page: Page): Promise<void> {
   await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
   await page.waitForFunction(

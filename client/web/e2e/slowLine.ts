@@ -3,11 +3,11 @@ import type { AddressInfo } from "node:net";
 
 /** A TCP relay with a delay and, from the server to the client, a rate that all connections share. */
 export class SlowLine {
-  /** from the server, so far */
+  /** The bytes that the server has sent so far. */
   bytes = 0;
   readonly #sockets = new Set<Socket>();
   readonly #server: Server;
-  /** when the line has sent everything that it was given, ms */
+  /** The time at which the line will have sent everything that it was given, ms of `performance.now()`. */
   #freeMs = 0;
 
   constructor(

@@ -1,4 +1,4 @@
-// Serves TypeScript modules to a page: tests of what only a browser shows, without a Hairnet server.
+// Serves TypeScript modules to a page, for tests of what only a browser shows, without a Hairnet server.
 import { mkdtempSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";

@@ -4,7 +4,7 @@ import type { TestProject } from "vitest/node";
 
 declare module "vitest" {
   interface ProvidedContext {
-    /** where a test connects to Chromium */
+    /** The endpoint at which a test connects to Chromium. */
     chromium: string;
     /** Chromium finds the server of the examples' pages, localhost:7420, on this port: another one may have theirs. */
     examplePort: number;
@@ -28,7 +28,8 @@ export default async function start(project: TestProject): Promise<() => Promise
   const examplePort = await freePort();
   const server = await chromium.launchServer({
     executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    headless: false, // the flag below is the newer kind
+    // The flag --headless=new below selects the newer headless mode instead.
+    headless: false,
     env: { ...process.env, LIBGL_ALWAYS_SOFTWARE: "1", EGL_PLATFORM: "surfaceless" },
     args: [
       "--headless=new",

@@ -30,7 +30,10 @@ afterAll(async () => {
   await server.dispose();
 });
 
-/** The displacements of a member's nodes now, m, also where no picture is drawn; none before its hair is simulated. */
+/**
+ * Returns the displacements of a member's nodes now, in m, whether or not pictures are drawn. The list is empty until
+ * the hair is simulated.
+ */
 const nodesOf = (page: Page, member: number) =>
   page.evaluate(
     ([number, high]) => {
@@ -42,7 +45,7 @@ const nodesOf = (page: Page, member: number) =>
     [member, LevelIndex.high],
   );
 
-/** A page that waits for its pictures, drawn in software, cannot say in time where its hand is. */
+/** Stops pictures: while the page draws in software, it is too busy to say in time where its hand is. */
 const stopPictures = (page: Page) => drawEvery(page, 1e9);
 const startPictures = (page: Page) => drawEvery(page, 500);
 
@@ -54,7 +57,7 @@ const handCount = (page: Page) =>
     return served!.hands.size;
   });
 
-/** The largest difference of a coordinate; of unequal numbers of nodes infinite. */
+/** The largest difference of a coordinate, m; infinite where the lists have other lengths or are empty. */
 function farthest(a: readonly number[], b: readonly number[]): number {
   if (a.length !== b.length || a.length === 0) return Infinity;
   return a.reduce((most, x, i) => Math.max(most, Math.abs(x - b[i])), 0);
@@ -72,7 +75,10 @@ async function still(page: Page, member: number): Promise<number[]> {
   return nodes;
 }
 
-/** The pixel of a lock at the right of the face in the picture, the nearest there is to the camera. */
+/**
+ * The pixel of a lock of hair at the right of the face: among the outermost fifth on that side the point nearest to the
+ * camera.
+ */
 const lockAt = (page: Page, member: number) =>
   page.evaluate((number) => {
     const { room, stage } = (window as unknown as Globals).hairnet;
@@ -136,6 +142,7 @@ test("hair that its owner lets everyone touch is dragged alike in both pages, an
       `the pages differ by ${(1000 * farthest(held, heldAtOwner)).toFixed(2)} mm`,
   );
   expect(farthest(held, rest)).toBeGreaterThan(0.03);
+  // Each page decodes its own frames, which are rounded to the error that it asks for.
   expect(farthest(held, heldAtOwner)).toBeLessThan(0.005);
   for (const page of [owner, other]) await startPictures(page);
   await shoot(other, "touch_held");
@@ -149,7 +156,7 @@ test("hair that its owner lets everyone touch is dragged alike in both pages, an
 
   await owner.getByLabel("Who may touch my hair").selectOption("nobody");
   await until("the other may not", async () => !(await mayTouch(other, member)));
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });
 
 test("the choice of who may touch lasts, and holds after a reload", async () => {
@@ -166,5 +173,5 @@ test("the choice of who may touch lasts, and holds after a reload", async () => 
   await until("nothing invites", async () => !(await page.isVisible("#touch-hint")));
   await page.selectOption("#who-may-touch", "oneself");
   await until("the page invites", () => page.isVisible("#touch-hint"));
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });

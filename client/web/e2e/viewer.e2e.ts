@@ -52,7 +52,7 @@ test("opens without errors, reports an empty room, and shows characters that joi
   expect(await page.isVisible("#hint")).toBe(false);
   await settle(1500);
   await shoot("two");
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });
 
 test("hair swings on when a head has turned and stopped, then comes to rest", async () => {
@@ -61,10 +61,10 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
   await until("it is ready", async () => (await readyCount(page)) === 1);
   await page.selectOption("#quality", "0.3");
   await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
-  // A touch stops the camera.
+  // A click stops the slow orbit of the camera, so that only hair changes the picture.
   await page.mouse.click(30, 300);
   await drawEvery(page, 0);
-  // Until the server has its levels, it is rigid.
+  // Hair is rigid until the server has built its levels.
   const hairOf = () =>
     page.evaluate(() => {
       const [member] = (window as unknown as { hairnet: PageGlobals }).hairnet.room!.members.values();
@@ -82,6 +82,7 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
       return 2 * Math.asin(one.quaternion.y);
     });
   await until("the head has turned in the page", async () => Math.abs((await headYaw()) - 0.9) < 1e-3, 10_000);
+  // The head has stopped: displacements of more than 2 cm now are the swing.
   const { farthestM } = await hairOf();
   const swinging = [await takePicture(page)];
   for (let n = 0; n < 4; ++n) {
@@ -102,6 +103,7 @@ test("hair swings on when a head has turned and stopped, then comes to rest", as
   console.log(`changed while swinging ${(100 * moved).toFixed(2)} %, at rest ${(100 * still).toFixed(2)} %`);
   expect(farthestM).toBeGreaterThan(0.02);
   expect(moved).toBeGreaterThan(0.004);
+  // Pictures of hair at rest differ a little too, because the average becomes finer.
   expect(still).toBeLessThan(0.25 * moved);
 });
 
@@ -118,7 +120,7 @@ test("after a server restart the page shows its hair again", async () => {
   await until("its hair is back", async () => (await readyCount(page)) === 1);
   await until("it is in the picture", async () => shareWarm(await takePicture(page)) > 0.05);
   // The browser itself logs each failed attempt.
-  expect(browser.takeFaults().filter((fault) => !/WebSocket connection|ERR_CONNECTION/.test(fault))).toEqual([]);
+  expect(browser.takeErrors().filter((error) => !/WebSocket connection|ERR_CONNECTION/.test(error))).toEqual([]);
 });
 
 test("two pages see each other, and a head that keys or the mouse turn is seen turning by others", async () => {
@@ -171,7 +173,7 @@ test("two pages see each other, and a head that keys or the mouse turn is seen t
   await page.selectOption("#quality", "0.3");
   await settle(1500);
   await shoot("own_head");
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });
 
 test("a phone's width has no sideways scrolling and still shows the head", async () => {
@@ -193,6 +195,7 @@ test("a phone's width has no sideways scrolling and still shows the head", async
   expect(widest.scroll).toBeLessThanOrEqual(320);
   expect(widest.right).toBeLessThanOrEqual(320);
   expect(widest.left).toBeGreaterThanOrEqual(0);
+  // The panel's content is not wider than the panel.
   expect(widest.panel).toBeLessThanOrEqual(0);
   await page.selectOption("#quality", "0.3");
   await settle(1500);
@@ -219,15 +222,17 @@ test("hair is drawn again after the graphics context was lost", async () => {
     await back;
   });
   await until("it is in the picture again", async () => shareWarm(await takePicture(page)) > 0.05);
-  browser.takeFaults(); // the browser logs the loss
+  // The browser logs the loss of the context as an error.
+  browser.takeErrors();
 });
 
 test("a missing server and a browser that cannot draw are each reported in one line", async () => {
+  // Nothing listens at port 9.
   page = await browser.open(`${server.address}/?server=ws://127.0.0.1:9`);
   await until("the state says so", async () => (await state()) === "closed");
   await until("a line says why", async () =>
     /^The server does not answer at 127\.0\.0\.1:9\. The page tries again in \d+ s\.$/.test(
-      (await page.textContent("#fault")) ?? "",
+      (await page.textContent("#error")) ?? "",
     ),
   );
   await shoot("server_gone");
@@ -238,7 +243,7 @@ test("a missing server and a browser that cannot draw are each reported in one l
     } as typeof get;
   });
   await page.reload();
-  await until("a line says what lacks", async () => /no WebGL 2/.test((await page.textContent("#fault")) ?? ""));
-  expect((await page.textContent("#fault"))!.includes("\n")).toBe(false);
-  browser.takeFaults();
+  await until("a line says what lacks", async () => /no WebGL 2/.test((await page.textContent("#error")) ?? ""));
+  expect((await page.textContent("#error"))!.includes("\n")).toBe(false);
+  browser.takeErrors();
 });

@@ -22,47 +22,48 @@ afterAll(async () => {
   await server.dispose();
 });
 
-test("the user wears a VRM model with the hair of the room on its head instead of its own", async () => {
+test("the user has a VRM model with the hair of the room on its head instead of its own", async () => {
   const page = await browser.open(`${server.address}/?room=model`);
   const drop = (name: string, bytes: Uint8Array) => dropFiles(page, [name, bytes]);
   const look = () =>
     page.evaluate(() => {
       const { hair, avatar } = (window as unknown as { hairnet: PageViewer }).hairnet;
       const own = [...(hair?.characters.values() ?? [])].find((one) => one.own);
-      const { vrm, worn } = avatar.avatar ?? {};
-      const anchor = worn?.skeleton.anchor;
+      const { vrm, vrmHair } = avatar.avatar ?? {};
+      const anchor = vrmHair?.skeleton.anchor;
       return {
         isReady: own?.isReady === true && own.anchor !== null && own.anchor === anchor,
         version: vrm?.meta.metaVersion ?? "",
         isOnHead: anchor !== undefined && anchor.parent === vrm?.humanoid.getRawBoneNode("head"),
-        hidden: worn?.hiddenMeshes.map((mesh) => [mesh.name, mesh.visible]),
+        hidden: vrmHair?.hiddenMeshes.map((mesh) => [mesh.name, mesh.visible]),
         bust: own?.bodyVisible,
-        size: worn?.size ?? 0,
+        size: vrmHair?.size ?? 0,
         drawCalls: hair?.statistics.drawCalls ?? 0,
       };
     });
-  const wears = (version: string) => async () => {
+  const hasHair = (version: string) => async () => {
     const now = await look();
     return now.version === version && now.isReady && now.drawCalls > 0;
   };
-  const fault = () => page.evaluate(() => document.querySelector<HTMLElement>("#fault")?.textContent ?? "");
+  const error = () => page.evaluate(() => document.querySelector<HTMLElement>("#error")?.textContent ?? "");
 
   await drop("LICENSE.vrm", new TextEncoder().encode("MIT License"));
-  await until("the page tells that it is no model", async () => (await fault()).includes("not a VRM file"), 60_000);
+  await until("the page tells that it is no model", async () => (await error()).includes("not a VRM file"), 60_000);
 
-  // Nobody is here, and the server lists no hairstyle: the model waits for one.
+  // Nobody else is in the room, and the server lists no hairstyle, so the model waits for one.
   await drop("person.vrm", makeAvatar({ version: 0, hairMesh: "Hair" }));
   await page.setInputFiles("#groom-file", groom.path);
-  await until("the dropped model wears hair", wears("0"), 90_000);
+  await until("the dropped model has hair", hasHair("0"), 90_000);
   const seen = await look();
   expect(seen.version).toBe("0");
   expect(seen.isOnHead).toBe(true);
   expect(seen.hidden).toEqual([["Hair", false]]);
   expect(seen.bust).toBe(false);
+  // The model's head is about as large as the groom's.
   expect(seen.size).toBeGreaterThan(0.8);
   expect(seen.size).toBeLessThan(1.4);
 
-  // What the user sets is there again when the same file comes again.
+  // What the user sets for a model is remembered and used when the same file is dropped again.
   await page.evaluate(() => {
     const size = document.querySelector<HTMLInputElement>('#avatar input[name="size"]')!;
     size.value = "1.2";
@@ -70,9 +71,9 @@ test("the user wears a VRM model with the hair of the room on its head instead o
   });
   expect((await look()).size).toBeCloseTo(1.2 * seen.size, 3);
   await drop("another.vrm", makeAvatar({ version: 1 }));
-  await until("another model wears hair", wears("1"), 90_000);
+  await until("another model has hair", hasHair("1"), 90_000);
   await drop("person.vrm", makeAvatar({ version: 0, hairMesh: "Hair" }));
-  await until("the first model is back", wears("0"), 90_000);
+  await until("the first model is back", hasHair("0"), 90_000);
   expect((await look()).size).toBeCloseTo(1.2 * seen.size, 3);
   await page.click("#avatar >> text=Reset the fit");
   expect((await look()).size).toBeCloseTo(seen.size, 3);
@@ -80,5 +81,5 @@ test("the user wears a VRM model with the hair of the room on its head instead o
 
   await page.click("#avatar >> text=Take off");
   await until("the bust is back", async () => (await look()).bust === true, 60_000);
-  expect(browser.takeFaults()).toEqual([]);
+  expect(browser.takeErrors()).toEqual([]);
 });

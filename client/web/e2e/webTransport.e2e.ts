@@ -6,9 +6,11 @@ import { Browser } from "./browser";
 import { HairnetServer } from "./hairnetServer";
 
 const kWaitMs = 60_000;
-/** A page waits a minute until it tries WebTransport again: that is long for a test. */
+/** Shortens the minute that a page waits until it tries WebTransport again (kBlockedMs of fallbackSocket.ts). */
 const kAgainSoon = { usualMs: 60_000, hereMs: 5_000 };
-/** A page waits three seconds for a session to open: a busy machine needs longer. */
+/**
+ * Lengthens the 3 s in which a session must open (kWebTransportMs of fallbackSocket.ts): a busy machine needs longer.
+ */
 const kPatient = { usualMs: 3_000, hereMs: 30_000 };
 
 const browser = new Browser();
@@ -21,12 +23,15 @@ interface Globals {
 beforeAll(() => browser.start({ width: 480, height: 320 }));
 afterAll(() => browser.dispose());
 
-/** Opens the page, joins with hair on, and returns what it knows of another person while that one turns. */
+/**
+ * Opens the page and returns what it knows of the actor before and after the actor has turned its head. Timers of
+ * `wait.usualMs` take `wait.hereMs` instead.
+ */
 async function watch(server: HairnetServer, actor: Actor, wait: { usualMs: number; hereMs: number }) {
   const page = await browser.open("about:blank");
   await page.addInitScript(({ usualMs, hereMs }) => {
     const set = setTimeout;
-    // Times that a page varies by chance are near to the usual one.
+    // The page varies some times by chance, by less than 10 %.
     const setOther = (then: () => void, ms = 0) => set(then, Math.abs(ms / usualMs - 1) < 0.1 ? hereMs : ms);
     Object.assign(window, { setTimeout: setOther });
   }, wait);
@@ -95,7 +100,7 @@ test("hair moves over WebTransport, poses and frames as datagrams", async () => 
     actor.leave();
     await browser.closePages();
     await server.dispose();
-    browser.takeFaults();
+    browser.takeErrors();
   }
 });
 
@@ -113,6 +118,7 @@ test("falls back to a WebSocket where UDP is dropped, and goes up by itself once
     expect(after.transport).toBe("websocket");
     expect(after.framesReceived).toBeGreaterThan(before.framesReceived);
     expect(Math.abs(after.yaw - before.yaw)).toBeGreaterThan(0.1);
+    // The page waits 3 s for a session before it falls back (kWebTransportMs of fallbackSocket.ts).
     expect(after.connectedMs).toBeGreaterThan(2900);
     expect(await page.locator("#figures").textContent()).toContain("WebSocket");
     await browser.answer("**/wt.json", null);
@@ -120,7 +126,8 @@ test("falls back to a WebSocket where UDP is dropped, and goes up by itself once
     const turn = async () => {
       for (let yawRad = 0.6; !isUp; yawRad = -yawRad) await actor.turnTo(yawRad, 2);
     };
-    const turning = turn(); // its hair is sent while it moves
+    // The actor's head turns all the while, because a server does not send hair that rests.
+    const turning = turn();
     const gaps = await page.evaluate(async (waitMs) => {
       const room = (window as unknown as Globals).hairnet.served!;
       const endMs = performance.now() + waitMs;
@@ -150,7 +157,7 @@ test("falls back to a WebSocket where UDP is dropped, and goes up by itself once
     await browser.closePages();
     await server.dispose();
     silent.close();
-    browser.takeFaults();
+    browser.takeErrors();
   }
 });
 
@@ -161,11 +168,11 @@ test("uses a WebSocket at once where the server has no WebTransport", async () =
   try {
     const { after } = await watch(server, actor, kPatient);
     expect(after.transport).toBe("websocket");
-    expect(browser.takeFaults()).toEqual([]);
+    expect(browser.takeErrors()).toEqual([]);
   } finally {
     actor.leave();
     await browser.closePages();
     await server.dispose();
-    browser.takeFaults();
+    browser.takeErrors();
   }
 });

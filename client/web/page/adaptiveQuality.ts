@@ -1,7 +1,11 @@
+/** Quality falls while the median frame takes longer than this, which is 36 frames a second. */
 const kSlowMs = 28;
-const kFastMs = 17.5; // 60 pictures a second, on screens that show no more
-const kFrameMsMax = 1000; // longer: the page was hidden, or did something else
-const kMin = 0.4; // lower: cards would replace the hair of a head that fills the view
+/** Quality rises while the median frame is faster: 60 frames a second take 16.7 ms, and many screens show no more. */
+const kFastMs = 17.5;
+/** A longer frame counts as this one: the page was hidden, or did something else. */
+const kFrameMsMax = 1000;
+/** With a lower quality, cards would replace the hair of a head that fills the view. */
+const kMin = 0.4;
 const kMax = 1.5;
 
 /** Lowers the drawing quality while pictures take too long, and raises it again. Changes gradually. */
@@ -25,6 +29,7 @@ export class AdaptiveQuality {
     if (this.#frames.length < 3 || (sum < 500 && this.#frames.length < 30)) return;
     const median = this.#frames.sort((a, b) => a - b)[this.#frames.length >> 1];
     this.#frames = [];
+    // Quality falls by up to a half at once, and rises by 5 % at a time.
     if (median > kSlowMs) this.#change(Math.max(0.5, kSlowMs / median));
     else if (median < kFastMs) this.#change(1.05);
   }

@@ -4,11 +4,12 @@ import type { HairCharacter } from "../src/scene/index";
 import type * as avatars from "./avatar/avatar";
 import { isolated } from "./isolated";
 import { kFitAsFound, RememberedFits, type RememberedFit } from "./avatar/rememberedFits";
+import { messageOf } from "./errorWords";
 
 /** What the panel needs of the page. */
 export interface AvatarHost {
   readonly stage: { readonly scene: Scene };
-  showFault(detail: string): void;
+  showError(detail: string): void;
   /** A model was put on: a user without a character gets one, with hair. */
   join(): void;
 }
@@ -107,8 +108,8 @@ export class AvatarPanel {
       avatar.set(this.#fit);
       this.#light();
       this.host.join();
-    } catch (fault) {
-      this.host.showFault(`${name}: ${fault instanceof Error ? fault.message : String(fault)}`);
+    } catch (error) {
+      this.host.showError(`${name}: ${messageOf(error)}`);
     }
     if (request === this.#request) this.#show();
   }
@@ -188,7 +189,7 @@ export class AvatarPanel {
 
   // The range of shifts grows with the model's head.
   #unit(name: Setting): number {
-    return name === "size" ? 1 : (this.avatar?.worn.size ?? 1) / this.#fit.size;
+    return name === "size" ? 1 : (this.avatar?.vrmHair.size ?? 1) / this.#fit.size;
   }
 
   #set(change: Partial<RememberedFit>): void {

@@ -9,11 +9,15 @@ export interface CameraView {
   readonly distance: number;
 }
 
+/** Each flight takes this time, however far it goes. */
 const kFlightS = 1.3;
+/** A full turn of the slow orbit takes 70 s. */
 const kOrbitRadPerS = 0.09;
-/** The share of the remaining way to a moving target in a second: slow, because heads nod and shake. */
+/** The rate, 1/s, at which the distance to a moving target decays: slow, because heads nod and shake. */
 const kFollow = 2.5;
+/** An arrow key turns the camera by this angle. */
 const kKeyTurnRad = 0.12;
+/** The key + multiplies the distance to the target by this factor, and the key - divides by it. */
 const kKeyZoom = 0.88;
 
 /** Moves a camera without jumps: flights, a slow orbit, and a target that moves. The user's own moves interrupt it. */
@@ -54,7 +58,7 @@ export class CameraMotion {
     if (this.isReduced) this.update(kFlightS);
   }
 
-  /** Jumps there. */
+  /** Puts the camera there at once, and ends flights and orbits. */
   set(view: CameraView): void {
     this.stop();
     this.#put(view);
@@ -130,6 +134,10 @@ export class CameraMotion {
   }
 }
 
+/**
+ * The turn of an orbit that goes to and fro. It starts at the speed of a full orbit (its slope at 0 is 1) and stays
+ * within `swing` on both sides.
+ */
 function swung(angle: number, swing: number): number {
   return swing > 0 ? swing * Math.sin(angle / swing) : 0;
 }

@@ -4,11 +4,11 @@ import type { Shown } from "./focus";
 
 /** Seconds over which the speed of a head is averaged. */
 const kCalmS = 1;
-/** A person who moves at 1 m/s is as far from the choice as a still one who stands so many metres from the middle. */
+/** The speed of a head counts as distance from the middle: 1 m/s as much as this number of metres. */
 const kMovingM = 3;
-/** Another person must be better by so many metres: the choice does not waver. */
+/** Another person must be better by this number of metres, so that the choice does not alternate between two. */
 const kBetterM = 0.3;
-/** As long as somebody else could be drawn, the choice waits no longer for its own hair, s. */
+/** The choice waits this long for the hair of the chosen person while the hair of others can be drawn, s. */
 const kWaitS = 3;
 /** As long as somebody's first pose is on its way, the first choice waits for it, s. */
 const kComingS = 0.5;
@@ -38,7 +38,7 @@ export class CentralPerson {
     const before = shown.find(({ member }) => member.member === this.#person);
     if (before?.character.isReady) return before;
     this.#waitedS = ready.length > 0 ? this.#waitedS + dtS : 0;
-    const candidates = this.#waitedS > kWaitS ? ready : shown.filter(({ member }) => !member.fault);
+    const candidates = this.#waitedS > kWaitS ? ready : shown.filter(({ member }) => !member.error);
     if (candidates.length === 0) return null;
     if (this.#person === null && comingCount > 0 && this.#gatheredS < kComingS) {
       this.#gatheredS += dtS;

@@ -2,12 +2,12 @@ import type { Size } from "./framing";
 
 /** The first pictures have at most about so many pixels. */
 const kPixels = 640 * 360;
-/** A machine that draws so many pictures in a row, each in so many milliseconds, can draw all pixels. */
+/** A machine that draws this number of frames in a row, each within kFastMs, can draw all pixels. */
 const kFastPictures = 5;
 const kFastMs = 28;
-/** Others' hairstyles wait so long for the first hair, ms. */
+/** The hairstyles of other people wait at most this long for the first hair, ms. */
 const kHoldMs = 6000;
-/** Pictures get all their pixels so long after the first hair, also while others have no hair yet, ms. */
+/** Frames get all their pixels this long after the first hair, also while some people have no hair yet, ms. */
 const kCoarseMs = 8000;
 
 interface PictureOf {
@@ -17,14 +17,14 @@ interface PictureOf {
 }
 
 /**
- * On a slow machine the first hair comes sooner in pictures of few pixels. All pixels come as soon as pictures are fast,
- * or everyone has hair.
+ * Chooses how many pixels the first frames have. On a slow machine the first hair comes sooner with few pixels. All
+ * pixels come as soon as frames are fast, or everyone has hair.
  */
 export class FirstPictures {
   #fast = 0;
-  /** since there are people */
+  /** The time since somebody was in the room. */
   #heldMs = 0;
-  /** since the first hair */
+  /** The time since the first frame with hair. */
   #shownMs = 0;
   #isOver = false;
 

@@ -6,8 +6,9 @@ import { yawOf } from "./head/headPose";
 import { CentralPerson } from "./centralPerson";
 import { kViewHeightRad, type Stage } from "./stage";
 
+/** With others around, the slow orbit goes at most this far to both sides of its first bearing. */
 const kSwingMaxRad = 0.6;
-/** Alone within so many metres: the camera orbits all around. */
+/** The camera orbits all around a person who has nobody else within this distance. */
 const kAloneM = 2.5;
 
 /** A person of the room that the camera can show. */
@@ -70,9 +71,10 @@ export class Focus {
         this.stage.frame(ready.map(({ character }) => character.position.clone()));
       return;
     }
-    // A user's avatar may have a head of any size.
+    // The scale of a character is the size of its head: an avatar's head may be larger or smaller than the groom's.
     const portrait = portraitOf(one.member.groom, one.character.scale.y);
-    // In the first view others are beside the person, and hide nobody.
+    // The text names all that the framing depends on. The first view must also avoid people who hide this person, so a
+    // changed number of people frames it again. Newcomers do not change a view that the user chose.
     const others = this.#isChosen ? "" : `of ${shown.length}`;
     if (mayFrame && this.#isChanged(`${this.person} ${others} as ${portrait.bottom.toFixed(2)} in ${width} ${height}`))
       this.#flyTo(one, shown, portrait);
@@ -105,7 +107,7 @@ export class Focus {
     const at = placeOf(one);
     const bearing = clearBearing(at, headingOf(one), others, distance);
     const view = { target, bearing, height: kViewHeightRad, distance };
-    // As long as nobody is drawn there is nothing to fly from.
+    // A flight from an empty view would only delay the first sight of a person: the camera jumps.
     if (this.#isDrawn) motion.flyTo(view);
     else motion.set(view);
     if (this.#isChosen) return;

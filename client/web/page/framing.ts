@@ -28,14 +28,14 @@ export interface Place {
 
 /** A head without hair. */
 export const kBareHead: Portrait = { bottom: -0.16, top: 0.16, halfWidth: 0.12 };
-/** Hair below is long: a portrait may cut it. */
+/** A portrait reaches no lower than this: it cuts longer hair instead of showing a small face. */
 const kBottomMinM = -0.34;
 /** The share of the free height, and of the free width, that a portrait fills. */
 const kFillHeight = 0.8;
 const kFillWidth = 0.84;
-/** A closer view of short hair is too close. */
+/** A portrait is at least this high, m: short hair would otherwise bring the camera too close. */
 const kHeightMinM = 0.44;
-/** A person hides what is this near to the line behind, m. */
+/** A person who stands nearer than this to the line from the camera to another person hides that person, m. */
 const kShoulderM = 0.32;
 
 /** The part of the view that controls leave free. */
@@ -88,6 +88,8 @@ export function boxOf({ bottom, top, halfWidth }: Portrait): Size {
  * possible, with others behind. `heading` is the person's; bearings are about +Y from +Z, in rad.
  */
 export function clearBearing(at: Place, heading: number, others: readonly Place[], distance: number): number {
+  // The score is in metres of clearance. Others nearer to the camera than the person cost up to 0.2, and each rad away
+  // from the three-quarter view (0.6 rad) costs 0.1. Clearance above kShoulderM counts no more.
   let best = heading;
   let bestScore = -Infinity;
   for (const turn of [0.6, -0.6, 0.3, -0.3, 0.9, -0.9, 1.3, -1.3]) {

@@ -5,6 +5,7 @@ import { leastUsed } from "./names";
 import type { OwnHead } from "./head/ownHead";
 import { hairstyleName } from "./roomDetails";
 import { kHeadInVrM } from "./stage";
+import { messageOf } from "./errorWords";
 
 const kPlaceApartM = 0.6;
 /** The server announces the members shortly after the welcome. */
@@ -31,7 +32,7 @@ export class HairstylePicker {
     private readonly head: OwnHead,
     private readonly materialOf: () => MaterialScale,
     private readonly optionsOf: () => CharacterOptions,
-    private readonly onFault: (detail: string) => void,
+    private readonly onError: (detail: string) => void,
     private readonly isLocal: boolean,
   ) {
     select.addEventListener("change", () => void this.choose(this.#offered[select.selectedIndex - 1] ?? null));
@@ -103,14 +104,14 @@ export class HairstylePicker {
         this.own = room.addCharacter(hair.groom, { ...options, ...files });
       }
       this.own.setMaterial(this.materialOf());
-    } catch (fault) {
+    } catch (error) {
       this.#wanted = null;
       this.offer();
-      this.onFault(fault instanceof Error ? fault.message : String(fault));
+      this.onError(messageOf(error));
     }
   }
 
-  /** Chooses the hairstyle of files, unless others come meanwhile. `onRead` gets what was guessed; nothing after a fault. */
+  /** Chooses the hairstyle of files, unless others come meanwhile. `onRead` gets what was guessed; nothing after an error. */
   async takeFiles(files: readonly File[], onRead: (remarks: readonly string[]) => void): Promise<void> {
     const request = ++this.#request;
     try {
@@ -119,10 +120,10 @@ export class HairstylePicker {
       this.#files = [style, ...this.#files.filter((other) => other.label !== style.label)];
       onRead(remarks);
       await this.choose(style);
-    } catch (fault) {
+    } catch (error) {
       if (request !== this.#request) return;
       onRead([]);
-      this.onFault(fault instanceof Error ? fault.message : String(fault));
+      this.onError(messageOf(error));
     }
   }
 

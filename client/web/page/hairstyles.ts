@@ -1,6 +1,6 @@
 import type { HairFile } from "../src/import/index";
 import { Groom, HairnetError, type Member } from "../src/index";
-import { foreignFileWords } from "./faultWords";
+import { foreignFileWords, messageOf } from "./errorWords";
 import { isolated } from "./isolated";
 import { hairstyleName } from "./roomDetails";
 
@@ -86,8 +86,8 @@ async function wholeHairstyle(file: HairFile): Promise<Hairstyle> {
   const bytes = new Uint8Array(await file.arrayBuffer());
   try {
     return await styleOf(bytes, file.name);
-  } catch (fault) {
-    const error = fault instanceof Error ? fault.message : String(fault);
+  } catch (thrown) {
+    const error = messageOf(thrown);
     throw new HairnetError("malformed", `${isolated(file.name)} is no whole hairstyle file: ${error}`);
   }
 }
@@ -98,10 +98,10 @@ async function importedHairstyle(files: readonly HairFile[]): Promise<FileHairst
   try {
     const { groom, remarks } = await importHair(files);
     return { style: await styleOf(groom, files[0].name), remarks };
-  } catch (fault) {
-    if (!(fault instanceof HairnetError)) throw fault;
+  } catch (error) {
+    if (!(error instanceof HairnetError)) throw error;
     const names = files.map(({ name }) => name);
-    throw new HairnetError(fault.code, foreignFileWords(names, fault.message));
+    throw new HairnetError(error.code, foreignFileWords(names, error.message));
   }
 }
 

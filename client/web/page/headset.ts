@@ -1,13 +1,13 @@
 import type { WebGLRenderer } from "three";
 
 /**
- * Shows a button that enters and leaves immersive VR; hidden without a headset. A refusal calls `onFault` with one
+ * Shows a button that enters and leaves immersive VR; hidden without a headset. A refusal calls `onError` with one
  * line.
  */
 export async function offerHeadset(
   button: HTMLButtonElement,
   renderer: WebGLRenderer,
-  onFault: (detail: string) => void,
+  onError: (detail: string) => void,
 ): Promise<void> {
   const { xr } = navigator;
   if (!xr || !(await xr.isSessionSupported("immersive-vr").catch(() => false))) return;
@@ -25,6 +25,6 @@ export async function offerHeadset(
         await renderer.xr.setSession(started);
         button.textContent = "Leave VR";
       })
-      .catch((fault: Error) => onFault(`The headset refuses: ${fault.message}`));
+      .catch((error: Error) => onError(`The headset refuses: ${error.message}`));
   });
 }

@@ -15,7 +15,7 @@ export class ImportNote {
     this.#showLine(`Reading ${names.map(isolated).join(", ")} …`);
   }
 
-  /** `remarks`: the importer's lines; none for a hairstyle that needs no guess, and after a fault. */
+  /** `remarks`: the importer's lines; none for a hairstyle that needs no guess, and after an error. */
   show(remarks: readonly string[]): void {
     this.#showLine(remarks.length > 0 ? isolated(remarks[0]) : null);
     this.#timer = setTimeout(() => this.#showLine(null), kLineShownMs);

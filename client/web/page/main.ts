@@ -6,9 +6,9 @@ import { missingOf } from "./requirements";
 watchInputMeans(document.documentElement);
 const lack = missingOf(document.createElement("canvas"));
 if (lack) {
-  const fault = document.querySelector<HTMLParagraphElement>("#fault")!;
-  fault.textContent = lack;
-  fault.hidden = false;
+  const error = document.querySelector<HTMLParagraphElement>("#error")!;
+  error.textContent = lack;
+  error.hidden = false;
   document.querySelector<HTMLElement>("#loading")!.hidden = true;
   document.querySelector<HTMLElement>("#state")!.dataset.state = "closed";
   document.querySelector<HTMLElement>("#state")!.textContent = "cannot draw";

@@ -50,7 +50,7 @@ export class MemberList {
       const character = characters.get(number);
       if (!member || !character) continue;
       const name = personName(member);
-      const waits = member.fault || (!member.groom ? "hair is on its way" : character.isReady ? "" : "getting ready");
+      const waits = member.error || (!member.groom ? "hair is on its way" : character.isReady ? "" : "getting ready");
       const text = waits ? `${name}: ${waits}` : name;
       if (button.textContent !== text) {
         button.textContent = text;

@@ -24,5 +24,5 @@ export interface PageHost {
   /** Of the room, for everyone. */
   setWind(wind: WindOptions): void;
   /** Shows one line of what went wrong and what helps. */
-  showFault(detail: string): void;
+  showError(detail: string): void;
 }

@@ -24,7 +24,7 @@ export class PersistentRoom {
     private readonly onRoom: (room: People) => void,
     /** `detail`: the client library's line; `waitS`: until the next attempt, in the states "closed" and "reconnecting" */
     private readonly onState: (state: PersistentRoomState, detail: string, waitS: number) => void,
-    private readonly onFault: (detail: string) => void,
+    private readonly onError: (detail: string) => void,
   ) {}
 
   get room(): People | null {
@@ -57,7 +57,7 @@ export class PersistentRoom {
   }
 
   #take(room: People): void {
-    room.on("fault", ({ detail }) => this.onFault(detail));
+    room.on("error", ({ detail }) => this.onError(detail));
     room.on("state", ({ state, detail, waitS, isRefused }) => {
       if (state === "closed") {
         this.served = null;

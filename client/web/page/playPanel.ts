@@ -73,9 +73,9 @@ export class PlayPanel {
       const source = which === 1 ? await Gyroscope.start() : null;
       if (this.#control.selectedIndex === which) head.source = source;
       else source?.stop(); // the user chose another one meanwhile
-    } catch (fault) {
+    } catch (error) {
       if (this.#control.selectedIndex === which) this.#control.selectedIndex = 0;
-      this.host.showFault((fault as Error).message);
+      this.host.showError((error as Error).message);
     }
   }
 
@@ -84,7 +84,7 @@ export class PlayPanel {
     if (this.#firstPerson) {
       this.#firstPerson.leave();
       this.#firstPerson = null;
-    } else if (!own) return this.host.showFault(kJoinFirst);
+    } else if (!own) return this.host.showError(kJoinFirst);
     else this.#firstPerson = new FirstPerson(stage.camera);
     stage.orbit.enabled = this.#firstPerson === null;
     this.#firstPersonButton.setAttribute("aria-pressed", String(this.#firstPerson !== null));
@@ -95,7 +95,7 @@ export class PlayPanel {
     if (this.#mirror) {
       this.#mirror.dispose();
       this.#mirror = null;
-    } else if (!own) return this.host.showFault(kJoinFirst);
+    } else if (!own) return this.host.showError(kJoinFirst);
     else {
       this.#mirror = new Mirror(head.position, head.heading);
       stage.scene.add(this.#mirror);

@@ -4,12 +4,12 @@ export function missingOf(canvas: HTMLCanvasElement): string | null {
   const gl = canvas.getContext("webgl2");
   if (!gl)
     return "This browser offers no WebGL 2, which drawing needs: switch on hardware acceleration, or use another browser.";
-  const fault = textureFault(gl);
+  const error = textureError(gl);
   gl.getExtension("WEBGL_lose_context")?.loseContext();
-  return fault;
+  return error;
 }
 
-function textureFault(gl: WebGL2RenderingContext): string | null {
+function textureError(gl: WebGL2RenderingContext): string | null {
   while (gl.getError() !== gl.NO_ERROR);
   const texture = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, texture);

@@ -3,7 +3,7 @@ import type { MaterialScale, OwnCharacter, People, Room, Wind, WindOptions } fro
 import { HairScene } from "../src/scene/index";
 import { AdaptiveQuality } from "./adaptiveQuality";
 import { AvatarPanel } from "./avatarPanel";
-import { closedWords, refusedWords } from "./faultWords";
+import { closedWords, refusedWords } from "./errorWords";
 import { Focus, type Shown } from "./focus";
 import type { Covered } from "./framing";
 import { Graph } from "./graph";
@@ -28,12 +28,19 @@ import { TouchPanel } from "./touchPanel";
 import { Touching } from "./touching";
 import { HairstylePicker } from "./hairstylePicker";
 
-const kFaultShownMs = 8000;
+/** An error message disappears after this time, unless its caller asks for another one. */
+const kErrorShownMs = 8000;
+/** The line of figures, the graph and the list of members are refreshed no more often than this. */
 const kFiguresEveryMs = 500;
+/** In a window this narrow the panel starts folded. */
 const kNarrowPx = 640;
+/** A pointer that moves further than this between press and release drags, and does not click. */
 const kClickPx = 5;
+/** After a pause, such as a hidden tab, the own head and its avatar move on by at most this time. */
 const kStepMaxS = 0.1;
+/** Flights accept a longer step: on a slow machine they would otherwise take longer than their time. */
 const kFlightStepMaxS = 0.5;
+/** A click this near to the middle of a head means that person. */
 const kPersonRadiusM = 0.17;
 
 const element = <T extends HTMLElement>(id: string) => document.querySelector<T>(`#${id}`)!;
@@ -64,14 +71,14 @@ export class PageViewer implements PageHost {
   #lastMs = 0;
   #figuresMs = 0;
   #bytesBefore = 0;
-  #faultTimer: ReturnType<typeof setTimeout> | undefined;
+  #errorTimer: ReturnType<typeof setTimeout> | undefined;
 
   constructor(readonly query: Query) {
     this.#persistentRoom = new PersistentRoom(
       query,
       (room) => this.#enter(room),
       (state, detail, waitS) => this.#showState(state, detail, waitS),
-      (detail) => this.showFault(detail),
+      (detail) => this.showError(detail),
     );
     void this.#persistentRoom.start(); // It connects while WebGL starts.
     setFolded(innerWidth <= kNarrowPx);
@@ -96,12 +103,12 @@ export class PageViewer implements PageHost {
       this.head,
       () => this.#sliders.material,
       () => this.#identity.named([...(this.room?.members.values() ?? [])].map(givenName)),
-      (detail) => this.showFault(detail),
+      (detail) => this.showError(detail),
       query.local,
     );
     this.avatar = new AvatarPanel(element("avatar"), {
       stage: this.stage,
-      showFault: (detail) => this.showFault(detail),
+      showError: (detail) => this.showError(detail),
       // Somebody who puts on a model has hair too.
       join: () => this.#hairstyles.join(),
     });
@@ -143,7 +150,7 @@ export class PageViewer implements PageHost {
 
   async start(): Promise<void> {
     this.stage.renderer.setAnimationLoop((timeMs) => this.#draw(timeMs));
-    void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.showFault(detail));
+    void offerHeadset(element("enter-vr"), this.stage.renderer, (detail) => this.showError(detail));
     if (!this.query.observe) await this.#hairstyles.start();
     // There is nobody else to look at.
     if (this.query.local) this.#hairstyles.join();
@@ -159,7 +166,7 @@ export class PageViewer implements PageHost {
     this.stage.scene.add(hair);
     hair.addEventListener("characteradded", ({ character }) => this.#members.add(character));
     hair.addEventListener("characterremoved", ({ character }) => this.#members.remove(character));
-    hair.addEventListener("groomfault", ({ detail }) => this.showFault(`A hairstyle cannot be drawn: ${detail}`));
+    hair.addEventListener("groomerror", ({ detail }) => this.showError(`A hairstyle cannot be drawn: ${detail}`));
     this.served?.fetchFirst(this.focus.person);
     this.#hairstyles.enter(room);
     if (this.served) this.#touching.enter(this.served);
@@ -173,20 +180,20 @@ export class PageViewer implements PageHost {
     this.#quality.add(dtMs);
     const isInVr = stage.renderer.xr.isPresenting;
     const shown = this.#shown();
-    // Something else moves the camera: a headset, or a hand that drags the own head.
+    // Otherwise a headset moves the camera, or the user drags the own head and the view must stand still.
     if (!isInVr && stage.orbit.enabled) {
-      // Flights take their time, not their number of pictures.
+      // A flight lasts as long at a low frame rate as at a high one.
       const spanS = Math.min(Math.max(dtMs / 1000, 0), kFlightStepMaxS);
       this.focus.update(shown, (room?.members.size ?? 0) - shown.length, spanS);
       stage.motion.update(spanS);
     }
     if (stage.isLost) return;
-    // Captured as late as possible, and drawn at once.
+    // The head is read right before drawing: every earlier reading would add latency to its motion.
     const head = isInVr
       ? this.head.ofHeadset(stage.renderer.xr, stage.rig.matrixWorld)
       : this.head.update(dtS, stage.camera);
-    const worn = shown.find(({ member }) => member.own);
-    this.own?.push(this.avatar.update(worn?.character ?? null, worn?.member.groom ?? null, head, dtS));
+    const own = shown.find(({ member }) => member.own);
+    this.own?.push(this.avatar.update(own?.character ?? null, own?.member.groom ?? null, head, dtS));
     if (hair && room) {
       if (this.served) this.served.fetchesOnlyFirst = stage.firstPictures.holdsOthers;
       hair.lightFollowsHair = !stage.firstPictures.isBeforeHair;
@@ -227,7 +234,7 @@ export class PageViewer implements PageHost {
     });
   }
 
-  // Who has just joined wants to see the own head.
+  // When the own head appears for the first time, the camera flies to it: users who join look for themselves.
   #showOwn(drawn: readonly Shown[]): void {
     const own = drawn.find(({ member }) => member.own);
     if (own && !this.#isOwnShown) this.focus.show(own.member.member);
@@ -331,10 +338,10 @@ export class PageViewer implements PageHost {
     return person;
   }
 
-  // A model goes on the user, all other files together make a hairstyle.
+  // A model becomes the avatar of the user. All other files together make one hairstyle.
   #takeFiles(files: readonly File[]): void {
     if (this.query.observe && files.length > 0)
-      return this.showFault("You only watch this room: open its address without “observe” to wear hair.");
+      return this.showError("You only watch this room: open its address without “observe” to wear hair.");
     const isModel = ({ name }: File) => /\.(vrm|glb|gltf)$/i.test(name);
     const model = files.find(isModel);
     if (model) void this.avatar.take(model);
@@ -349,12 +356,12 @@ export class PageViewer implements PageHost {
     if (this.#state === "closed" || this.#state === "refused") return this.#loading.show(null);
     let [people, withGroom, ready] = [0, 0, 0];
     for (const member of room?.members.values() ?? []) {
-      if (member.fault || (member.groom && !member.pose)) continue;
+      if (member.error || (member.groom && !member.pose)) continue;
       ++people;
       if (member.groom) ++withGroom;
       if (hair?.characters.get(member.member)?.isReady) ++ready;
     }
-    // The own hair, which nobody else could be waiting for.
+    // In a local room the own hair is the only hair: the user waits for it as soon as a hairstyle is chosen.
     if (this.query.local && people === 0 && this.#hairstyles.hasHairstyle) people = 1;
     const downloads = this.served?.downloads ?? { bytes: 0, byteCount: 0 };
     const building = this.#persistentRoom.local?.building ?? null;
@@ -417,7 +424,7 @@ export class PageViewer implements PageHost {
       refused: "refused",
     };
     this.#state = state;
-    // Also before the first picture.
+    // The animation loop shows this line only from the first frame on, and the connection starts before.
     if (state === "connecting") this.#loading.show(kConnecting);
     const shown = element("state");
     shown.dataset.state = state;
@@ -425,18 +432,18 @@ export class PageViewer implements PageHost {
     shown.title = isolated(detail);
     if (state === "closed") {
       this.#hairstyles.leave();
-      this.showFault(closedWords(this.query.server, detail, waitS), Infinity);
+      this.showError(closedWords(this.query.server, detail, waitS), Infinity);
     }
-    if (state === "refused") this.showFault(refusedWords(detail, this.query.token !== ""), Infinity);
-    if (state === "connected") element("fault").hidden = true;
+    if (state === "refused") this.showError(refusedWords(detail, this.query.token !== ""), Infinity);
+    if (state === "connected") element("error").hidden = true;
   }
 
-  showFault(detail: string, forMs = kFaultShownMs): void {
-    const fault = element("fault");
-    fault.textContent = detail;
-    fault.hidden = false;
-    clearTimeout(this.#faultTimer);
-    if (forMs < Infinity) this.#faultTimer = setTimeout(() => (fault.hidden = true), forMs);
+  showError(detail: string, forMs = kErrorShownMs): void {
+    const error = element("error");
+    error.textContent = detail;
+    error.hidden = false;
+    clearTimeout(this.#errorTimer);
+    if (forMs < Infinity) this.#errorTimer = setTimeout(() => (error.hidden = true), forMs);
   }
 }
 

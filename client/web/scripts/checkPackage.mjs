@@ -18,7 +18,7 @@ function succeeds(command, ...args) {
 function starts(file, call) {
   const program = `
     const entry = await import(${JSON.stringify(file)});
-    const error = await entry.${call}.catch((fault) => fault);
+    const error = await entry.${call}.catch((error) => error);
     if (error.code !== "malformed") throw error;`;
   return succeeds(process.execPath, "--input-type=module", "--eval", program);
 }

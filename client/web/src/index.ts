@@ -8,7 +8,7 @@ export { changedAppearance, defaultAppearance, type Appearance } from "./hair/ap
 export { Groom, type Body } from "./hair/groom";
 export { LevelIndex } from "./hair/level";
 export { nodeCount, type Basis, type Lattice, type MovedLattice, type MovedModes } from "./hair/movedLattice";
-export { Bone, interpolatePose, kBoneCount, kNumbersPerBone, kPoseNumbers, poseFault, rigidPose } from "./hair/pose";
+export { Bone, interpolatePose, kBoneCount, kNumbersPerBone, kPoseNumbers, poseError, rigidPose } from "./hair/pose";
 export type { Pose } from "./hair/pose";
 export type { Skin, SkinGrid } from "./hair/skin";
 export type { HairSource, MemberImportance, ShownMember } from "./hair/hairSource";

@@ -8,21 +8,25 @@ import { openSocket } from "./support/person";
 import { Server } from "./support/server";
 import { until } from "./support/until";
 
-// What characters cost a browser beside drawing: `npm run bench`. A session with a real server is recorded, and played
-// back on a clock of the bench's own. Times of one thread, us a character: medians, as other programs disturb.
+// Measures what characters cost a browser beside drawing: `npm run bench`. A session with a real server is recorded and
+// then played back on a clock of the bench. Times are those of one thread, in us for each character. They are medians,
+// because other programs disturb single measurements.
 
 const kCounts = [1, 32, 500];
 const kPictureNs = 1e9 / 90;
-/** with everyone's hair in it, before times count and while they do */
+/** The playback runs so long with everyone's hair before times count, in ns; then kMeasuredNs count. */
 const kWarmNs = 2e9;
 const kMeasuredNs = 4e9;
-/** twice a tick: a server ends a session that sends more messages a second than it takes */
+/**
+ * Poses are pushed twice in each tick of the server, which runs at 10 Hz. A server ends a session that sends more
+ * messages a second than its limit allows.
+ */
 const kPoseMs = 50;
 
 /** What an observer was sent, and when. */
 interface Recording {
   readonly packets: { readonly atNs: number; readonly bytes: Uint8Array }[];
-  /** since when everyone has hair */
+  /** Every character has its hair from this time on. */
   readonly wholeFromNs: number;
 }
 
@@ -30,7 +34,7 @@ const kOptions: RoomOptions = { makeSocket: (url) => openSocket(url) as unknown 
 const nowNs = () => Math.round(1e6 * performance.now());
 
 async function record(count: number): Promise<Recording> {
-  // Seldom enough for a server with two processors to step them all.
+  // At 10 ticks a second a server with two processors has the time to step all 500 characters.
   const server = new Server(["--tick-rate", "10", "--tick-budget", "0.95"]);
   await server.start();
   const owner = await connect(server.address, kOptions);
@@ -84,7 +88,7 @@ async function play({ packets, wholeFromNs }: Recording, count: number) {
   const room = new Room(link);
   const connected = link.connect();
   socket.open();
-  /** of one that came, and of a member in a picture, us */
+  /** Times in us: one for each received frame, and one for each member in each picture. */
   const frames: number[] = [];
   const pictures: number[] = [];
   const timed = (times: number[], work: () => number) => {
@@ -93,6 +97,7 @@ async function play({ packets, wholeFromNs }: Recording, count: number) {
     const us = 1000 * (performance.now() - begun);
     if (clockNs > wholeFromNs + kWarmNs && parts > 0) times.push(us / parts);
   };
+  // A measurement counts only if every picture has shown all characters.
   let fewestShown = count;
   const show = () => {
     const shown = room.sample(clockNs / 1e6).length;
@@ -106,6 +111,7 @@ async function play({ packets, wholeFromNs }: Recording, count: number) {
       timed(pictures, show);
     }
     clockNs = atNs;
+    // The copy is made outside of the measured time.
     const data = bytes.slice().buffer;
     const before = room.counters.framesReceived;
     timed(frames, () => {

@@ -218,18 +218,18 @@ void Simulation::account() {
   Outcome& o = outcome_;
   const std::size_t ready = count(Server::State::ready);
   const double needed = std::ceil(cpu_s_ / settings_.capacity());
-  double cpu_most_s = 0;
+  double cpu_max_s = 0;
   for (const ServerSlot slot : active_) {
     const Server& server = servers_[slot];
     if (server.state != Server::State::ready) continue;
-    cpu_most_s = std::max(cpu_most_s, server.cpu_s);
+    cpu_max_s = std::max(cpu_max_s, server.cpu_s);
     if (server.cpu_s > settings_.capacity()) o.coarse_people_sum_s += server.people;
     o.server_bytes_max = std::max(o.server_bytes_max, settings_.costs.process_mb * 1e6 +
                                                           server.hairstyles * settings_.costs.hairstyle_mb * 1e6 +
                                                           server.people * settings_.costs.session_kb * 1e3);
   }
   const double mean_cpu_s = ready > 0 ? cpu_s_ / static_cast<double>(ready) : 0;
-  if (mean_cpu_s > 0) o.balance.record(std::llround(cpu_most_s / mean_cpu_s * 1e6));
+  if (mean_cpu_s > 0) o.balance.record(std::llround(cpu_max_s / mean_cpu_s * 1e6));
   const auto people_now = static_cast<double>(people()), running = static_cast<double>(active_.size());
   o.seconds += 1;
   o.people_sum_s += people_now;
@@ -254,7 +254,7 @@ void Simulation::account() {
   s.servers_needed += needed;
   s.servers_running += static_cast<double>(ready);
   s.used_share += mean_cpu_s / settings_.capacity();
-  s.used_share_max = std::max(s.used_share_max, cpu_most_s / settings_.capacity());
+  s.used_share_max = std::max(s.used_share_max, cpu_max_s / settings_.capacity());
   s.egress_bytes_per_s += bytes_per_s_;
   s.etcd.add(std::exchange(second_, {}));
   if ((now_s_ + 1) % interval_seconds_ != 0 && now_s_ + 1 != end_s_) return;

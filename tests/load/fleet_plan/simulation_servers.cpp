@@ -162,7 +162,7 @@ void Simulation::deploy() {
 server::ServerLoad Simulation::load_of(const Server& server) const {
   server::ServerLoad load;
   const double used_share = server.cpu_s / settings_.capacity();
-  load.free_share = std::round(std::clamp(1 - used_share, server::kFreeShareLeast, 1.0) * kAnnouncedShareSteps) /
+  load.free_share = std::round(std::clamp(1 - used_share, server::kAnnouncedShareMin, 1.0) * kAnnouncedShareSteps) /
                     kAnnouncedShareSteps;
   if (used_share >= settings_.overload_max) load.free_share = 0;
   load.characters = server.people;

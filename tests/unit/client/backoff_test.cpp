@@ -21,6 +21,7 @@ TEST(Backoff, waits_are_spread_over_as_long_as_it_has_been_away) {
   }
   double mean = 0;
   for (const double share : shares) mean += share / static_cast<double>(shares.size());
+  // The 1000 shares must be spread evenly over 0 to 1.
   EXPECT_NEAR(mean, 0.5, 0.05);
   EXPECT_LT(*std::min_element(shares.begin(), shares.end()), 0.02);
   EXPECT_GT(*std::max_element(shares.begin(), shares.end()), 0.98);

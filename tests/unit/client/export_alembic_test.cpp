@@ -10,7 +10,7 @@
 #include "tests/support/abc_writer.hpp"
 #include "tests/support/import_files.hpp"
 
-// No foreign reader of Alembic can be had here. So the archive is compared with those of other programs, by what our
+// There is no other reader of Alembic here. The tests compare our archives with those of other programs, by what our
 // own reader finds in both.
 namespace hairnet {
 namespace {
@@ -49,7 +49,7 @@ void add_objects(AbcArchive& archive, const OgawaGroup& object, const std::strin
   }
 }
 
-// All objects and properties: names, kinds, types, extents and metadata.
+// Returns a line for each object and property, with its name, kind, type, extent and metadata.
 Lines tree_of(std::span<const std::byte> bytes) {
   auto archive = AbcArchive::open(bytes);
   EXPECT_TRUE(archive) << archive.error();
@@ -72,7 +72,7 @@ struct ExportAlembic : testing::Test {
   }
 };
 
-// Two strands of 3 points, and one of 2.
+// Returns two strands of three points in one group, and one of two points in another.
 ExportedStrands three_strands() {
   ExportedStrands strands;
   strands.strand_begin = {0, 3, 6, 8};
@@ -94,7 +94,8 @@ test::AbcProp with(test::AbcProp property, const std::string& metadata) {
   return property;
 }
 
-// The same as Maya's AbcExport writes it: a transform, and below it objects of curves, with attributes of a groom.
+// Makes the same hair as Maya's AbcExport writes it: a transform, and below it objects of curves with the attributes of
+// a groom.
 test::AbcBytes file_of_abcexport(const std::vector<std::vector<float>>& bounds) {
   using test::numbers;
   const auto attribute = [](test::AbcProp property, const std::string& scope, const std::string& type) {
@@ -158,7 +159,8 @@ TEST_F(ExportAlembic, curves_have_the_properties_of_a_file_of_maya) {
   EXPECT_THAT(theirs, Contains(StartsWith(" .childBnds: scalar of type 11 [6]")));
 }
 
-// Checks the key before the values of each sample. Returns how many there are.
+// Checks that the key of each sample, its first 16 bytes, is the hash of its values. Returns how many samples there
+// are.
 std::size_t check_keys(AbcArchive& archive, const OgawaGroup& compound) {
   std::size_t count = 0;
   const auto properties = archive.properties(compound);
@@ -170,7 +172,8 @@ std::size_t check_keys(AbcArchive& archive, const OgawaGroup& compound) {
     }
     for (std::size_t i = 0; i < property.group.child_count(); ++i) {
       const std::span<const std::byte> sample = property.group.data(i);
-      if (sample.size() <= 16) continue;  // dimensions, or no values
+      // These are dimensions, or a sample without values.
+      if (sample.size() <= 16) continue;
       const MurmurDigest key = murmur_128(sample.subspan(16));
       EXPECT_TRUE(std::ranges::equal(std::as_bytes(std::span(key)), sample.first(16))) << property.name << ' ' << i;
       ++count;

@@ -24,6 +24,7 @@ using testing::EndsWith;
 using testing::HasSubstr;
 using Json = nlohmann::json;
 
+// A groom file rounds points, so hair that goes through one comes back within a tenth of a millimetre.
 constexpr float kSame_m = 1e-4f;
 
 class Export : public testing::Test {
@@ -52,7 +53,8 @@ class Export : public testing::Test {
   fs::path folder_;
 };
 
-// Strands of 2 to 5 points in three groups, in turn, and a stray point.
+// Makes strands of 2 to 5 points in three groups, in turn, at pseudo-random places, and a strand of one point, which no
+// format can hold.
 Groom small_groom() {
   Groom groom;
   groom.name = "small";
@@ -88,7 +90,7 @@ float distance(std::span<const Vec3f> a, std::span<const Vec3f> b) {
   return most;
 }
 
-// The points of each frame, moved and bent a little more.
+// Returns frames in which the points move and bend a little more each time.
 std::vector<std::vector<Vec3f>> moved(const std::vector<Vec3f>& points, std::size_t frames) {
   std::vector<std::vector<Vec3f>> all;
   for (std::size_t f = 0; f < frames; ++f) {
@@ -121,6 +123,7 @@ Glb glb_of(const std::vector<std::byte>& bytes) {
     std::memcpy(&value, bytes.data() + at, 4);
     return value;
   };
+  // The words are glTF, version 2, the size of the file, the size of the JSON, and before the data the word BIN.
   EXPECT_EQ(word(0), 0x46546C67u);
   EXPECT_EQ(word(4), 2u);
   EXPECT_EQ(word(8), bytes.size());
@@ -132,7 +135,8 @@ Glb glb_of(const std::vector<std::byte>& bytes) {
   return {Json::parse(begin, begin + text), {bytes.begin() + static_cast<std::ptrdiff_t>(28 + text), bytes.end()}};
 }
 
-// The strands of one frame in a .glb, out of its lines.
+// Reads the strands of one frame from a .glb. Its primitives are lines (mode 1), and frames after the first are morph
+// targets.
 ImportedStrands strands_of_glb(const Glb& glb, std::size_t frame = 0) {
   ImportedStrands out;
   for (const Json& mesh : glb.json["meshes"]) {
@@ -234,7 +238,8 @@ TEST_F(Export, groups_and_widths_come_back_from_alembic_and_usd) {
   }
 }
 
-// Curves, a groom in its file, and curves again.
+// Writes a groom into its file, reads it, exports its strands to every format, and expects them to come back as they
+// were.
 void expect_same_curves(const Groom& groom, const std::string& folder) {
   const auto stored = wire::decode_groom(wire::encode_groom(groom));
   ASSERT_TRUE(stored) << stored.error();
@@ -334,6 +339,7 @@ TEST_F(Export, motion_comes_back_from_usd_arrays_and_gltf) {
   const std::string text(reinterpret_cast<const char*>(npz.data()), npz.size());
   EXPECT_THAT(text.substr(0, 200), HasSubstr("frames.npy"));
   EXPECT_THAT(text, HasSubstr("'shape': (4, " + std::to_string(strands.point_count()) + ", 3)"));
+  // The header of an .npy array takes 128 bytes here.
   const std::size_t begin = text.find("\x93NUMPY") + 128;
   for (std::size_t f = 0; f < frames.size(); ++f) {
     std::vector<Vec3f> frame(strands.point_count());
@@ -390,6 +396,8 @@ TEST_F(Export, what_a_format_cannot_hold_is_refused_with_a_reason_and_leaves_no_
 
 TEST_F(Export, huge_counts_are_refused_before_anything_is_written) {
   ExportedStrands strands;
+  // A .hair file holds at most 65 536 points in a strand, glTF at most 1000 frames (gltf_writer.cpp), and no file more
+  // points than an int32 counts.
   strands.strand_begin = {0, 65'537};
   strands.groups = {{"hair", 0, 0, 1, 0, 65'537}};
   strands.groom_strands = strands.groom_points = {0};

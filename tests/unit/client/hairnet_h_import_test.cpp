@@ -23,7 +23,7 @@ struct NamedText {
   std::string name, text;
 };
 
-// What an import gives: a groom, or an error and its line.
+// Holds what an import gives: a groom, or an error and its line of text.
 struct Imported {
   hairnet_error code = HAIRNET_OK;
   std::string error, name, remarks;
@@ -72,7 +72,8 @@ void append(std::string& text, const char* format, double x, double y, double z)
   text += line.data();
 }
 
-// Its strands as lines, in centimetres with +z up and the face at -y, as many programs write them.
+// Returns the strands as lines of an .obj file, in centimetres with +z up and the face at -y, as many programs write
+// them.
 std::string obj_of(const MadeHair& hair) {
   std::string text;
   for (std::size_t p = 0; p < hair.points.size(); p += 3)
@@ -87,7 +88,7 @@ std::string obj_of(const MadeHair& hair) {
   return text;
 }
 
-// The same as edges of a text .ply.
+// Returns the strands as edges of a text .ply file.
 std::string ply_of(const MadeHair& hair) {
   const std::size_t point_count = hair.points.size() / 3, strand_count = hair.strand_begin.size() - 1;
   std::string text = "ply\nformat ascii 1.0\nelement vertex " + std::to_string(point_count) +
@@ -103,7 +104,8 @@ std::string ply_of(const MadeHair& hair) {
   return text;
 }
 
-// How far apart the points of one are from those of the other, less the shift between their middles, at most; m.
+// Returns the largest difference of a coordinate between two sets of points, m, after their middles are brought
+// together.
 double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
   std::array<double, 3> shift{};
   for (std::size_t i = 0; i < a.size(); ++i)
@@ -182,6 +184,7 @@ TEST(HairnetHImport, bad_files_are_refused_by_their_names) {
     return refused.error;
   };
   EXPECT_THAT(refusal({}, HAIRNET_INVALID), StartsWith("0 files"));
+  // An import takes at most 64 files, whose names have at most 255 bytes (imports.cpp).
   EXPECT_THAT(refusal(std::vector<NamedText>(65, {"bob.obj", good}), HAIRNET_INVALID), StartsWith("65 files"));
   EXPECT_THAT(refusal({{"", good}}, HAIRNET_INVALID), HasSubstr("file 0 has no name"));
   EXPECT_THAT(refusal({{std::string(252, 'b') + ".obj", good}}, HAIRNET_INVALID), HasSubstr("256 bytes"));
@@ -193,7 +196,7 @@ TEST(HairnetHImport, bad_files_are_refused_by_their_names) {
   const NamedText body{"body.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"};
   EXPECT_THAT(refusal({body}, HAIRNET_MALFORMED), "body.obj: holds a body and no strands of hair");
   EXPECT_THAT(refusal({{"bob.obj", good}, body, body}, HAIRNET_MALFORMED), HasSubstr("a second body"));
-  // A bald file: the line asks for what its strands do not show.
+  // One strand shows no head, so the error names the options that would say what it does not show.
   EXPECT_THAT(refusal({{"one.obj", "v 0 0 0\nv 0 1 0\nv 0 2 0\nl 1 2 3\n"}}, HAIRNET_INVALID),
               AllOf(StartsWith("one.obj: "), HasSubstr("--unit")));
 }

@@ -1,4 +1,4 @@
-// What hairnet.h writes for a GPU, beside what client/draw does.
+// Compares what hairnet.h writes for a GPU with what client/draw writes.
 #include <gmock/gmock.h>
 
 #include <array>
@@ -21,6 +21,7 @@ using draw::DensityGrid;
 
 constexpr std::size_t kRowsMax = 2048;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+// Texel 16 of a record holds the lattice (kLatticeTexel in character_records.cpp).
 constexpr std::size_t kLattice = 16, kRecordFloats = 4 * CharacterRecords::kRecordTexels;
 
 Pose pose_of(const double* numbers) {
@@ -40,11 +41,13 @@ class HairnetHPicture : public testing::Test {
   }
   ~HairnetHPicture() override { hairnet_picture_free(picture_); }
 
-  // A shown character whose hair is the sum of modes.
+  // Adds a shown character whose hair is a sum of modes, and returns its index.
   std::uint32_t show(std::span<const float> coefficients) {
     scene_.shown.push_back({nullptr, {&hair_.geometry, {}, basis_, coefficients}, nullptr});
     return static_cast<std::uint32_t>(scene_.shown.size() - 1);
   }
+  // Returns a character to draw, with hair at rest. Colours and boxes have other numbers on each axis or end, so that
+  // a mixed up one shows.
   hairnet_drawn at_rest(std::uint32_t record) {
     hairnet_drawn one{};
     for (std::size_t bone = 0; bone < kBoneCount; ++bone) {
@@ -80,6 +83,7 @@ class HairnetHPicture : public testing::Test {
     one.index = index;
     return one;
   }
+  // Returns a character whose hair is moved by a lattice of 3 x 4 x 5 nodes that the caller owns.
   hairnet_drawn with_nodes(std::uint32_t record) {
     hairnet_drawn one = at_rest(record);
     one.nodes = own_nodes_.data();
@@ -222,6 +226,7 @@ TEST_F(HairnetHPicture, lattices_that_are_none_move_nothing) {
   std::array<float, 180> infinite = own_nodes_;
   infinite[7] = std::numeric_limits<float>::infinity();
   drawn[2].nodes = infinite.data();
+  // A lattice has 2 to 64 nodes on each axis (pictures.cpp).
   drawn[3].lattice.counts[1] = 1;
   drawn[4].lattice.counts[2] = 65;
   drawn[5].lattice.spacing[0] = 0;
@@ -253,6 +258,8 @@ TEST_F(HairnetHPicture, sixteen_characters_have_light_of_their_own) {
   drawn[4].strand_count = 0;
   ASSERT_EQ(write(drawn), HAIRNET_OK);
   EXPECT_EQ(data_.light_grids, DensityGrid::kDensityGridsMax);
+  // Texel 20 has the number of the light grid, counted from 1; 0 means that the character has none. Records 3 and 4
+  // need none, so the sixteenth grid is that of record 17.
   EXPECT_EQ(texel(2, 20)[3], 3);
   EXPECT_EQ(texel(3, 20)[3], 0);
   EXPECT_EQ(texel(17, 20)[3], 16);
@@ -327,7 +334,8 @@ TEST_F(HairnetHPicture, motions_are_those_of_characters_with_an_id_since_the_las
   EXPECT_DOUBLE_EQ(largest.before[8], 2 * std::sin(0.8));
   EXPECT_DOUBLE_EQ(largest.now[0], -2 * std::cos(0.8));
   EXPECT_EQ(largest.now[15], 1);
-  // Hair came to rest: it was where the nodes had moved it. That of the other one stayed.
+  // The hair of the largest character has come to rest, so it was where the nodes had moved it, up to 0.1 m away. The
+  // hair of the other one has not moved.
   const auto swing = [&](std::size_t slice) {
     float most = 0;
     for (std::size_t i = 4 * 512 * slice; i < 4 * 512 * (slice + 1); ++i)

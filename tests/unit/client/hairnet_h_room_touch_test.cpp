@@ -8,7 +8,7 @@
 #include "client/hairnet.h"
 #include "schema/wire/messages.hpp"
 
-// Hands and props of a room, as a program in C has them.
+// Tests hands and props of a room through the C interface.
 namespace {
 
 using ::testing::HasSubstr;
@@ -17,7 +17,8 @@ namespace wire = hairnet::wire;
 
 constexpr std::uint32_t kOther = 40;
 
-// The server's end of a room whose bytes the test carries, with another's character.
+// Gives each test a connected room in session 5 with a member of session 9. The test carries the packets, and plays the
+// server.
 class HairnetHRoomTouch : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -59,7 +60,7 @@ class HairnetHRoomTouch : public ::testing::Test {
     hairnet_get_counters(room, &counters);
     return counters.inputs_dropped;
   }
-  // client/web/src/room/touch.ts writes and reads them there.
+  // client/web/src/room/touch.ts writes and reads these fields at fixed offsets.
   static_assert(offsetof(hairnet_touch_body, is_inside_out) == 12 && offsetof(hairnet_touch_body, has_jumped) == 16);
   static_assert(offsetof(hairnet_touch_body, half_size_m) == 20 && offsetof(hairnet_touch_body, radius_m) == 32);
   static_assert(offsetof(hairnet_touch_body, rotation) == 40 && sizeof(hairnet_touch_body) == 96);
@@ -124,6 +125,7 @@ TEST_F(HairnetHRoomTouch, a_hold_is_asked_for_and_answered) {
   ASSERT_EQ(hairnet_take_hold(room, kOther, 2, place.data(), 0.05, error.data(), error.size()), HAIRNET_OK);
   EXPECT_EQ(hairnet_let_go(room, kOther, 2, HAIRNET_PIN), HAIRNET_OK);
   EXPECT_THAT(sent<wire::TakeHold>(), SizeIs(1));
+  // A count that does not fit 16 bits becomes the greatest that does.
   send(wire::Held{kOther, 2, 70'000});
   hairnet_advance(room);
   const std::vector<hairnet_event> announced = events();

@@ -19,6 +19,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
+// Returns the numbers of a pose: for each of five bones a rotation (x, y, z, w) and a position (x, y, z). All turn
+// about y.
 std::vector<double> pose_at(double x, double turn = 0) {
   std::vector<double> pose(HAIRNET_POSE_NUMBERS, 0);
   for (std::size_t bone = 0; bone < 5; ++bone) {
@@ -108,7 +110,7 @@ TEST(HairnetH, wrong_options_are_named) {
   EXPECT_STRNE(error, "");
 }
 
-// A server that says one thing to the first client, and hears nothing.
+// Plays a server that sends one message to its first client, and ignores what the client sends.
 class OneWord {
  public:
   explicit OneWord(hairnet::wire::Message word) : listener_(socket(AF_INET, SOCK_STREAM, 0)) {
@@ -154,7 +156,8 @@ TEST(HairnetH, a_server_that_refuses_is_told_from_one_that_is_not_there) {
   EXPECT_THAT(error, HasSubstr("the token has expired"));
 }
 
-// The server's end of a room whose bytes the test carries.
+// Gives each test a connected room in session 5. The test carries its packets, as a program with a transport of its own
+// does, and plays the server.
 class HairnetHRoom : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -201,7 +204,8 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   hairnet_groom* groom = make_bob();
   std::uint32_t me = 0;
   hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
-  options.tag = "Ada\0b";  // tags may have any bytes
+  // A tag may hold any bytes, so its size counts and not a zero.
+  options.tag = "Ada\0b";
   options.tag_size = 5;
   ASSERT_EQ(hairnet_add_character(room_, groom, &options, &me, error_.data(), error_.size()), HAIRNET_OK);
   EXPECT_EQ(take<hairnet::wire::AddCharacter>(), 1);
@@ -231,6 +235,7 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   std::vector<float> points(3 * count), tangents(3 * count);
   EXPECT_EQ(hairnet_shown_points(scene, 0, points.data(), nullptr, count - 1), HAIRNET_TOO_SMALL);
   ASSERT_EQ(hairnet_shown_points(scene, 0, points.data(), tangents.data(), count), HAIRNET_OK);
+  // The head is at x = 2 m, and hair lies within half a metre of it.
   for (std::size_t i = 0; i < count; ++i) EXPECT_NEAR(points[3 * i], 2, 0.5);
   EXPECT_EQ(hairnet_get_shown(scene, 1, &shown, 1), HAIRNET_NOT_THERE);
   EXPECT_EQ(hairnet_get_shown(scene, 0, &shown, 2), HAIRNET_NOT_THERE);
@@ -250,7 +255,8 @@ TEST_F(HairnetHRoom, wrong_input_is_refused_and_changes_nothing) {
   options.appearance = &rough;
   EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, error_.data(), error_.size()), HAIRNET_INVALID);
   options = HAIRNET_CHARACTER_OPTIONS;
-  const int beyond = HAIRNET_RIGID + 1;  // an enumeration of C takes it
+  // C lets an enumeration have this value; writing the bytes avoids undefined behaviour in C++.
+  const int beyond = HAIRNET_RIGID + 1;
   std::memcpy(&options.level, &beyond, sizeof beyond);
   EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, error_.data(), error_.size()), HAIRNET_INVALID);
   ASSERT_EQ(hairnet_add_character(room_, groom, nullptr, &me, nullptr, 0), HAIRNET_OK);
@@ -294,6 +300,7 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
   EXPECT_EQ(hairnet_levels_load(groom, file.data(), size, &damaged, error, sizeof error), HAIRNET_MALFORMED);
 
   hairnet_world* world = nullptr;
+  // A world has 10 to 240 ticks a second (PlayedWorld::kTickRateMin_hz).
   EXPECT_EQ(hairnet_world_make(5, &world), HAIRNET_INVALID);
   ASSERT_EQ(hairnet_world_make(60, &world), HAIRNET_OK);
   std::uint32_t me = 0;
@@ -314,6 +321,8 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
     for (std::size_t i = 0; i < points.size(); ++i) most = std::max(most, std::abs(points[i] - rest[i]));
     return most;
   };
+  // The head shakes for half a second, so that its hair swings. Three ticks after the head stops, hair must still move;
+  // after ten seconds it must be at rest.
   for (int i = 0; i < 30; ++i) {
     ASSERT_EQ(hairnet_world_push_pose(world, me, pose_at(0, 0.6 * std::sin(0.4 * i)).data(), 0), HAIRNET_OK);
     ASSERT_EQ(hairnet_world_advance(world, 1.0 / 60), HAIRNET_OK);
@@ -349,7 +358,8 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
   EXPECT_LT(furthest(), 0.001f);
   hairnet_world_free(world);
 
-  // Pictures come when they come: the hair of a head that moves evenly follows it as evenly.
+  // A program may draw at uneven times. The hair of a head that turns evenly must end in the same shape for steps of
+  // 1/60 s as for steps of 0.5/60 s and 1.5/60 s in turn.
   const auto swung = [&](const std::vector<double>& pictures_s) {
     hairnet_world* other = nullptr;
     EXPECT_EQ(hairnet_world_make(60, &other), HAIRNET_OK);
@@ -395,6 +405,7 @@ TEST(HairnetHGeometry, gives_all_parts_of_a_groom) {
   const void* bytes = nullptr;
   std::size_t size = 0;
   ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_POINTS, 0, &bytes, &size), HAIRNET_OK);
+  // A point takes four floats, and each has two vertices of 12 bytes.
   const std::size_t points = size / 16;
   EXPECT_GT(points, 100u);
   ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_VERTICES, 0, &bytes, &size), HAIRNET_OK);

@@ -8,7 +8,7 @@
 
 #include "client/hairnet.h"
 
-// Hands and props of a world, as a program in C has them.
+// Tests hands and props of a world through the C interface.
 namespace {
 
 using ::testing::HasSubstr;
@@ -41,7 +41,7 @@ class HairnetHTouch : public testing::Test {
     EXPECT_EQ(hairnet_shown_points(hairnet_world_scene(world), 0, all.data(), nullptr, all.size() / 3), HAIRNET_OK);
     return all;
   }
-  // The tip of the strand that hangs farthest to the left.
+  // Returns the tip of the strand that hangs farthest to the left of the head.
   [[nodiscard]] std::size_t left_tip() const {
     const std::uint32_t* begin = hairnet_groom_strand_begin(groom);
     std::size_t best = begin[1] - 1;
@@ -96,9 +96,10 @@ TEST_F(HairnetHTouch, hair_follows_the_hand_that_holds_it_and_falls_back_when_le
     advance(1);
   }
   const std::vector<float> pulled = points();
+  // The hand goes 6 cm within a second. Hair is held near one point, and its tip must follow for a third of the way.
   EXPECT_GT(place_of_tip(pulled)[0] - place_of_tip(rest)[0], 0.02f);
 
-  // Pinned, it stays without the hand.
+  // Pinned hair stays without the hand, but for what the hair around it pulls in two seconds.
   ASSERT_EQ(hairnet_world_let_go(world, me, 1, 0, HAIRNET_PIN), HAIRNET_OK);
   ASSERT_EQ(hairnet_world_set_bodies(world, nullptr, 0, nullptr, 0), HAIRNET_OK);
   advance(120);
@@ -131,6 +132,7 @@ TEST_F(HairnetHTouch, what_is_no_body_or_no_hold_is_refused_and_changes_nothing)
   EXPECT_THAT(refusal({ball(0, 0, 0, 0.1f), bad}), HasSubstr("body 1: "));
   EXPECT_THAT(refusal({ball(0, 0, 0, 0.1f), ball(1, 0, 0, 0.1f)}), HasSubstr("another one"));
   bad = ball(0, 0, 0, 0.1f);
+  // Numbers of bodies are at most 255, and a world takes at most 1024 bodies.
   bad.number = 256;
   EXPECT_THAT(refusal({bad}), HasSubstr("255"));
   bad = ball(0, 0, 0, 0.1f);
@@ -145,6 +147,7 @@ TEST_F(HairnetHTouch, what_is_no_body_or_no_hold_is_refused_and_changes_nothing)
   ASSERT_EQ(hairnet_world_set_bodies(world, &far, 1, nullptr, 0), HAIRNET_OK);
   advance(1);
   EXPECT_EQ(hairnet_world_grab(world, me + 1, 1, 0, middle.data(), 0.04, &held), HAIRNET_NOT_THERE);
+  // The radius of a hold is at most 0.3 m.
   EXPECT_EQ(hairnet_world_grab(world, me, 1, 0, middle.data(), 0.4, &held), HAIRNET_INVALID);
   EXPECT_EQ(held, 7u);
   EXPECT_EQ(hairnet_world_grab(world, me, 1, 0, middle.data(), 0.04, &held), HAIRNET_OK);

@@ -20,6 +20,8 @@ using http3::Bytes;
 using http3::ErrorCode;
 using ::testing::ElementsAre;
 
+// These are stream numbers of QUIC. Those of the server in one direction are 3, 7, 11 and so on; those of the client in
+// both directions are 0, 4 and so on.
 constexpr StreamId kControl = 3, kEncoder = 7, kDecoder = 11, kOther = 15, kSession = 0, kChannel = 4;
 
 Bytes response(int status) {
@@ -39,7 +41,7 @@ struct Session {
   }
 };
 
-// The failure of a session, open or not, in which these bytes come.
+// Returns the failure of a session, open or not, that gets these bytes. Expects that nothing is done after a failure.
 std::optional<ErrorCode> failure_of(bool is_open, StreamId stream, const Bytes& bytes, bool is_last = false) {
   Session s;
   if (is_open) s.open();
@@ -83,7 +85,8 @@ TEST(Http3Session, does_the_same_when_every_byte_comes_alone) {
   each(kControl, http3::control_stream_begin());
   each(kEncoder, {0x02, 0x20});
   each(kDecoder, {0x03, 9});
-  each(kSession, response(103));  // an early one
+  // A response of status 103 is an early one: the final one follows.
+  each(kSession, response(103));
   each(kSession, response(200));
   each(kSession, http3::drain_session_capsule());
   EXPECT_EQ(s.http3.channel(), kChannel);
@@ -115,7 +118,8 @@ TEST(Http3Session, ends_when_the_server_breaks_http3) {
   EXPECT_EQ(failure_of(false, kControl, {0x00, http3::kDataFrame, 0}), ErrorCode::missing_settings);
   EXPECT_EQ(failure_of(true, kControl, {http3::kSettingsFrame, 0}), ErrorCode::frame_unexpected);
   EXPECT_EQ(failure_of(true, kControl, {}, true), ErrorCode::closed_critical_stream);
-  EXPECT_EQ(failure_of(true, kOther, {0x00}), ErrorCode::stream_creation_error);  // a second control stream
+  // A stream of type 0 is a second control stream.
+  EXPECT_EQ(failure_of(true, kOther, {0x00}), ErrorCode::stream_creation_error);
   EXPECT_EQ(failure_of(true, kEncoder, {0x02, 0x3f}), ErrorCode::encoder_stream_error);
   EXPECT_EQ(failure_of(true, kSession, response(200)), ErrorCode::frame_unexpected);
   EXPECT_EQ(failure_of(true, kSession, {http3::kSettingsFrame, 0}), ErrorCode::frame_unexpected);
@@ -138,7 +142,8 @@ TEST(Http3Session, ends_when_the_server_breaks_http3) {
 TEST(Http3Session, does_not_read_on_in_the_bytes_that_end_it) {
   Session s;
   s.http3.on_bytes(kControl, Bytes{0x00}, false);
-  s.http3.on_bytes(kOther, http3::control_stream_begin(), false);  // a second one, with settings
+  // This is a second control stream, with valid settings behind its type.
+  s.http3.on_bytes(kOther, http3::control_stream_begin(), false);
   EXPECT_EQ(s.owner.failure, ErrorCode::stream_creation_error);
   EXPECT_TRUE(s.owner.sent[kSession].empty()) << "it asks for no session";
 }
@@ -146,11 +151,13 @@ TEST(Http3Session, does_not_read_on_in_the_bytes_that_end_it) {
 TEST(Http3Session, skips_what_it_does_not_know) {
   Session s;
   s.open();
-  s.http3.on_bytes(kOther, Bytes{0x21, 1, 2, 3}, false);          // a stream of an unknown kind
-  s.http3.on_bytes(kControl, Bytes{0x21, 2, 1, 1}, false);        // a frame
-  s.http3.on_bytes(kSession, Bytes{0x21, 1, 1}, false);           // a frame
-  s.http3.on_bytes(kSession, Bytes{0x00, 3, 0x21, 1, 1}, false);  // a capsule
-  s.http3.on_bytes(1, Bytes{1, 2}, false);                        // a stream that the server may not open
+  // The type 0x21 is unknown: as that of a stream, of a frame on each stream, and of a capsule. The server may not open
+  // stream 1.
+  s.http3.on_bytes(kOther, Bytes{0x21, 1, 2, 3}, false);
+  s.http3.on_bytes(kControl, Bytes{0x21, 2, 1, 1}, false);
+  s.http3.on_bytes(kSession, Bytes{0x21, 1, 1}, false);
+  s.http3.on_bytes(kSession, Bytes{0x00, 3, 0x21, 1, 1}, false);
+  s.http3.on_bytes(1, Bytes{1, 2}, false);
   s.http3.on_reset(kOther);
   EXPECT_FALSE(s.owner.failure);
   EXPECT_THAT(s.owner.stopped, ElementsAre(kOther));

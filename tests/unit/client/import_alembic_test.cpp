@@ -53,6 +53,8 @@ TEST(Alembic, linear_curves_are_read_as_they_are) {
   EXPECT_THAT(strands.groups, IsEmpty());
 }
 
+// The three numbers of a basis are its type (0 cubic, 1 linear, 2 of any order), whether it is closed, and the basis (0
+// none, 1 Bezier, 2 B-spline, 3 Catmull-Rom, 4 Hermite).
 TEST(Alembic, cubic_curves_become_points_on_them) {
   const std::vector<float> four{0, 0, 0, 0, 1, 0, 1, 2, 0, 2, 3, 0};
   const ImportedStrands bspline = decoded({curves("b", {4}, {four}, kBspline)}),
@@ -123,9 +125,12 @@ TEST(Alembic, positions_of_any_type_of_numbers_are_read) {
   }
 }
 
+// The upper digit of an operation is its kind: 0 scales, 1 shifts, 2 turns about an axis, 3 is a matrix, 4 to 6 turn
+// about x, y and z. The lower one is a hint for programs, as 3 for a pivot.
 TEST(Alembic, transforms_of_all_kinds_accumulate_down_the_tree) {
   const auto first_of = [](std::vector<AbcObj> objects) { return decoded(std::move(objects)).points[1]; };
-  const auto hair = [] { return row("hair", 1); };  // the point is (0, 1, 0)
+  // The second point of this strand is (0, 1, 0).
+  const auto hair = [] { return row("hair", 1); };
   expect_near(first_of({xform("t", {0x10}, {{1, 2, 3}}, {hair()})}), Vec3f(1, 3, 3));
   expect_near(first_of({xform("s", {0x00}, {{2, 3, 4}}, {hair()})}), Vec3f(0, 3, 0));
   expect_near(first_of({xform("r", {0x20}, {{0, 0, 2, 90}}, {hair()})}), Vec3f(-1, 0, 0));
@@ -236,6 +241,7 @@ TEST(Alembic, objects_are_groups_unless_each_curve_is_one) {
   EXPECT_THAT(decoded({row("curve1", 1), row("curve2", 1)}).group_names, IsEmpty());
   EXPECT_THAT(decoded({row("hair", 4)}).group_names, IsEmpty());
   std::vector<std::int32_t> ids;
+  // A groom has at most kGroupsMax, 256, groups (alembic_strands.cpp).
   for (int i = 0; i < 300; ++i) ids.push_back(i);
   const ImportedStrands many = decoded({row("hair", 300, {}, {attribute<std::int32_t>("groom_group_id", "uni", ids)})});
   EXPECT_THAT(many.group_names, IsEmpty());
@@ -409,6 +415,7 @@ AbcBytes hair_of_a_head() {
   std::vector<std::int32_t> counts(200, 8);
   for (int s = 0; s < 200; ++s) {
     const float y = (static_cast<float>(s) + 0.5f) / 200, ring = std::sqrt(1 - y * y);
+    // The golden angle spreads the strands evenly over the half ball.
     const float angle = 2.39996f * static_cast<float>(s);
     for (int i = 0; i < 8; ++i) {
       const float along = static_cast<float>(i) / 7, out = 9 + 4 * along;
@@ -483,6 +490,7 @@ TEST(AlembicFiles, real_broken_ones_are_refused_at_once) {
     const AbcBytes bytes = test::file_bytes(folder / file);
     const auto begin = std::chrono::steady_clock::now();
     EXPECT_NE(refusal(bytes), "") << file;
+    // A damaged count must not cause a long search or a large allocation before the file is refused.
     EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(100)) << file;
   }
 }

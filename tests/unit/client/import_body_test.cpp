@@ -31,7 +31,8 @@ std::string text_of(std::vector<std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// A binary glTF file of this JSON, in which ' stands for ", and this buffer.
+// Makes a binary glTF file (.glb) of JSON, in which ' stands for ", and of a buffer. The numbers are the words glTF,
+// JSON and BIN, and the header with both chunk headers takes 28 bytes.
 std::string glb(std::string json, const std::string& buffer) {
   for (char& c : json) c = c == '\'' ? '"' : c;
   json.resize((json.size() + 3) / 4 * 4, ' ');
@@ -53,6 +54,8 @@ std::string square_buffer() {
   return text_of(out.take());
 }
 
+// The component types are those of glTF: 5126 is float, 5123 is uint16; 5122 below is int16. The buffer has 48 bytes of
+// positions and 12 of indices.
 const std::string kSquareViews =
     "'buffers': [{'byteLength': 60}], 'bufferViews': [{'buffer': 0, 'byteLength': 48}, {'buffer': 0, 'byteOffset': 48, "
     "'byteLength': 12}], 'accessors': [{'bufferView': 0, 'componentType': 5126, 'count': 4, 'type': 'VEC3'}, "
@@ -62,7 +65,7 @@ std::string square_mesh(const std::string& more = "") {
   return "'meshes': [{'primitives': [{'attributes': {'POSITION': 0}, 'indices': 1" + more + "}]}]";
 }
 
-// The square below these nodes.
+// Makes a file of the square, with these nodes. `more` is further JSON.
 std::string square_file(const std::string& nodes, const std::string& more = "") {
   return glb("{" + kAsset + ", 'nodes': [" + nodes + "], " + square_mesh() + ", " + kSquareViews + more + "}",
              square_buffer());
@@ -117,6 +120,7 @@ TEST(ImportGltf, a_mesh_lies_where_the_nodes_above_it_put_it) {
       body_of(square_file("{'children': [1], 'translation': [1, 2, 3], 'rotation': [0, 0.70710678, 0, 0.70710678], "
                           "'scale': [2, 2, 2]}, {'mesh': 0, 'translation': [0, 0, 1]}"));
   ASSERT_EQ(body.mesh.vertices.size(), 4u);
+  // The inner node shifts by (0, 0, 1). The outer one scales by 2, turns by 90 degrees about y (+z to +x), and shifts.
   expect_near(body.mesh.vertices[0], {3, 2, 3});
   expect_near(body.mesh.vertices[1], {3, 2, 1});
   expect_near(body.mesh.vertices[3], {3, 4, 3});
@@ -157,9 +161,12 @@ TEST(ImportGltf, strips_and_fans_are_triangles_and_lines_are_told) {
   EXPECT_THAT(refusal(as_mode(1)), HasSubstr("no triangles"));
 }
 
-// A square whose vertices 0 and 1 follow the joint "root", and 2 and 3 half each that and "mixamorig:Head".
+// Makes a square with a skin. Vertices 0 and 1 follow the joint "root"; vertices 2 and 3 follow "root" by half, and
+// "mixamorig:Head" by half. The skin names five joints but has matrices for two, which tests correct.
 std::string skinned_file() {
   test::Bytes out;
+  // These are four joints and four weights for each vertex, and then the two inverse bind matrices. The second one
+  // shifts by -1 along y.
   for (std::uint32_t v = 0; v < 4; ++v) out.u16(0).u16(1).u16(0).u16(0);
   for (std::uint32_t v = 0; v < 4; ++v) out.f32(v < 2 ? 1 : 0.5f).f32(v < 2 ? 0 : 0.5f).f32(0).f32(0);
   for (const float y : {0.0f, -1.0f}) {
@@ -192,6 +199,8 @@ TEST(ImportGltf, a_skin_follows_its_joints_and_not_its_node) {
   const ImportedBody body = body_of(file);
   ASSERT_EQ(body.mesh.vertices.size(), 4u);
   expect_near(body.mesh.vertices[1], {1, 0, 0});
+  // The root leaves vertex 2 at (1, 1, 0). The head joint, at y = 3 and bound at y = 1, moves it to (1, 3, 0); this is
+  // halfway.
   expect_near(body.mesh.vertices[2], {1, 2, 0});
   ASSERT_TRUE(body.states.origin);
   EXPECT_EQ(*body.states.origin, Vec3(0, 3, 0));
@@ -223,6 +232,7 @@ TEST(ImportGltf, an_avatar_lists_its_bones_itself) {
 
 TEST(ImportGltf, numbers_may_be_small_and_rows_apart) {
   test::Bytes out;
+  // As normalized int16 numbers, 32767 is 1 and 32769 is -1. Rows are 12 bytes apart, of which 6 are used.
   for (int v = 0; v < 3; ++v) out.u16(v > 0 ? 32767 : 0).u16(v > 1 ? 32769 : 0).u16(0).zeros(6);
   const std::string views =
       "'buffers': [{'byteLength': 36}], 'bufferViews': [{'buffer': 0, 'byteLength': 36, 'byteStride': 12}], "
@@ -299,6 +309,7 @@ TEST(ImportGltf, bad_files_are_refused_with_a_reason) {
     EXPECT_EQ(reason.find('\n'), std::string::npos);
   }
   std::string nan = file;
+  // The last 60 bytes are the buffer, so its first coordinate becomes a NaN.
   nan.replace(nan.size() - 60, 4, std::string("\0\0\xc0\x7f", 4));
   EXPECT_THAT(refusal(nan), HasSubstr("not finite"));
   EXPECT_THAT(refusal(square_file("{'mesh': 0}, {'children': [0]}, {'children': [0]}")), HasSubstr("two nodes"));
@@ -306,6 +317,8 @@ TEST(ImportGltf, bad_files_are_refused_with_a_reason) {
 
 TEST(ImportGltf, small_files_that_ask_for_much_are_refused) {
   std::string nodes = "{'mesh': 0}";
+  // A mesh may be used by kPrimitivesMax, 10 000, nodes (gltf_body.cpp). JSON may be nested 64 deep and have 500 000
+  // values (gltf_file.cpp). A small file must not cost much memory or time.
   for (int i = 0; i < 200'000; ++i) nodes += ",{'mesh':0}";
   EXPECT_THAT(refusal(square_file(nodes)), HasSubstr("join them"));
   const auto with_json = [](const std::string& more) {
@@ -331,7 +344,8 @@ TEST(ImportGltf, small_files_that_ask_for_much_are_refused) {
   EXPECT_THAT(packed("'byteStride': 4, 'count': 4, 'mode': 'TRIANGLES'"), HasSubstr("not known"));
 }
 
-// Reads what becomes of a file in which bytes are missing or wrong.
+// Reads every beginning of a file, and 20 000 copies in which one to three bytes differ. Each must be a valid mesh or
+// be refused in one line. Half of the changed digits stay digits, so that many copies are still well-formed.
 void expect_valid_or_refused(const std::string& file,
                              const std::function<Result<TriangleMesh>(const std::string&)>& read) {
   const auto check = [&](const std::string& bytes) {
@@ -359,6 +373,7 @@ Result<TriangleMesh> mesh_of(Result<ImportedBody> body) {
 }
 
 TEST(ImportGltf, every_truncation_and_20000_mutations_are_valid_or_refused) {
+  // The file has as many joints as matrices, so that it is read.
   const std::string file = changed(skinned_file(), "[0, 1, 3, 4, 5], \"inv", "[0, 1         ], \"inv");
   for (std::size_t length = 0; length < file.size(); ++length)
     EXPECT_FALSE(decode_gltf_body(bytes_of(file.substr(0, length)))) << length;
@@ -427,7 +442,7 @@ TEST(ImportUsdBody, bad_files_are_refused_with_a_reason) {
                           [](const std::string& bytes) { return mesh_of(decode_usd_body(bytes_of(bytes))); });
 }
 
-// A made bust with hair, and the joint of its head somewhere else than the skull's.
+// Makes a bust in metres with hair in centimetres. The head joint of its skeleton is not where the skull would have it.
 HairParts bust_with_hair() {
   HairstyleOptions options;
   options.strand_count = 300;
@@ -497,7 +512,8 @@ struct RealBody {
   const char* path;
   std::size_t triangle_count;
   double height_m;
-  // The joint of the head lies so far from where its skull would have it; an avatar's head may be no skull.
+  // The head joint of the skeleton must lie within this distance of where the skull would have it. Avatars have none,
+  // since their heads may be no skulls.
   std::optional<double> from_skull_m;
 };
 

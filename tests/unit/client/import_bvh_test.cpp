@@ -16,7 +16,8 @@ using testing::HasSubstr;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// A person 1.6 m tall that faces +z: two frames. `order` names the head's channels.
+// Returns a motion of two frames, 50 a second, of a person who faces +z. The head joint is at a height of 1.5 m. The
+// first frame is the bind pose; `head_values` are the last three numbers of the second one, in the channels of `order`.
 std::string person(const std::string& head_values = "0 0 0", const std::string& order = "Zrotation Xrotation Yrotation",
                    const std::string& root_values = "0 1 0 0 0 0") {
   const std::string row = root_values + " 0 0 0 0 0 0 " + head_values + "\n";
@@ -203,6 +204,7 @@ TEST(ImportBvh, any_corrupt_byte_is_refused_or_gives_valid_poses) {
 
 TEST(ImportBvh, refuses_numbers_that_are_not_finite_and_names_the_line) {
   for (const char* bad : {"nan", "inf", "-inf", "1e400", "1e39", "--1", "0x1", "1,5"}) {
+    // The second frame is line 35 of person(), and the offset of the chest is in line 8.
     EXPECT_THAT(refusal(person("0 0 " + std::string(bad))), HasSubstr("line 35")) << bad;
   }
   EXPECT_THAT(refusal(with(person(), "OFFSET 0 0.2 0", "OFFSET 0 nan 0")), HasSubstr("line 8"));
@@ -220,6 +222,7 @@ TEST(ImportBvh, huge_numbers_are_refused_or_give_valid_poses) {
 
 TEST(ImportBvh, refuses_poses_that_are_not_finite_once_rounded_to_float) {
   BvhImport import;
+  // Coordinates may be up to kFarthest_m, 1e6 m, away (bvh.cpp).
   import.unit_m = 1000;
   const std::string far = person("0 0 0", "Zrotation Xrotation Yrotation", "3e38 1 0 0 0 0");
   EXPECT_THAT(refusal(far, import), HasSubstr("too large"));
@@ -261,7 +264,8 @@ TEST(ImportBvh, refuses_joints_nested_deeper_than_256_and_takes_256) {
 }
 
 TEST(ImportBvh, work_stays_in_proportion_to_the_file) {
-  // Many joints without channels and many frames of one value: joints x frames is far more than the file.
+  // The file has many joints without channels, and many frames of one value. Joints times frames are 9e9, far more than
+  // the file has bytes; the limit on processor time fails the case if the work is that large.
   std::string text = "HIERARCHY ROOT Head { OFFSET 0 1 0 CHANNELS 1 Xrotation ";
   constexpr int kJoints = 30'000, kFrames = 300'000;
   for (int i = 0; i < kJoints; ++i) text += "JOINT j { } ";

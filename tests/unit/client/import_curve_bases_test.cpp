@@ -30,6 +30,7 @@ std::string refusal(CurveBasis basis, CurveWrap wrap, std::size_t count) {
   return curve ? std::string() : curve.error();
 }
 
+// Returns random control points. Each case has a seed of its own, so that no two share their points.
 Points random_controls(std::size_t count, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> in(-1, 1);
@@ -38,6 +39,7 @@ Points random_controls(std::size_t count, unsigned seed) {
   return controls;
 }
 
+// Returns the distance of a point from a polyline.
 float distance_to(const Points& line, const Vec3f& x) {
   float nearest = (line[0] - x).norm();
   for (std::size_t i = 1; i < line.size(); ++i) {
@@ -135,6 +137,7 @@ TEST(CurveBases, the_polyline_stays_within_the_tolerance_and_finer_ones_have_mor
         EXPECT_GT(line.size(), fewer);
         fewer = line.size();
       }
+      // The finest of the three tolerances must not take hundreds of points for a dozen control points.
       EXPECT_LT(fewer, 300u);
     }
   }
@@ -215,6 +218,7 @@ TEST(CurveBases, impossible_counts_are_refused_and_points_in_one_place_are_not) 
   }
   const Points same(4, Vec3f(1, 2, 3));
   EXPECT_EQ(curve_tolerance(same), 0);
+  // Even a tolerance of zero divides a segment into at most kPiecesMax, 64, pieces (curve_bases.cpp).
   EXPECT_LE(sampled(CurveBasis::bspline, CurveWrap::open, same, 0).size(), 65u);
 }
 

@@ -19,7 +19,7 @@ Groom made(const char* style, std::size_t strand_count) {
   return *make_hairstyle(style, options);
 }
 
-// Every `step`-th rooted strand of a groom, alone.
+// Returns a groom of every `step`-th strand that is rooted.
 Groom guides_of(const Groom& groom, std::size_t step) {
   Groom guides;
   guides.name = groom.name;
@@ -44,7 +44,8 @@ float length_of(std::span<const Vec3f> strand) {
   return length;
 }
 
-// The hair of a head whose strands follow a rule: they lean outwards, turn about the head and are longer at the back.
+// Returns the strand that a rule gives a root: it leans outwards, turns about the head and is longer at the back.
+// Filled strands can be compared with the same rule.
 std::array<Vec3f, 3> strand_at(const Vec3f& root) {
   const Vec3f out = (root - Vec3f(0, 0.06f, 0)).normalized();
   const Vec3f way = (out + 0.5f * Vec3f::UnitY().cross(out) - 0.8f * Vec3f::UnitY()).normalized();

@@ -17,8 +17,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-// The scalp of a ball: roots evenly over all that lies above 20 degrees below its equator, each strand a straight
-// line of four points outwards.
+// Makes hair on the scalp of a ball, whose lower end is 20 degrees below the equator. Roots are spread evenly by the
+// golden angle, and each strand is a straight line of four points outwards.
 ImportedStrands scalp_strands(const Vec3& centre, double radius, std::size_t count, double length = 0.1) {
   ImportedStrands out;
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
@@ -106,6 +106,7 @@ TEST(AssembleGroom, each_file_becomes_a_group_and_files_of_one_name_share_one) {
   std::map<int, int> counts;
   for (const StrandProperties& strand : imported->groom.strands) {
     ++counts[strand.group];
+    // The 90 000 hairs are shared by 450 strands.
     EXPECT_FLOAT_EQ(strand.hair_count, 200);
   }
   EXPECT_EQ(counts[0], 350);
@@ -114,6 +115,7 @@ TEST(AssembleGroom, each_file_becomes_a_group_and_files_of_one_name_share_one) {
 
 TEST(AssembleGroom, refuses_more_groups_than_a_groom_has) {
   GroomDef def;
+  // A groom has at most 256 groups.
   for (int i = 0; i < 257; ++i) def.files.push_back({scalp_strands(Vec3::Zero(), 0.09, 10), std::to_string(i)});
   EXPECT_FALSE(assemble_groom(def));
 }
@@ -140,6 +142,7 @@ TEST(AssembleGroom, a_size_that_is_no_heads_is_warned_of_with_a_unit_that_mends_
 
 TEST(AssembleGroom, strands_in_mid_air_are_not_rooted) {
   ImportedStrands strands = scalp_strands(Vec3::Zero(), 0.09, 500);
+  // The ball has a radius of 0.09 m: strands begin on it, nowhere, above it and below it.
   append(strands, {Vec3f(0, 0.09f, 0)});
   append(strands, {});
   append(strands, {Vec3f(0, 0.15f, 0), Vec3f(0, 0.2f, 0)});
@@ -254,7 +257,8 @@ struct RealGroom {
   std::vector<const char*> files;
   StrandDecoder* decode;
   Placement placement;
-  const char* body;  // nullptr: none
+  // Is null for a groom without a body.
+  const char* body;
   std::optional<Placement> body_placement;
   std::size_t strand_count;
 };

@@ -78,7 +78,8 @@ std::vector<Vec3f> straight(const Vec3f& from, const Vec3f& to, int count) {
   return points;
 }
 
-// What people's exporters do to one strand of many, and the word that its line must have.
+// Each entry does to strand 50 what a broken exporter does to one strand of many, and has the words that the warning
+// must have.
 struct Corrupted {
   const char* word;
   std::function<void(Strands&)> corrupt;
@@ -86,6 +87,7 @@ struct Corrupted {
 
 const std::vector<Corrupted>& corrupted() {
   static const std::vector<Corrupted> all{
+      // A point that is 1.6 m below the head is the origin of the scene, at the feet.
       {"strand 50 point", [](Strands& s) { s[50].push_back(Vec3f(0, -1.6f, 0)); }},
       {"strand 50 point", [](Strands& s) { s[50].insert(s[50].begin() + 5, Vec3f(0, -1.6f, 0)); }},
       {"strand 50 point", [](Strands& s) { s[50].insert(s[50].begin(), Vec3f(9, 9, 9)); }},
@@ -138,6 +140,7 @@ TEST(Outliers, many_of_one_kind_are_told_in_few_lines) {
   Strands strands = made("bob");
   for (std::size_t s = 0; s < 20; ++s) {
     strands[s].assign(16, strands[s][0]);
+    // Strands 0 to 19 lose their length, and strands 100 to 119 get a point far away.
     strands[100 + s].push_back(Vec3f(0, -1.6f, 0));
   }
   const auto imported = import_hair_parts(parts_of(strands), {});
@@ -162,6 +165,7 @@ TEST(Outliers, are_none_where_few_strands_are_a_style_of_their_own) {
     }
     return strands;
   }();
+  // Three strands that are alike make a style (kAlikeMin in outliers.cpp).
   for (const std::size_t count : {3, 10, 40}) {
     Strands with_tail = stubble;
     for (std::size_t s = 0; s < count; ++s)
@@ -190,6 +194,7 @@ TEST(HairImport, without_any_strand_of_a_length_is_refused_in_one_line) {
 TEST(HairImport, tells_how_much_a_far_origin_rounds) {
   const auto imported = import_hair_parts(parts_of(scaled(made("bob"), 1, Vec3f(1e5f, 0, -1e5f))), {});
   ASSERT_TRUE(imported) << imported.error();
+  // At 100 km a float has steps of 7.81 mm.
   EXPECT_THAT(imported->warnings, Contains(HasSubstr("7.81 mm")));
   const auto near = import_hair_parts(parts_of(scaled(made("bob"), 100, Vec3f(0, 160, 0))), {});
   ASSERT_TRUE(near) << near.error();
@@ -216,7 +221,8 @@ TEST(HairImport, strands_stored_tip_first_are_turned_round_and_none_others) {
   EXPECT_EQ(refusal(reversed(made("wavy")), last), "") << "what a flag says is no doubt";
 }
 
-// The upper half of a ball: the same on all sides, but for chance.
+// Makes hair on the upper half of a ball. Apart from chance it is the same on all sides, so no side shows where the
+// face is. `phase` turns it.
 Strands half_ball(float phase) {
   Strands strands;
   for (int i = 0; i < 200; ++i) {
@@ -230,6 +236,7 @@ Strands half_ball(float phase) {
 
 TEST(HairImport, takes_a_face_that_hair_does_not_show_where_it_usually_is_and_says_so) {
   std::size_t doubts = 0;
+  // The eight turns are 45 degrees apart, so that chance does not decide.
   for (int turn = 0; turn < 8; ++turn) {
     const Strands strands = half_ball(0.785f * static_cast<float>(turn));
     const auto imported = import_hair_parts(parts_of(strands), {});
@@ -248,6 +255,7 @@ TEST(HairImport, takes_a_face_that_hair_does_not_show_where_it_usually_is_and_sa
     ASSERT_TRUE(announced) << announced.error();
     EXPECT_EQ(announced->placement.face, Axis::minus_x);
   }
+  // The guess may be sure by chance for some turns, but not for all.
   EXPECT_GT(doubts, 0u);
 }
 
@@ -299,7 +307,8 @@ TEST(HairImport, places_real_hair_as_people_do_and_takes_nothing_off_it) {
 
 TEST(ImportStated, a_unit_that_a_file_states_is_taken_unless_a_flag_sets_another) {
   HairParts parts = parts_of(scaled(made("long_straight"), 100));
-  parts.strands[0].strands.unit_m = 0.011;  // not a usual one, so no guess
+  // This is no usual unit, so no guess could give it.
+  parts.strands[0].strands.unit_m = 0.011;
   parts.strands[0].strands.up = Axis::plus_y;
   parts.strands[0].strands.notes = {"a note"};
   parts.strands[0].strands.doubts = {"a doubt"};

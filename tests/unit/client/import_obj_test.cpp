@@ -46,7 +46,7 @@ TEST(ImportObj, negative_indices_count_back_from_the_last_vertex_read) {
   EXPECT_THAT(mesh->triangles, ElementsAre(Triangle{0, 1, 2}, Triangle{4, 3, 0}));
 }
 
-TEST(ImportObj, windows_line_ends_comments_and_other_keywords_are_no_fault) {
+TEST(ImportObj, windows_line_ends_comments_and_other_keywords_are_no_error) {
   const auto mesh = decode_obj(
       "# head\r\nmtllib a.mtl\r\no head\r\nv 0 0 0 1.0\r\n\tv  1 0 0\r\nv 0 1e0 +0\r\ng skin\r\nusemtl "
       "skin\r\ns off\r\nf 1 2 3 # last\r\n");

@@ -56,6 +56,8 @@ void expect_valid(const ImportedStrands& strands) {
 
 void expect_refused_or_valid_with_any_byte_changed(Decode function, const std::string& whole) {
   for (std::size_t at = 0; at < whole.size(); ++at) {
+    // These are bytes that mean something in the formats: zero, tab, line end, space, minus, a digit, a letter, and
+    // limits of signed and unsigned bytes.
     for (const int changed : {0, 1, 9, 10, 32, 45, 57, 65, 127, 128, 255}) {
       std::string text = whole;
       text[at] = static_cast<char>(changed);
@@ -138,6 +140,8 @@ TEST(ImportPly, points_alone_are_strands_of_as_many_points_as_make_the_jumps) {
       "ply\nformat ascii 1.0\nelement vertex 500\nproperty float x\nproperty float y\nproperty float z\n"
       "property float nx\nend_header\n";
   for (int i = 0; i < 500; ++i)
+    // Five strands of 100 points stand 0.1 apart, and their points follow each other every 0.01, so jumps come after
+    // every 100.
     file += std::to_string(0.1 * (i / 100)) + " " + std::to_string(0.01 * (i % 100)) + " 0 0\n";
   const ImportedStrands strands = strands_of_file(decode_ply, file);
   EXPECT_THAT(strands.strand_begin, ElementsAre(0, 100, 200, 300, 400, 500));
@@ -187,7 +191,7 @@ std::string npy(const std::string& type, const std::string& shape, const std::st
   return std::string("\x93NUMPY\1\0", 8) + little_endian(header.size(), 2) + header + values;
 }
 
-// Two strands of two points: (0, 1, 2), (3, 4, 5), (6, 7, 8), (9, 10, 11).
+// Returns the numbers 0 to 11. As two strands of two points these are (0, 1, 2), (3, 4, 5) and (6, 7, 8), (9, 10, 11).
 std::string twelve(bool is_big = false) {
   std::string values;
   for (int i = 0; i < 12; ++i) values += number(static_cast<float>(i), is_big);
@@ -204,6 +208,7 @@ TEST(ImportNpy, reads_arrays_of_strands_points_and_coordinates) {
   std::string doubles, halves;
   for (int i = 0; i < 12; ++i) doubles += little_endian(std::bit_cast<std::uint64_t>(static_cast<double>(i)), 8);
   EXPECT_EQ(strands_of_file(decode_npy, npy("<f8", "2, 2, 3", doubles)).points[3], Vec3f(9, 10, 11));
+  // As half floats these are 0, 1, -2, 0.5, the greatest number and the smallest above zero.
   for (const std::uint64_t half : {0x0000, 0x3c00, 0xc000, 0x3800, 0x7bff, 0x0001}) halves += little_endian(half, 2);
   const ImportedStrands of_halves = strands_of_file(decode_npy, npy("<f2", "1, 2, 3", halves));
   EXPECT_EQ(of_halves.points[0], Vec3f(0, 1, -2));
@@ -218,14 +223,9 @@ TEST(ImportNpy, an_array_by_columns_is_turned) {
 }
 
 TEST(ImportNpy, strands_filled_up_with_nan_end_before_it) {
-  std::string values = twelve();
-  values.replace(36, 12, number(NAN, false) + number(NAN, false) + number(NAN, false));
-  values += number(1, false) + number(1, false) + number(1, false);
-  const ImportedStrands strands =
-      strands_of_file(decode_npy, npy("<f4", "2, 2, 3", values.substr(0, 24) + values.substr(0, 24)));
-  EXPECT_EQ(strands.strand_count(), 2u);
-  const std::string padded =
-      twelve().substr(0, 24) + values.substr(36, 12) + twelve().substr(0, 24) + values.substr(36, 12);
+  const std::string nan = number(NAN, false) + number(NAN, false) + number(NAN, false);
+  // Both strands have two points, and a third one of NaN, since an array has rows of one length.
+  const std::string padded = twelve().substr(0, 24) + nan + twelve().substr(24) + nan;
   const ImportedStrands shorter = strands_of_file(decode_npy, npy("<f4", "2, 3, 3", padded));
   EXPECT_THAT(shorter.strand_begin, ElementsAre(0, 2, 4));
   EXPECT_THAT(shorter.notes, Contains(HasSubstr("2 strands filled up with nan")));
@@ -240,7 +240,7 @@ TEST(ImportNpy, other_arrays_are_refused_with_what_they_are) {
     EXPECT_NE(refusal(decode_npy, npy("<f4", shape, twelve())), "") << shape;
 }
 
-// An archive of these files, each as NumPy writes it.
+// Makes a zip archive of these arrays, as NumPy writes one: stored, or packed by deflate.
 std::string npz(const std::vector<std::pair<std::string, std::string>>& files, bool is_packed) {
   std::string archive, directory;
   for (const auto& [name, content] : files) {

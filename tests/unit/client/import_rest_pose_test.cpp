@@ -22,7 +22,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 struct Joint {
   const char* name;
   int parent;
-  // Its place in an upright person who faces +z, m.
+  // Is the position of the joint in an upright person who faces +z, m.
   Vec3 at;
 };
 
@@ -51,7 +51,8 @@ Quat turn(double degrees, const Vec3& axis) {
   return Quat(Eigen::AngleAxisd(degrees * kDegree, axis));
 }
 
-// How a file describes that person. Zero poses differ by the axes that each joint has when the person is upright.
+// Says how a file describes that person. The zero pose of a file depends on the axes that each joint has when the
+// person is upright.
 struct TestMotion {
   std::function<Quat(std::size_t)> axes = [](std::size_t) { return Quat::Identity(); };
   // Turns the person's axes to the file's.
@@ -70,7 +71,8 @@ Quat along_bone(std::size_t joint) {
   return joint == 0 ? Quat::Identity() : along_bone(static_cast<std::size_t>(person()[joint].parent));
 }
 
-// The head alone is turned to its left.
+// These are frames: how far each joint is turned from upright. head_left turns the head alone by 40 degrees, and bowed
+// bends the whole person forwards by 80.
 Quat upright(std::size_t) {
   return Quat::Identity();
 }
@@ -140,7 +142,8 @@ Vec3 head_joint(const std::function<Quat(std::size_t)>& frame) {
   return at;
 }
 
-// Every bone turns like its joint, for any axes of the file.
+// Expects every bone to turn as its joint does in the person, whatever axes the file has, and the head joint to be
+// where the joints put it.
 void expect_same_motion(const TestMotion& made, const ImportedMotion& imported) {
   const Quat to_world = rotation_between<double>(made.file * Vec3::UnitY(), Vec3::UnitY()) * made.file;
   ASSERT_EQ(imported.motion.poses.size(), made.frames.size());
@@ -198,7 +201,8 @@ TEST(ImportRestPose, a_first_frame_that_faces_any_way_gives_the_facing) {
 TEST(ImportRestPose, left_and_right_determine_where_the_zero_pose_faces) {
   for (const double degrees : {90.0, 180.0, -90.0}) {
     const TestMotion made{.file = turn(degrees, Vec3::UnitY()), .frames = {head_left, bowed}};
-    TestMotion same = made;  // its axes are the file's, so that the zero pose stands and faces that way
+    // The joints have the axes of the file, so that the zero pose stands and faces that way.
+    TestMotion same = made;
     same.axes = [&](std::size_t) { return made.file.conjugate(); };
     const auto motion = imported(same);
     ASSERT_TRUE(motion) << motion.error();

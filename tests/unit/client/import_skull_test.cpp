@@ -17,7 +17,8 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::Not;
 
-// The hairline for directions from the middle of a ball; the whole scalp goes down to 25 degrees below it.
+// Says which directions from the middle of a ball have hair. The whole scalp goes down to 25 degrees below the middle,
+// and spares the face.
 struct Cut {
   const char* name;
   std::function<bool(const Vec3&)> has;
@@ -45,6 +46,7 @@ std::vector<Cut> cuts() {
   return all;
 }
 
+// Returns an even spread of numbers from -1 to 1, the same in each run: multiples of the golden ratio.
 double noise(std::size_t i) {
   return 2 * std::fmod(0.6180339887498949 * static_cast<double>(i + 1), 1) - 1;
 }
@@ -85,7 +87,7 @@ GroomDef def_of(ImportedStrands strands) {
   return def;
 }
 
-// The joint in the file's coordinates.
+// Returns where the import has put the head joint, in the coordinates of the file.
 Vec3 joint_of(const GroomDef& def, const Groom& groom) {
   return (def.files[0].strands.points[0] - groom.points[0]).cast<double>();
 }
@@ -99,6 +101,7 @@ double radius_of(const Body& body) {
   return static_cast<double>((high - low).mean()) / 2;
 }
 
+// Returns SkullFit::joint() of a ball.
 Vec3 joint_of_ball(double radius) {
   return kMiddle + radius * Vec3(0, -0.8, -0.1);
 }
@@ -123,6 +126,7 @@ TEST(SkullOfRoots, has_the_size_of_a_head_for_any_part_of_the_scalp) {
 TEST(SkullOfRoots, that_do_not_determine_its_size_give_a_warning) {
   const auto warnings = [](ImportedStrands strands) { return assemble_groom(def_of(std::move(strands)))->warnings; };
   const std::vector<Cut> all = cuts();
+  // The parts 0 to 4 are cuts() without noise, and 5 to 9 the same with noise. Strips and the nape show too little.
   for (const std::size_t part : {0, 1, 2, 5, 6, 7})
     EXPECT_THAT(warnings(strands_of(all[part], 0.09)), Not(Contains(HasSubstr("too little of a head")))) << part;
   for (const std::size_t part : {3, 4, 8, 9})
@@ -175,13 +179,14 @@ class HairstylesOfOneHead : public testing::Test {
     const auto all = [](const Vec3f&) { return true; };
     std::vector<ImportedStrands> out;
     for (const char* style : {"short", "bob", "plait", "ponytail"}) out.push_back(exported(style, all, kAt));
+    // The last two have shaved sides, and an undercut.
     out.push_back(exported(
-        "short", [](const Vec3f& x) { return std::abs(x.x()) < 0.06f; }, kAt));  // sides shaved
+        "short", [](const Vec3f& x) { return std::abs(x.x()) < 0.06f; }, kAt));
     out.push_back(exported(
-        "short", [](const Vec3f& x) { return x.y() > 0.05f; }, kAt));  // an undercut
+        "short", [](const Vec3f& x) { return x.y() > 0.05f; }, kAt));
     return out;
   }
-  // Less of the scalp.
+  // Returns hair on still less of the scalp: a strip, the back and one side.
   static std::vector<ImportedStrands> parts() {
     std::vector<ImportedStrands> out;
     out.push_back(exported(
@@ -239,7 +244,8 @@ TEST_F(HairstylesOfOneHead, strands_that_begin_on_its_back_are_counted) {
 
 TEST(SkullOfMesh, is_found_by_area_however_fine_its_parts_are) {
   const TriangleMesh mesh = bust(Vec3f::Zero());
-  TriangleMesh fine = mesh;  // ten times as many triangles on one side
+  // Each triangle of one side is divided into three.
+  TriangleMesh fine = mesh;
   fine.triangles.clear();
   for (const auto& [a, b, c] : mesh.triangles) {
     if (mesh.vertices[a].x() < 0) {

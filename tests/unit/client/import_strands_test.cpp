@@ -21,7 +21,8 @@ struct Made {
   StrandDecoder* decode;
   std::vector<std::byte> (*file)();
   std::vector<std::uint32_t> strand_begin;
-  std::size_t needed_bytes;  // a file cut before this is refused
+  // A file that is cut before this is refused.
+  std::size_t needed_bytes;
 
   friend void PrintTo(const Made& made, std::ostream* out) { *out << made.name; }
 };
@@ -75,6 +76,7 @@ TEST_P(ImportStrands, refuses_every_truncation_with_a_reason) {
 TEST_P(ImportStrands, any_corrupt_byte_is_refused_or_gives_finite_points) {
   const std::vector<std::byte> whole = GetParam().file();
   for (std::size_t at = 0; at < whole.size(); ++at) {
+    // These flips change the lowest and highest bits, signs, and whole bytes.
     for (const int flip : {0x01, 0x02, 0x10, 0x40, 0x7f, 0x80, 0xff}) {
       std::vector<std::byte> bytes = whole;
       bytes[at] ^= static_cast<std::byte>(flip);
@@ -117,7 +119,8 @@ TEST_P(ImportStrands, refuses_empty_input_and_other_formats) {
 
 INSTANTIATE_TEST_SUITE_P(AllFormats, ImportStrands, testing::ValuesIn(all_formats()), support::CaseName());
 
-// Counts that would take 4 GiB and more if they were believed; the allocation would fail under the sanitizer.
+// These counts would take 4 GiB and more if the reader believed them. The allocation would then fail under the
+// sanitizer.
 TEST(ImportStrandsCounts, absurd_counts_are_refused_in_every_field) {
   for (const auto& [strands, points] : {std::pair{kHuge, kHuge}, std::pair{kHuge, 1u}, std::pair{1u, kHuge},
                                         std::pair{0x10000u, 0x10000u}, std::pair{0x80000000u, 2u}}) {
@@ -184,7 +187,8 @@ struct Real {
   const char* file;
   StrandDecoder* decode;
   std::size_t strand_count, point_count;
-  std::array<float, 3> low, high;  // as the data's own list has them, to its digits; equal where it gives none
+  // Are the bounds that the data's own list states, to its digits; equal where the list states none.
+  std::array<float, 3> low, high;
 };
 
 TEST(ImportRealStrands, counts_and_bounds_are_those_the_data_set_lists) {

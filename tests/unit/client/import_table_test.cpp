@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 enum Column : std::size_t { kWidths, kColours, kRootUvs, kGroups, kGuides, kUp, kUnit, kMotion, kColumns };
 
-// What the files of one program hold, all together.
+// Holds what all files of one program have together.
 struct Row {
   std::set<std::string> extensions;
   std::size_t files = 0, strands = 0, points = 0;
@@ -29,7 +29,7 @@ struct Row {
   std::set<std::string> unused;
 };
 
-// The program that a real file comes from, by its name.
+// Returns the program that a real file comes from, by its name.
 std::string program_of(const fs::path& file) {
   const std::string name = file.filename().string();
   if (file.extension() == ".tfx") return "TressFX 3";
@@ -85,7 +85,7 @@ void add_file(const fs::path& file, Row& row) {
   add(*strands, motion && motion->times_s.size() > 1, row);
 }
 
-// Our own files, of hair with three groups and strands of two widths.
+// Adds files that we export, of hair with three groups and strands of two widths.
 void add_own(const fs::path& folder, std::map<std::string, Row>& rows) {
   HairstyleOptions options;
   options.strand_count = 30;

@@ -26,7 +26,9 @@ std::string refusal(std::string_view text) {
   return strands ? std::string() : strands.error();
 }
 
-// 16 lines of two points, so that counts are packed, below a prim that moves; with indexed colours, in a variant.
+// Makes a binary USD file with 16 lines of two points, which are enough for their counts to be packed. The lines are
+// below a prim with transforms, in a variant, and their colours and widths are stored in the ways that each version
+// has.
 std::string hair_file(int minor, const std::string& selected = "long") {
   CrateWriter crate(minor);
   const std::string selection =
@@ -81,8 +83,9 @@ TEST(ImportUsdCrate, reads_curves_of_every_version) {
     EXPECT_EQ(strands->strand_count(), 16u);
     EXPECT_EQ(strands->up, Axis::plus_z);
     EXPECT_EQ(strands->unit_m, 0.01);
-    // Twice as wide, turned by half a turn about z, and shifted.
+    // The last point, (15, 0.5, 0), is scaled by (2, 2, 0.5), turned by half a turn about z, and shifted by (1, 2, 3).
     EXPECT_LT((strands->points[31] - Vec3f(1 - 30, 2 - 1, 3)).norm(), 1e-5f) << strands->points[31].transpose();
+    // Widths grow with the cube root of the volume: 2 times 2 times 0.5.
     const float scale = std::cbrt(2.0f);
     EXPECT_NEAR(strands->widths[1], 0.25f * scale, 1e-5f);
     EXPECT_NEAR(strands->widths[3], 4 * scale, 1e-5f);

@@ -179,7 +179,8 @@ TEST(ImportUsd, a_cubic_curve_runs_through_what_its_basis_says) {
     const ImportedStrands strands = strands_of(file_of(tokens + points));
     return std::pair(strands.points.front(), strands.points.back());
   };
-  EXPECT_EQ(ends("").first, Vec3f(0, 0, 0));  // cubic Bezier unless it says something else
+  // Curves are cubic Bezier unless the file says something else.
+  EXPECT_EQ(ends("").first, Vec3f(0, 0, 0));
   EXPECT_EQ(ends("token basis = \"bezier\"\n").second, Vec3f(3, 0, 0));
   expect_near(ends("uniform token basis = \"bspline\"\n").first, {0.5f, 2.5f, 0});
   expect_near(ends("uniform token basis = \"bspline\"\nuniform token wrap = \"pinned\"\n").first, {0, 0, 0});
@@ -321,6 +322,7 @@ TEST(ImportUsd, curves_on_a_skeleton_are_taken_where_they_were_bound) {
     matrix4d primvars:skel:geomBindTransform = ( (2, 0, 0, 0), (0, 2, 0, 0), (0, 0, 2, 0), (0, 0, 5, 1) )
 }
 })");
+  // The bind transform scales by 2 and shifts by 5 along z, and the prim above shifts by 1 along x.
   expect_near(strands.points[1], {3, 0, 5});
   EXPECT_THAT(strands.notes, Contains(HasSubstr("at rest")));
 }
@@ -410,6 +412,8 @@ TEST(ImportUsd, any_changed_byte_is_refused_or_gives_finite_strands) {
 
 TEST(ImportUsd, nesting_is_bounded) {
   std::string prims = "#usda 1.0\n", brackets = "#usda 1.0\n(a = ";
+  // Prims and brackets may be nested 256 deep (kDepthMax), and a file may have 500 000 statements (kStatementsMax in
+  // usda.cpp).
   for (int i = 0; i < 100'000; ++i) {
     prims += "def \"a\"{";
     brackets += "[";

@@ -1,4 +1,4 @@
-// Nodes of lattices as the GPU makes them, beside those of core.
+// Compares the nodes of lattices that the GPU makes with those of core.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -14,16 +14,17 @@ using namespace draw;
 
 namespace {
 
+// This is far below what is seen; both sums round in float, in another order.
 constexpr float kNode_m = 1e-5f;
 
-// The basis of a hairstyle, and what it moves.
+// Builds a hairstyle with its levels and a basis of as many modes as there may be.
 struct Hair {
   explicit Hair(const char* style) {
     HairstyleOptions options;
     options.strand_count = 200;
     groom = *make_hairstyle(style, options);
     levels = build_levels(groom);
-    modes = make_modes(groom, levels, {}, {}, {.duration_s = 2, .error_max = 0});  // as many as there may be
+    modes = make_modes(groom, levels, {}, {}, {.duration_s = 2, .error_max = 0});
     basis = {modes, &modes->basis};
   }
   [[nodiscard]] const LevelGeometry& geometry() const { return (*levels)[LevelIndex::high].geometry; }
@@ -41,7 +42,7 @@ class LatticePassTest : public ShaderTest {
   void set_up_drawing() override {}
   void tear_down_drawing() override {}
 
-  // As far as in lively motion.
+  // Returns random coefficients of up to twice their usual deviation, as in lively motion.
   static std::vector<float> coefficients(std::size_t count, std::uint64_t seed) {
     Random random(seed);
     std::vector<float> out;
@@ -51,7 +52,8 @@ class LatticePassTest : public ShaderTest {
   }
   static MovedLattice moved(std::span<const float> by) { return {&hair_->geometry(), {}, hair_->basis, by}; }
 
-  // The nodes of all characters from the GPU, each at the rows that its record says. Draws the last one first.
+  // Returns the nodes of all characters as the GPU has made them. Reads them at the rows that the records say, and adds
+  // the records from the last one to the first, so that their order differs from that of the rows.
   std::vector<std::vector<Vec3f>> nodes_from_gpu(std::span<const MovedLattice> lattices) {
     std::vector<ShownCharacter> characters(lattices.size());
     for (std::size_t i = 0; i < lattices.size(); ++i) characters[i].lattice = lattices[i];
@@ -76,7 +78,7 @@ class LatticePassTest : public ShaderTest {
     EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
     return nodes;
   }
-  // The furthest distance between nodes by the GPU and by core.
+  // Returns the largest distance between a node of the GPU and that of core.
   float furthest(std::span<const MovedLattice> lattices) {
     const auto nodes = nodes_from_gpu(lattices);
     float most = 0;
@@ -89,7 +91,8 @@ class LatticePassTest : public ShaderTest {
     return most;
   }
 
-  // How many lattices of the last picture were summed up or copied.
+  // Returns how many lattices of the last image were computed or uploaded. Texel 4 says whether a lattice moves hair,
+  // and texel 16 is negative where nodes remain from the image before.
   [[nodiscard]] std::size_t new_count() const {
     std::size_t count = 0;
     for (std::size_t i = 0; i < picture_.count(); ++i) {
@@ -147,10 +150,12 @@ TEST_F(LatticePassTest, hair_that_sleeps_is_not_summed_up_again) {
     EXPECT_EQ(new_count(), 3u);
     EXPECT_LT(furthest(lattices), kNode_m);
     EXPECT_EQ(new_count(), 0u);
+    // The same coefficients again need no sum. A lattice with other coefficients needs one.
     second[8] *= -1;
     EXPECT_LT(furthest(lattices), kNode_m);
     EXPECT_EQ(new_count(), 1u);
-    // One that comes moves the rows of all, and only the rows of those after it.
+    // For a lattice that comes, the texture grows and loses all nodes. When it goes again, only the rows of the two
+    // after it move.
     lattices.insert(lattices.begin() + 1, uploaded);
     EXPECT_LT(furthest(lattices), kNode_m);
     EXPECT_EQ(new_count(), 4u);
@@ -168,6 +173,8 @@ TEST_F(LatticePassTest, basis_at_the_address_of_one_that_is_gone_is_another) {
   Basis place = *hair_->basis;
   for (int round = 0; round < 2; ++round) {
     for (std::int16_t& integer : place.modes) integer = static_cast<std::int16_t>(-integer);
+    // Both rounds have another basis at the same address. A comparison of addresses would take the second for the
+    // first.
     const std::shared_ptr<const Basis> basis(&place, [](const Basis*) {});
     const std::array lattices{MovedLattice{&hair_->geometry(), {}, basis, c}};
     EXPECT_LT(furthest(lattices), kNode_m);

@@ -24,6 +24,8 @@ using testing::HasSubstr;
 
 using Bytes = std::vector<std::uint8_t>;
 
+// kShort learns hair that is better than the low level, in some seconds. kHardly has a learning rate of zero, so what
+// it learns is always refused.
 constexpr HairLearning kShort{
     .motion_count = 192, .validation_count = 16, .duration_s = 4, .hidden_count = 24, .rounds = 24};
 constexpr HairLearning kHardly{.motion_count = 16, .validation_count = 16, .duration_s = 1, .rounds = 1, .rate = 0};
@@ -45,7 +47,8 @@ Bytes groom_bytes(const std::string& style) {
   return wire::encode_groom(*make_hairstyle(style, options));
 }
 
-// A groom whose hair has been learnt, and a folder for each test.
+// Learns the hair of one groom for the whole suite, in the folder "learnt", and gives each test a folder "levels" of
+// its own.
 class LearnGrooms : public server::PollTest {
  protected:
   static void SetUpTestSuite() {
@@ -89,7 +92,7 @@ class LearnGrooms : public server::PollTest {
 TEST_F(LearnGrooms, a_server_with_the_folder_has_the_learnt_level_at_once) {
   build_ = [](const auto&, const auto&, const auto&, const Groom&, const server::GoesOn&) -> server::LevelBuild {
     ADD_FAILURE() << "the levels are in the folder";
-    return {nullptr, server::BuildFault::crash, "not built"};
+    return {nullptr, server::BuildError::crash, "not built"};
   };
   server::Config config;
   config.level_cache = (suite_ / "learnt").string();
@@ -105,7 +108,8 @@ TEST_F(LearnGrooms, a_server_with_the_folder_has_the_learnt_level_at_once) {
   EXPECT_EQ(batches.back().frames[0].level, LevelIndex::learnt);
 }
 
-// With the network inside the file: a server builds the levels that it was learnt on.
+// Gives tests a groom file that contains its learnt hair. A server that builds levels for it gets those on which the
+// hair was learnt.
 class EmbeddedHair : public LearnGrooms {
  protected:
   EmbeddedHair() {
@@ -124,7 +128,7 @@ class EmbeddedHair : public LearnGrooms {
       auto levels = std::make_shared<LevelSet>(*learnt_);
       levels->learnt = nullptr;
       make_level_maps(groom, *levels);
-      return server::LevelBuild{std::move(levels), server::BuildFault::none, ""};
+      return server::LevelBuild{std::move(levels), server::BuildError::none, ""};
     };
   }
   void run_until_learnt() {
@@ -162,7 +166,8 @@ TEST_F(EmbeddedHair, is_taken_over_where_it_is_good) {
 }
 
 TEST_F(EmbeddedHair, is_refused_where_it_is_worse_than_the_low_level_and_learnt_there) {
-  // A network that does not feel the pose: weights of coefficients alone would be fitted anew.
+  // A network without input weights does not follow the pose, so its hair is worse than the low level. It would not be
+  // enough to corrupt the output weights, since the server fits them again.
   LearntHair numb = *learnt_->learnt;
   std::ranges::fill(numb.input_weights, 0.0f);
   bytes_ = wire::encode_groom(*wire::decode_groom(without_), &numb);

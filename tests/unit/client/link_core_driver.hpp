@@ -12,7 +12,8 @@
 namespace hairnet::link {
 
 inline constexpr std::int64_t kMs = 1'000'000;
-inline constexpr std::int64_t kServerClock_ns = 7'000'000'000'000;  // ahead of the client's
+// The server's clock is ahead of the client's by this.
+inline constexpr std::int64_t kServerClock_ns = 7'000'000'000'000;
 
 inline wire::GroomHash hash_of(std::uint8_t first) {
   wire::GroomHash hash{};
@@ -38,7 +39,7 @@ class LinkCoreDriver {
     expect<wire::Hello>();
     send(std::move(welcome));
   }
-  // The driver's part when the core wants its socket closed.
+  // Closes the connection if the core wants it closed, as the thread of a Link does.
   void close_as_wanted() {
     if (core.wants_close()) core.on_closed("", now_ns);
   }
@@ -46,6 +47,7 @@ class LinkCoreDriver {
     now_ns += duration_ns;
     core.poll(now_ns);
   }
+  // Lets the time pass until the core wants to be polled; does nothing when it waits for no time.
   void pass_to_deadline() {
     const std::int64_t deadline_ns = core.next_deadline_ns();
     if (deadline_ns == std::numeric_limits<std::int64_t>::max()) return;
@@ -58,7 +60,7 @@ class LinkCoreDriver {
   }
   void send(wire::Message message) { core.on_bytes(packet(std::move(message)), now_ns); }
 
-  // The core's next message; none when it has none.
+  // Returns the core's next message, or nothing when it has none to send.
   std::optional<wire::Message> take() {
     const std::vector<std::uint8_t> bytes = core.take_packet(now_ns);
     if (bytes.empty()) return std::nullopt;
@@ -80,7 +82,7 @@ class LinkCoreDriver {
     return all;
   }
 
-  // The events of one kind since the last call; the others are lost.
+  // Returns the events of one kind since the last call. All other events are dropped.
   template <class T>
   std::vector<T> events() {
     std::vector<T> found;
@@ -89,6 +91,7 @@ class LinkCoreDriver {
     }
     return found;
   }
+  // Returns the first of the events of one kind. All others are dropped.
   template <class T>
   std::optional<T> event() {
     std::vector<T> found = events<T>();

@@ -103,6 +103,7 @@ TEST(LinkCore, a_silent_server_runs_into_the_time_out) {
     d.core.start();
     d.core.on_opening(d.now_ns);
     if (opened) d.core.on_open(d.now_ns);
+    // LinkCoreOptions::connect_timeout_s is 5 s by default.
     d.pass(4999 * kMs);
     EXPECT_FALSE(d.core.ended());
     d.pass(kMs);
@@ -125,7 +126,9 @@ TEST(LinkCore, a_server_that_falls_silent_is_given_up_and_asked_again) {
     d.expect<wire::Hello>();
     d.send(welcome);
     d.event<Connected>();
-    for (int i = 0; i < 20; ++i) {  // signs of life alone
+    // Empty frame batches are the signs of life of a server. One every 2.5 s, a quarter of wire::kSilence_ms, is
+    // enough.
+    for (int i = 0; i < 20; ++i) {
       d.pass(2500 * kMs);
       if (has_datagrams)
         d.core.on_packet(d.packet(wire::FrameBatch{}), d.now_ns);
@@ -133,7 +136,9 @@ TEST(LinkCore, a_server_that_falls_silent_is_given_up_and_asked_again) {
         d.send(wire::FrameBatch{});
       EXPECT_TRUE(d.core.active());
     }
-    d.core.push_poses(pose_of(1));  // its own packets are no sign of the server's life
+    // A client's own packets must not count as signs of the server. After 9 s without a packet it is not yet given up,
+    // after 10 s it is.
+    d.core.push_poses(pose_of(1));
     for (int s = 0; s < 9; ++s) d.pass(1000 * kMs);
     EXPECT_TRUE(d.core.active());
     EXPECT_LE(d.core.next_deadline_ns(), d.now_ns + 1000 * kMs);
@@ -174,8 +179,10 @@ TEST(LinkCore, the_silence_of_a_server_does_not_count_while_this_program_is_stop
   wire::Welcome welcome = welcome_to(5);
   welcome.signs_of_life = true;
   stopped.connect(welcome);
+  // A single poll after an hour means that this program was stopped, as by a debugger or a suspended laptop.
   stopped.pass(3600'000 * kMs);
   EXPECT_TRUE(stopped.core.active());
+  // The default Welcome does not promise signs of life, so 100 s of silence mean nothing.
   LinkCoreDriver older;
   older.connect(welcome_to(5));
   for (int s = 0; s < 100; ++s) older.pass(1000 * kMs);
@@ -203,6 +210,8 @@ TEST(LinkCore, only_a_welcome_an_error_or_a_goodbye_may_come_first) {
 }
 
 TEST(LinkCore, a_server_that_breaks_the_protocol_is_left_for_good) {
+  // The cases are a size that no packet has, a packet whose content cannot be decoded, a second welcome, and a message
+  // that only clients send.
   std::vector<std::uint8_t> garbage{64, 0, 0, 0};
   garbage.resize(68, 0x40);
   LinkCoreDriver sender;
@@ -246,6 +255,7 @@ TEST(LinkCore, leaving_sends_goodbye_and_waits_a_moment_until_it_is_sent) {
   LinkCoreDriver stuck;
   stuck.connect();
   stuck.core.leave(stuck.now_ns);
+  // A server that does not close has kGoodbyeWait_ns, 400 ms, for it (link_core.cpp).
   stuck.pass(400 * kMs);
   EXPECT_TRUE(stuck.core.ended());
   EXPECT_TRUE(stuck.core.wants_close());
@@ -279,6 +289,7 @@ TEST(LinkCore, deadlines_move_on_when_no_caller_takes_the_packets) {
     d.core.poll(d.now_ns = d.core.next_deadline_ns());
     EXPECT_GT(d.core.next_deadline_ns(), d.now_ns);
   }
+  // Only the first deadline has queued a sign of life: no second one is queued while one waits.
   EXPECT_EQ(d.take_all().size(), 1u);
 }
 
@@ -321,14 +332,16 @@ TEST(LinkCore, grooms_of_others_come_in_pieces_and_are_checked) {
   EXPECT_EQ(*d.event<GroomFetched>()->bytes, bytes);
 
   d.core.request_groom(hash);
-  d.send(piece(1, 300));  // a piece is missing
+  // A download begins at 0, so a piece from 1 on leaves a hole.
+  d.send(piece(1, 300));
   EXPECT_FALSE(d.event<GroomFetched>()->error.empty());
   d.core.request_groom(hash);
   wire::GroomData wrong = piece(0, 1000);
   wrong.bytes[10] ^= 1;
   d.send(wrong);
   EXPECT_THAT(d.event<GroomFetched>()->error, HasSubstr("hash"));
-  d.send(piece(0, 1000));  // not asked for
+  // The download has failed, so this piece was not asked for.
+  d.send(piece(0, 1000));
   EXPECT_FALSE(d.event<GroomFetched>());
 }
 
@@ -342,7 +355,8 @@ TEST(LinkCore, a_groom_that_is_not_to_be_had_can_be_asked_for_again) {
   EXPECT_TRUE(d.event<wire::Error>());
   d.core.request_groom(hash_of(3));
   d.expect<wire::GroomRequest>();
-  d.send(wire::GroomNeed{hash_of(3), 4});  // the upload by this client continues
+  // The upload of the same groom by this client goes on, from byte 4 of 10.
+  d.send(wire::GroomNeed{hash_of(3), 4});
   EXPECT_EQ(d.expect<wire::GroomChunk>().bytes.size(), 6u);
 }
 
@@ -367,6 +381,8 @@ TEST(LinkCore, a_character_that_was_not_requested_breaks_the_protocol) {
 TEST(LinkCore, a_groom_goes_out_though_poses_always_wait) {
   LinkCoreDriver d;
   d.connect();
+  // The groom takes 13 chunks. Without the scheduler, poses that always wait would keep it back forever, or its chunks
+  // would keep poses back. The loop ends in either case, after five times the bytes of the groom.
   const std::size_t groom_bytes = 200'000;
   d.core.offer_groom(hash_of(3), some_bytes(groom_bytes));
   d.take_all();
@@ -380,12 +396,14 @@ TEST(LinkCore, a_groom_goes_out_though_poses_always_wait) {
     const auto* chunk = std::get_if<wire::GroomChunk>(&*message);
     run_bytes = chunk ? run_bytes + chunk->bytes.size() : 0;
     if (chunk) chunk_bytes += chunk->bytes.size();
+    // A chunk has at most kChunkBytes, 16 KiB (link_core.cpp).
     EXPECT_LE(run_bytes, 16'384u) << "poses wait for one chunk at most";
   }
   EXPECT_EQ(chunk_bytes, groom_bytes);
 }
 
-// The next member with the number must not be out of view because of a report that was on its way.
+// Members have numbers, which the server gives to others later. If the client did not take its report back, a late
+// joiner with the number of a hidden member would count as hidden too.
 TEST(LinkCore, what_was_reported_of_a_member_is_undone_when_it_leaves) {
   LinkCoreDriver d;
   d.connect();
@@ -394,6 +412,7 @@ TEST(LinkCore, what_was_reported_of_a_member_is_undone_when_it_leaves) {
   d.core.poll(d.now_ns);
   d.expect<wire::ReportImportance>();
   d.send(wire::MemberLeft{1});
+  // A report may follow the last one after ImportanceReporter::kInterval_ns, 250 ms.
   d.pass(250 * kMs);
   const auto undone = d.expect<wire::ReportImportance>();
   ASSERT_EQ(undone.members.size(), 1u);
@@ -418,13 +437,15 @@ TEST(LinkCore, importance_is_sent_a_few_times_a_second_and_only_when_it_changes)
   report();
   d.pass(1000 * kMs);
   EXPECT_FALSE(d.take());
-  seen[0].screen_height = 0.52f;  // not worth a word
+  // A change of 4 % is below ImportanceReporter::kChange, 10 %, so this member is not reported again.
+  seen[0].screen_height = 0.52f;
   seen[1].in_view = true;
   report();
   const auto said = d.expect<wire::ReportImportance>();
   ASSERT_EQ(said.members.size(), 1u);
   EXPECT_EQ(said.members[0].member, 2u);
   EXPECT_TRUE(said.members[0].in_view);
+  // For one second the height changes at every 10 ms. One report every 250 ms is allowed.
   std::size_t count = 0;
   for (int ms = 0; ms < 1000; ms += 10) {
     d.pass(10 * kMs);

@@ -24,6 +24,7 @@ TEST_F(Receiving, any_frame_decodes_without_those_before) {
     for (std::size_t n = 0; n < shown.size(); ++n) EXPECT_LT((shown[n] - wanted[n]).norm(), 2e-3f);
   }
   EXPECT_EQ(d.core.counters().frames_undecodable, 0u);
+  // The set-up has sent one frame before these five.
   EXPECT_EQ(d.core.counters().frames_received, 6u);
 }
 
@@ -86,7 +87,8 @@ TEST_F(Receiving, frames_of_unknown_members_and_old_ticks_are_counted) {
   EXPECT_FALSE(d.take());
 }
 
-// As datagrams may overtake MemberJoined, or come after it.
+// Datagrams may overtake a MemberJoined, or come after a number has passed to another member. A frame then carries
+// another generation than the member.
 TEST_F(Receiving, frames_of_an_earlier_or_later_member_of_the_same_number_are_counted_and_dropped) {
   send_frame(2, kOther, {.generation = 0});
   EXPECT_TRUE(received());
@@ -159,7 +161,8 @@ TEST_F(Receiving, hair_continues_from_its_last_lattice_on_a_new_server) {
   const auto added = d.expect<wire::AddCharacter>();
   ASSERT_TRUE(added.state);
   expect_state(*added.state, 11);
-  // The velocity of a node in the world, in the axes of the head, over the last step.
+  // The velocity of a node is that in the world, in the axes of the head, from the last two frames. Their sample times
+  // are 33 ms apart (send_frame()).
   const auto world_at = [](std::uint64_t tick, std::size_t node) {
     std::vector<Vec3f> shown(27);
     hairnet::displacements_of(small_basis().basis, coefficients_at(tick, kOwnMember), shown);
@@ -244,12 +247,13 @@ TEST(LinkCoreShare, only_a_share_of_the_members_is_decoded_and_all_are_counted) 
   EXPECT_EQ(d.core.counters().frames_received, 1000u);
 }
 
-// The basis of its member is not here yet.
+// Adds a member kNew, whose basis the client does not have.
 class ReceivingBasis : public Receiving {
  protected:
   static constexpr std::uint32_t kNew = 41;
   ReceivingBasis() {
-    hair_.basis.unit[0] *= 2;  // not the basis of the other members
+    // With another unit, this basis has another hash than that of the members of the set-up.
+    hair_.basis.unit[0] *= 2;
     file_ = basis_file(hair_), hash_ = wire::hash_groom(file_);
     d.send(wire::MemberJoined{kNew, 9, 2, hash_of(3)});
     d.core.take_events();
@@ -323,7 +327,8 @@ TEST_F(ReceivingBasis, of_a_sleeping_character_is_asked_for_again) {
   bool asked = false;
   for (int i = 0; i < 10 && !asked; ++i) {
     d.pass(500 * kMs);
-    d.send(wire::RoomWind{});  // the server is still there
+    // This message stands for a server that is alive.
+    d.send(wire::RoomWind{});
     for (const wire::Message& message : d.take_all())
       asked = asked || std::holds_alternative<wire::GroomRequest>(message);
   }
@@ -355,6 +360,7 @@ TEST_F(ReceivingBasis, ask_again_for_a_basis_that_was_refused_but_not_at_once) {
   EXPECT_THAT(d.events<wire::Error>(), testing::IsEmpty());
   send_frame(11, kNew);
   EXPECT_THAT(d.take_all(), testing::IsEmpty());
+  // A refused basis may be asked for again after GroomFiles::kAskAgain_ns, 2 s.
   d.pass(2500 * kMs);
   d.take_all();
   send_frame(12, kNew);
@@ -370,6 +376,7 @@ TEST_F(ReceivingBasis, are_not_decoded_with_an_older_basis) {
 }
 
 TEST_F(ReceivingBasis, whose_basis_cannot_be_used_leave_the_hair_at_rest_and_say_why_once) {
+  // The client gets half of a basis file whose hash fits, so only decoding can find the damage.
   file_.resize(file_.size() / 2);
   hash_ = wire::hash_groom(file_);
   fetch();

@@ -3,7 +3,8 @@
 namespace hairnet::link {
 namespace {
 
-// Hair that swung when its server was lost; another server has the character, and no lattice of it yet.
+// Hair moves when the connection to its server is lost. The next server has the character, but sends no lattice of it
+// yet, so the client may show the last known hair. `resumed` says that the server continued the session.
 class Restarted : public Receiving {
  protected:
   explicit Restarted(bool resumed = false) {
@@ -23,6 +24,7 @@ class Restarted : public Receiving {
     d.expect<wire::Hello>();
     d.send(welcome_to(7));
   }
+  // Sends a frame without hair, and returns whether the client shows it with the last known hair.
   bool keeps_hair(std::uint64_t tick) {
     send_rigid_frame(tick, kOwnMember);
     const std::optional<Frame> frame = received();
@@ -63,6 +65,8 @@ TEST_F(Restarted, nothing_of_other_clients_is_kept) {
 
 TEST_F(Restarted, a_server_that_has_the_groom_and_gives_no_lattice_is_believed_after_a_while) {
   d.send(wire::GroomStatus{hash_of(1), wire::GroomState::building});
+  // A build of levels may take any time. Only when it is ready, the server has kLatticeWait_ns, 1 s
+  // (last_known_hair.cpp), from its next frame on.
   d.pass(60'000 * kMs);
   EXPECT_TRUE(keeps_hair(3));
   d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
@@ -75,6 +79,7 @@ TEST_F(Restarted, a_server_that_has_the_groom_and_gives_no_lattice_is_believed_a
 TEST_F(Restarted, own_hair_keeps_its_shape_until_a_slow_line_has_brought_its_basis) {
   d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
   d.send(wire::GroomBasis{hash_of(1), hash_of(77)});
+  // The basis hash_of(77) does not arrive, so the lattice of the frame below cannot be shown.
   d.pass(5'000 * kMs);
   send_frame(4, kOwnMember, {});
   const std::optional<Frame> frame = received();
@@ -86,6 +91,7 @@ TEST_F(Restarted, own_hair_keeps_its_shape_until_a_slow_line_has_brought_its_bas
 TEST_F(Restarted, the_next_server_gets_as_long_again_for_its_lattice) {
   d.send(wire::GroomStatus{hash_of(1), wire::GroomState::ready});
   EXPECT_TRUE(keeps_hair(2));
+  // The first server has used 0.9 s of its second. The next server must get a whole one.
   d.pass(900 * kMs);
   EXPECT_TRUE(keeps_hair(3));
   come_to_next_server();

@@ -14,9 +14,11 @@ namespace hairnet::link {
 namespace {
 
 constexpr std::uint32_t kMember = 40;
-// Is an RMS over the hair.
+// Bounds the distance (distance_m()) of hair that is evaluated here from hair that the server evaluates. Networks that
+// began at different times differ by at most 2.4 mm RMS after kLearntSettled_ticks, in nearly all clips
+// (learnt_hair.hpp).
 constexpr float kNear_m = 5e-3f;
-// Bounds a surprise, which fades.
+// Bounds the distance while the jump from the hair that was shown to the hair of the server is spread over some frames.
 constexpr float kSurprise_m = 0.2f;
 constexpr std::uint64_t kSettled = kLearntSettled_ticks;
 
@@ -26,7 +28,8 @@ Pose moved_pose(std::uint64_t tick, std::uint32_t member = kMember) {
   return rigid_pose({turn, {0.1 * std::sin(3 * t), 1.6, 0.1 * std::cos(2 * t)}});
 }
 
-// Hair that takes a third of a second to follow, and moves by some centimetres.
+// Returns random weights of moderate size: hair follows the head within a third of a second, and moves by some
+// centimetres.
 LearntHair hair_like() {
   LearntHair hair = support::random_learnt_hair(3);
   std::fill_n(hair.bias.begin(), hair.hidden_count, -1.0f);
@@ -34,6 +37,8 @@ LearntHair hair_like() {
   return hair;
 }
 
+// Returns the Euclidean distance of two sets of coefficients. The rounding of 12 coefficients makes 0.1 mm of it, so
+// tests allow 0.2 mm for hair that is shown as it was sent.
 float distance_m(std::span<const float> a, std::span<const float> b) {
   EXPECT_EQ(a.size(), b.size());
   float squares = 0;
@@ -76,12 +81,13 @@ class ReceivingLearnt : public testing::Test {
     send_file(basis_);
     d.send(wire::GroomLearnt{hash_of(2), wire::hash_groom(network_)});
   }
-  // As the answer to a frame that needs it.
+  // Asks for the file and sends it, so that the client takes it as if a frame had needed it.
   void send_file(const std::vector<std::uint8_t>& file) {
     d.core.request_groom(wire::hash_groom(file));
     d.take_all();
     d.send(wire::GroomData{wire::hash_groom(file), file.size(), 0, file});
   }
+  // Shows a learnt frame, and gives the client the network for it. From the next frame on the client can evaluate.
   void fetch(std::uint64_t tick) {
     show(tick);
     send_file(network_);
@@ -90,7 +96,8 @@ class ReceivingLearnt : public testing::Test {
     LevelIndex level = LevelIndex::learnt;
     bool evaluated = false, discontinuous = false;
   };
-  // The frame of a member at a tick, and what the client makes of it.
+  // Sends the frame of a member at a tick, and returns the coefficients that the client shows. An evaluated frame comes
+  // without coefficients; one at another level than learnt has 0.03 m for each.
   std::vector<float> show(std::uint64_t tick, Sent sent) {
     send({kMember}, tick, sent);
     const std::optional<FrameBatch> batch = d.event<FrameBatch>();
@@ -102,7 +109,8 @@ class ReceivingLearnt : public testing::Test {
   void send(const std::vector<std::uint32_t>& members, std::uint64_t tick, Sent sent) {
     send(members, tick, sent, tick);
   }
-  // `at`: the tick of the poses and the hair, when another.
+  // Sends one batch. `at` is the tick of the poses and the hair, when another than that of the frames; the hair is then
+  // 0.01 m for each coefficient.
   void send(const std::vector<std::uint32_t>& members, std::uint64_t tick, Sent sent, std::uint64_t at) {
     const codec::CoefficientCode code(small_basis().basis.deviation_m);
     wire::FrameBatch batch;
@@ -123,6 +131,8 @@ class ReceivingLearnt : public testing::Test {
   const std::vector<float>& served(std::uint32_t member, std::uint64_t tick) {
     return served_.try_emplace(member, learnt_, member).first->second.at(tick);
   }
+  // Returns how often the client has told the server, since the last call, that it evaluates. All other messages are
+  // dropped.
   std::size_t announced() {
     std::size_t count = 0;
     for (const wire::Message& message : d.take_all()) count += std::holds_alternative<wire::EvaluateLearnt>(message);
@@ -173,12 +183,15 @@ TEST_F(ReceivingLearnt, that_joins_late_evaluates_what_the_server_has) {
     most = std::max(most, distance_m(shown, last));
     last = shown;
   }
-  EXPECT_GT(fastest, kNear_m);  // the hair moves
+  // The hair must move by more between two ticks than it may be wrong. Without that, hair that stands still would pass.
+  EXPECT_GT(fastest, kNear_m);
+  // The change from coefficients to the network is no jump: it moves hair hardly more than a tick does.
   EXPECT_LT(at_switch, 1.2f * fastest);
   EXPECT_EQ(d.core.counters().frames_evaluated, 300 - 101 - kSettled);
 }
 
 TEST_F(ReceivingLearnt, evaluates_what_the_server_has_when_a_fifth_of_the_frames_is_lost) {
+  // The seed is fixed so that the same frames are lost in each run.
   Random random(7);
   fetch(100);
   float square_sum = 0, most = 0;
@@ -194,7 +207,8 @@ TEST_F(ReceivingLearnt, evaluates_what_the_server_has_when_a_fifth_of_the_frames
     ++count;
   }
   EXPECT_LT(std::sqrt(square_sum / static_cast<float>(count)), kNear_m);
-  EXPECT_LT(most, 3 * kNear_m);  // after several in a row
+  // The error is largest where several frames in a row are lost.
+  EXPECT_LT(most, 3 * kNear_m);
 }
 
 TEST_F(ReceivingLearnt, goes_on_from_what_was_shown_after_a_gap_that_the_server_does_not_know_of) {
@@ -202,10 +216,13 @@ TEST_F(ReceivingLearnt, goes_on_from_what_was_shown_after_a_gap_that_the_server_
   for (std::uint64_t tick = 101; tick < 180; ++tick) show(tick, {.evaluated = tick >= 101 + kSettled});
   const std::vector<float> before = show_evaluated(180);
   EXPECT_EQ(announced(), 1u);
+  // The 15 ticks from 180 to 195 are more than kLearntGapMax_ticks, 8: the network begins again, from the hair that was
+  // shown.
   EXPECT_LT(distance_m(show_evaluated(195), before), 1e-6f);
   EXPECT_EQ(announced(), 1u) << "the server is told of the gap";
   for (std::uint64_t tick = 196; tick < 200; ++tick) show_evaluated(tick);
   for (std::uint64_t tick = 200; tick < 200 + kSettled; ++tick)
+    // From here on the server answers with coefficients. The first frame may be far from what was shown.
     EXPECT_LT(distance_m(show(tick), served(kMember, tick)), tick < 201 ? 1 : kSurprise_m) << tick;
   for (std::uint64_t tick = 200 + kSettled; tick < 260 + kSettled; ++tick)
     EXPECT_LT(distance_m(show_evaluated(tick), served(kMember, tick)), kNear_m) << tick;
@@ -228,9 +245,11 @@ TEST_F(ReceivingLearnt, tells_of_each_gap_and_again_when_nothing_changes) {
   EXPECT_EQ(announced(), 1u);
   show_evaluated(300);
   EXPECT_EQ(announced(), 1u);
-  show(301);  // the answer
+  // A frame with coefficients is the answer of the server to the message.
+  show(301);
   show_evaluated(330);
   EXPECT_EQ(announced(), 1u);
+  // The same message is sent again at the earliest after kLearntSettled_ticks, 60: here at tick 390.
   show_evaluated(350);
   EXPECT_EQ(announced(), 0u) << "the same message is on its way";
   for (std::uint64_t tick = 351; tick < 400; ++tick) show_evaluated(tick);
@@ -246,6 +265,7 @@ TEST_F(ReceivingLearnt, goes_on_smoothly_to_another_level_and_ends_with_its_hair
   EXPECT_LT(distance_m(last, served(kMember, 201)), kNear_m) << "as if the level had not ended";
   for (std::uint64_t tick = 202; tick < 260; ++tick) {
     const std::vector<float> shown = show(tick, {.level = LevelIndex::low});
+    // A tick may take at most 0.3 of the remaining way to the sent hair, beside the speed that the hair had.
     EXPECT_LT(distance_m(shown, last), 0.3f * distance_m(last, std::vector<float>(12, 0.03f)) + speed) << tick;
     last = shown;
   }
@@ -263,19 +283,22 @@ TEST_F(ReceivingLearnt, shows_a_jump_as_it_is_and_continues_the_network) {
 }
 
 TEST_F(ReceivingLearnt, evaluates_members_side_by_side_as_each_by_itself) {
+  // The 40 members fill more than two groups of kLearntWidth, 16, which a step evaluates side by side.
   std::vector<std::uint32_t> members;
   for (std::uint32_t member = kMember; member < kMember + 40; ++member) {
     d.send(wire::MemberJoined{member, 9, member, hash_of(2)});
     members.push_back(member);
   }
   fetch(100);
-  // The same frames twice: a batch of all, and then a batch of each.
+  // Sends the same frames, in batches of all members or of one member each, and returns what is shown. The second call
+  // begins 70 ticks after the first, so every network begins again.
   const auto shown = [&](bool together) {
     std::map<std::pair<std::uint64_t, std::uint32_t>, std::vector<float>> coefficients;
-    const std::uint64_t first = together ? 201 : 301;  // after a gap
+    const std::uint64_t first = together ? 201 : 301;
     for (std::uint64_t tick = first; tick < first + 30; ++tick) {
       std::vector<std::vector<std::uint32_t>> batches(together ? 1 : members.size());
-      for (std::size_t m = 0; m < members.size(); ++m)  // some miss ticks
+      // Every member misses every fifth tick.
+      for (std::size_t m = 0; m < members.size(); ++m)
         if ((m + tick) % 5 != 0) batches[together ? 0 : m].push_back(members[m]);
       for (const auto& batch : batches)
         if (!batch.empty()) send(batch, tick, {.evaluated = tick > first + 10}, tick - first);
@@ -285,6 +308,7 @@ TEST_F(ReceivingLearnt, evaluates_members_side_by_side_as_each_by_itself) {
     return coefficients;
   };
   const auto together = shown(true), alone = shown(false);
+  // The 40 members have 960 frames: four fifths of 30 ticks.
   EXPECT_GT(together.size(), 900u);
   EXPECT_EQ(together, alone);
 }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kSlowHost = "slow.invalid";
 
-// The system's answer to that name, which comes when the test lets it.
+// Holds back the answer of the system for kSlowHost until the test lets it come.
 struct SlowAnswer {
   std::mutex mutex;
   std::condition_variable changed;
@@ -36,7 +36,8 @@ SlowAnswer* slow_answer = nullptr;
 
 }  // namespace
 
-// Takes the place of the system's.
+// Replaces getaddrinfo() of the system, so that looking up kSlowHost takes as long as a test wants. All other names are
+// passed on.
 extern "C" int getaddrinfo(const char* host, const char* service, const addrinfo* hints, addrinfo** found) {
   static const auto system = reinterpret_cast<decltype(&::getaddrinfo)>(dlsym(RTLD_NEXT, "getaddrinfo"));
   if (!host || std::string_view(host) != kSlowHost || !slow_answer) return system(host, service, hints, found);
@@ -79,25 +80,26 @@ TEST_P(LinkLookup, that_is_cancelled_ends_at_once_and_its_answer_connects_nothin
   options.server.host = kSlowHost;
   options.server.port = port.local_endpoint().port();
   std::shared_ptr<ServerStream> stream = GetParam().value(io_, options);
-  std::optional<std::string> fault;
+  std::optional<std::string> error;
   asio::co_spawn(
-      io_, [&]() -> asio::awaitable<void> { fault = co_await stream->open(); }, asio::detached);
+      io_, [&]() -> asio::awaitable<void> { error = co_await stream->open(); }, asio::detached);
   run_until([&] {
     const std::lock_guard lock(answer_.mutex);
     return answer_.is_asked;
   });
-  EXPECT_FALSE(fault);
+  EXPECT_FALSE(error);
   stream->close();
-  run_until([&] { return fault.has_value(); });
+  run_until([&] { return error.has_value(); });
   EXPECT_FALSE(answer_.has_answered);
-  EXPECT_THAT(*fault, ::testing::HasSubstr("cannot find slow.invalid"));
+  EXPECT_THAT(*error, ::testing::HasSubstr("cannot find slow.invalid"));
   stream.reset();
   answer_.set(answer_.may_answer);
   answer_.wait_for(answer_.has_answered);
+  // A connection to the port would be there after this time.
   io_.run_for(std::chrono::milliseconds(50));
-  boost::system::error_code error;
-  const asio::ip::tcp::socket connected = port.accept(error);
-  EXPECT_EQ(error, asio::error::would_block);
+  boost::system::error_code accepted;
+  const asio::ip::tcp::socket connected = port.accept(accepted);
+  EXPECT_EQ(accepted, asio::error::would_block);
 }
 
 TEST_P(LinkLookup, of_a_stream_that_is_closed_before_asks_nobody) {
@@ -105,10 +107,10 @@ TEST_P(LinkLookup, of_a_stream_that_is_closed_before_asks_nobody) {
   options.server.host = kSlowHost;
   const std::shared_ptr<ServerStream> stream = GetParam().value(io_, options);
   stream->close();
-  std::optional<std::string> fault;
+  std::optional<std::string> error;
   asio::co_spawn(
-      io_, [&]() -> asio::awaitable<void> { fault = co_await stream->open(); }, asio::detached);
-  run_until([&] { return fault.has_value(); });
+      io_, [&]() -> asio::awaitable<void> { error = co_await stream->open(); }, asio::detached);
+  run_until([&] { return error.has_value(); });
   EXPECT_FALSE(answer_.is_asked);
 }
 

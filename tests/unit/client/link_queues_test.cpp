@@ -115,7 +115,8 @@ TEST(SendQueue, a_dropped_teleport_passes_to_the_next_pose_of_that_character) {
   queue.push_poses(pose_of(7, 1));
   ASSERT_EQ(queue.poses_dropped(), 0u);
   queue.push_poses(pose_of(8, SendQueue::kPoseBatchesMax + 1));
-  ASSERT_EQ(queue.poses_dropped(), 2u);  // one of each, which went together
+  // The oldest batch holds one pose of each character, since a batch that waits last takes in the poses of others.
+  ASSERT_EQ(queue.poses_dropped(), 2u);
   std::vector<std::uint32_t> jumps;
   while (const auto message = queue.pop()) {
     for (const wire::PoseSample& pose : std::get<wire::PoseBatch>(*message).poses)
@@ -216,7 +217,8 @@ TEST(EventQueue, events_come_in_order_and_only_once) {
 
 TEST(EventQueue, the_oldest_frames_are_dropped_and_counted_and_pass_on_their_discontinuities) {
   EventQueue events;
-  constexpr std::size_t kNumbers = EventQueue::kFrameBytesMax / 4 / sizeof(float);  // a quarter of the bound
+  // Each frame has a quarter of the bound and a little more, so three of the five fit.
+  constexpr std::size_t kNumbers = EventQueue::kFrameBytesMax / 4 / sizeof(float);
   ASSERT_TRUE(events.push(wire::CharacterAdded{1, {}, LevelIndex::high, 1}));
   for (std::uint64_t tick = 0; tick < 5; ++tick) ASSERT_TRUE(events.push(frames_at(tick, kNumbers, tick == 1)));
   EXPECT_EQ(events.frames_dropped(), 2u);

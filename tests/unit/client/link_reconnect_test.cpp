@@ -13,6 +13,7 @@ TEST_F(Settled, a_broken_connection_is_replaced_after_the_reported_wait) {
   const std::optional<Reconnecting> lost = d.event<Reconnecting>();
   ASSERT_TRUE(lost);
   EXPECT_EQ(lost->detail, "the cable");
+  // An outage that has just begun has the shortest bound of waits, Backoff::kBoundMin_ns.
   EXPECT_LE(lost->wait_s, 0.1);
   EXPECT_FALSE(d.core.wants_connection());
   const std::int64_t before = d.now_ns;
@@ -87,6 +88,8 @@ TEST(LinkCoreWithoutReconnect, keeps_a_connection_that_works) {
 }
 
 TEST_F(Settled, a_client_that_does_not_poll_ends_rather_than_goes_on_elsewhere) {
+  // Each of these messages is too long, so the client itself answers it with an Error event that nobody takes. `fit` is
+  // how many such events fit the queue beside the Connected of `other`; in `d`, one more takes its place.
   const auto cause_event = [](LinkCore& core) {
     core.send(wire::SetAppearance{7, std::string(wire::kTagBytesMax + 1, 'x'), {}});
   };
@@ -95,7 +98,7 @@ TEST_F(Settled, a_client_that_does_not_poll_ends_rather_than_goes_on_elsewhere) 
   int fit = -1;
   for (; !other.core.ended(); ++fit) cause_event(other.core);
   d.core.take_events();
-  for (int n = 0; n < fit + 1; ++n) cause_event(d.core);  // `other` had its Connected waiting, too
+  for (int n = 0; n < fit + 1; ++n) cause_event(d.core);
   ASSERT_TRUE(d.core.active());
   EXPECT_FALSE(d.core.replace_connection("a better one", d.now_ns));
   EXPECT_TRUE(d.core.ended());
@@ -139,7 +142,7 @@ TEST_F(Settled, after_a_resume_only_possibly_missed_messages_are_sent_again) {
   EXPECT_TRUE(d.event<wire::Error>());
 }
 
-TEST_F(Settled, a_character_that_is_announced_before_it_is_refused_is_no_fault) {
+TEST_F(Settled, a_character_that_is_announced_before_it_is_refused_is_no_error) {
   d.core.send(wire::AddCharacter{8, hash_of(1), LevelIndex::high});
   break_off();
   come_back(welcome_to(5, true));
@@ -184,6 +187,7 @@ TEST_F(Settled, a_removal_is_told_also_when_its_member_has_left_unannounced_mean
   d.core.send(wire::RemoveCharacter{7});
   break_off();
   come_back(welcome_to(5, true));
+  // A member that is not announced within kMembersResendWait_ns, 1 s, after a resume has left (link_core.cpp).
   d.pass(2'000'000'000);
   d.core.take_events();
   d.send(wire::Error{wire::ErrorReason::character_unknown, 7, {}, ""});
@@ -333,13 +337,15 @@ TEST_F(Settled, waits_grow_while_nothing_works_and_are_short_again_after_a_good_
     return longest_s;
   };
   break_off();
+  // A wait is random, up to the length of the outage and at most 5 s (Backoff): the longest of 40 comes near 5 s.
   const double longest_s = longest_of(40);
   EXPECT_GT(longest_s, 4);
   EXPECT_LE(longest_s, 5);
   come_back(welcome_to(6));
   d.pass(100 * kMs);
   d.core.take_events();
-  break_off();  // a welcome alone is no sign of health
+  // Only a session of kStable_ns, 5 s (link_core.cpp), makes waits short again. This one has lasted 0.1 s.
+  break_off();
   for (int i = 0; i < 5; ++i) (void)longest_of(1);
   EXPECT_GT(longest_of(30), 4);
   come_back(welcome_to(7));
@@ -395,10 +401,11 @@ TEST_F(Settled, a_teleport_that_was_lost_passes_to_the_next_pose_sent) {
   wire::PoseSample pose;
   pose.character = 7;
   pose.teleport = true;
-  d.core.push_poses({pose});  // waits
+  // The first pose is dropped when the connection breaks, the second for lack of a connection.
+  d.core.push_poses({pose});
   break_off();
   pose.teleport = false;
-  d.core.push_poses({pose});  // nowhere to go
+  d.core.push_poses({pose});
   EXPECT_EQ(d.core.counters().poses_dropped, 2u);
   come_back(welcome_to(5, true));
   d.take_all();
@@ -434,6 +441,7 @@ TEST_F(Settled, another_server_gets_the_newest_pose_with_the_character) {
   come_back(welcome_to(6, true));
   EXPECT_TRUE(std::ranges::all_of(d.take_all(), no_pose)) << "the same server has it";
   d.core.push_poses({pose_at(4)});
+  // Only a pose that is at most kPoseAgeMax_ns, 500 ms, old goes to another server (link_core.cpp).
   d.pass(600 * kMs);
   break_off();
   come_back(welcome_to(7, false));

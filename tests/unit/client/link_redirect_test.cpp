@@ -100,6 +100,8 @@ TEST_F(Settled, a_redirect_to_nobody_asks_the_first_server_after_a_wait) {
 }
 
 TEST_F(Settled, servers_that_send_it_on_and_on_are_left) {
+  // A client follows kRedirectsMax, 4, redirects in a row (link_core.cpp). At the fifth it starts again at the first
+  // server, after a wait.
   for (std::uint16_t port = 1; port <= 5; ++port) {
     d.send(redirect_to("hair", port));
     d.close_as_wanted();
@@ -129,7 +131,7 @@ TEST(LinkCoreRedirects, a_first_welcome_may_come_from_another_server) {
   EXPECT_TRUE(d.core.active());
 }
 
-// A client before its first welcome, whose room was held by hair-2, a server that has died.
+// Plays a client before its first welcome. Its server sends it to hair-2, which has died.
 class OfDeadServer : public ::testing::Test {
  protected:
   OfDeadServer() { d.core.start(); }
@@ -153,6 +155,7 @@ class OfDeadServer : public ::testing::Test {
 };
 
 TEST_F(OfDeadServer, the_first_server_is_asked_until_it_takes_the_room) {
+  // Waits grow with the outage, up to 5 s, and are random (Backoff): 20 s see between 5 and 100 attempts.
   int asked = 0;
   for (const std::int64_t begin_ns = d.now_ns; d.now_ns - begin_ns < 20'000 * kMs; ++asked) {
     ask();
@@ -174,6 +177,8 @@ TEST_F(OfDeadServer, the_link_ends_when_the_room_does_not_come_back) {
     ask();
     if (!d.core.ended()) be_sent_to_the_dead();
   }
+  // A client without a welcome gives up after kRoomPatience_ns, 30 s (link_core.cpp), at the next failure. The waits
+  // between failures are at most 5 s.
   EXPECT_GE(d.now_ns - begin_ns, 30'000 * kMs);
   EXPECT_LT(d.now_ns - begin_ns, 40'000 * kMs);
   EXPECT_EQ(d.core.end_detail(), "nobody listens");

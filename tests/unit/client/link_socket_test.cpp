@@ -23,19 +23,20 @@ bool is_sign_of_life(const wire::Message& message) {
   return batch != nullptr && batch->poses.empty();
 }
 
-// The server's side of one connection, scripted by the test on a thread of its own.
+// Plays the server's side of one connection, on a thread of its own, as the test's script says.
 class ScriptedServer {
  public:
   class Peer {
    public:
     explicit Peer(tcp::socket socket) : socket_(std::move(socket)) {}
-    // None when the client has closed.
+    // Returns nothing when the client has closed the connection.
     std::optional<wire::Message> read() {
       std::uint32_t size = 0;
       boost::system::error_code ec;
       asio::read(socket_, asio::buffer(&size, 4), ec);
       if (ec) return std::nullopt;
-      std::vector<std::uint64_t> words((4 + size + 7) / 8);  // packets are decoded where they are aligned
+      // The decoder needs packets to be aligned, so this is not a vector of bytes.
+      std::vector<std::uint64_t> words((4 + size + 7) / 8);
       auto* packet = reinterpret_cast<std::uint8_t*>(words.data());
       std::memcpy(packet, &size, 4);
       asio::read(socket_, asio::buffer(packet + 4, size), ec);
@@ -44,7 +45,7 @@ class ScriptedServer {
       EXPECT_EQ(decoded.error, wire::DecodeError::none) << decoded.detail;
       return std::move(decoded.envelope.message);
     }
-    // Signs of life may come before it.
+    // Reads the next message that is no sign of life; it must be a T.
     template <class T>
     T expect() {
       std::optional<wire::Message> message = read();
@@ -108,7 +109,7 @@ Groom groom_of(std::size_t points) {
   Groom groom;
   groom.name = "line";
   groom.group_names = {"all"};
-  // Noise, which no packing makes smaller.
+  // The points are noise, which compression does not make smaller, so the size of the file is known.
   std::minstd_rand random;
   const auto noise = [&] { return 0.3f * static_cast<float>(random()) / static_cast<float>(std::minstd_rand::max()); };
   std::vector<Vec3f> strand(points);
@@ -249,7 +250,8 @@ TEST(Link, uploads_from_the_offset_that_the_server_asks_for) {
   Link link(server.options());
   ASSERT_TRUE(link.connect());
   link.offer_groom(wire::hash_groom(bytes), shared(bytes));
-  link.offer_groom(wire::hash_groom(bytes), shared(bytes));  // twice is one upload
+  // A groom that is offered twice is uploaded once.
+  link.offer_groom(wire::hash_groom(bytes), shared(bytes));
   wait_for_end(link);
   EXPECT_TRUE(std::equal(bytes.begin() + offset, bytes.end(), received.begin(), received.end()));
 }
@@ -279,12 +281,14 @@ TEST(Link, poses_overtake_a_large_upload) {
   });
   Link link(server.options());
   ASSERT_TRUE(link.connect());
-  const std::vector<std::uint8_t> bytes = wire::encode_groom(groom_of(3'000'000));  // far more than socket buffers
+  // The groom is far larger than the buffers of the sockets, so most of it still waits here when the pose is pushed.
+  const std::vector<std::uint8_t> bytes = wire::encode_groom(groom_of(3'000'000));
   link.offer_groom(wire::hash_groom(bytes), shared(bytes));
   upload_started.get_future().wait();
   link.push_poses(std::vector<wire::PoseSample>(1));
   poses_pushed.set_value();
   wait_for_end(link);
+  // The pose arrives before most chunks although it was pushed after them.
   EXPECT_GT(chunks_after, chunks_before);
 }
 
@@ -298,7 +302,8 @@ TEST(Link, server_times_map_to_the_links_clock) {
   const std::int64_t before = link.now_ns();
   ASSERT_TRUE(link.connect());
   const std::int64_t after = link.now_ns();
-  const std::int64_t mapped = link.to_local_ns(1);  // the welcome's clock
+  // The clock of the welcome is 1.
+  const std::int64_t mapped = link.to_local_ns(1);
   EXPECT_GE(mapped, before);
   EXPECT_LE(mapped, after);
 }

@@ -4,7 +4,7 @@
 #include "schema/codec/hand_code.hpp"
 #include "tests/unit/client/link_core_driver.hpp"
 
-// Hands on their way to the server and from it, and what else is said of touch.
+// Tests how a LinkCore sends hands, and what it makes of messages about touch.
 namespace hairnet::link {
 namespace {
 
@@ -16,7 +16,7 @@ Hand hand_at(double x, std::uint8_t number = 0) {
   return {number, {Quat::Identity(), Vec3(x, 1, 2)}, false, {{Vec3::Zero(), Vec3(0, 0.08, 0), 0.01}}};
 }
 
-// Takes some 32 bytes a hand.
+// Returns hands with large numbers, so that each takes some 32 bytes of a packet.
 std::vector<Hand> far_hands(std::size_t count) {
   std::vector<Hand> hands;
   for (std::size_t i = 0; i < count; ++i)
@@ -27,6 +27,7 @@ std::vector<Hand> far_hands(std::size_t count) {
   return hands;
 }
 
+// Gives each test a client that has three own characters after join(). Poses come 14 ms apart, as from a 72 Hz headset.
 class TouchLinkTest : public ::testing::Test {
  protected:
   void open(bool has_datagrams, wire::Welcome welcome = welcome_to(5)) {
@@ -139,6 +140,8 @@ TEST_F(TouchLinkTest, hands_without_a_session_are_dropped) {
 
 TEST_F(TouchLinkTest, poses_of_before_make_way_for_hands_in_a_datagram) {
   join(true);
+  // A datagram repeats the last two poses of each character (SentPoses::kPosesMax), so the third one is as large as
+  // they become.
   std::size_t poses_bytes = 0;
   for (int i = 0; i < 3; ++i) {
     d.now_ns += 14 * kMs;
@@ -147,6 +150,7 @@ TEST_F(TouchLinkTest, poses_of_before_make_way_for_hands_in_a_datagram) {
   }
   ASSERT_LE(poses_bytes, wire::kDatagramBytesMax);
   std::size_t count = 1;
+  // So many hands fit a datagram beside new poses, but not beside the repeated ones too.
   while (poses_bytes + codec::encode_hands(far_hands(count)).size() <= wire::kDatagramBytesMax) ++count;
   d.now_ns += 14 * kMs;
   push_poses(3);
@@ -174,6 +178,7 @@ TEST_F(TouchLinkTest, many_hands_have_a_datagram_of_their_own) {
     batch.hands = wire::HandsSample{9, d.now_ns, far_hands(hands)};
     return wire::encode_client_packet(d.now_ns, batch).size();
   };
+  // So many hands do not fit a datagram even beside the new poses alone.
   while (bytes_with(count) <= wire::kDatagramBytesMax) ++count;
   ASSERT_LE(codec::encode_hands(far_hands(count)).size(), wire::kHandsBytesMax);
   push_poses(3);
@@ -199,6 +204,7 @@ TEST_F(TouchLinkTest, the_most_hands_fit_no_datagram_and_are_a_packet_of_their_o
   d.take_all();
   d.now_ns += 14 * kMs;
   std::vector<Hand> most = far_hands(kHandShapesMax);
+  // The largest coordinates of all make wire::kHandsBytesMax, 1041 bytes, which is more than a datagram has.
   for (Hand& hand : most) {
     hand.place.position.setConstant(kHandPlaceMax_m);
     hand.shapes[0] = {Vec3::Constant(kHandSizeMax_m), Vec3::Constant(-kHandSizeMax_m), kHandSizeMax_m, true};
@@ -292,6 +298,8 @@ TEST(EventQueueOfHands, drops_the_oldest_the_longer_nobody_reads) {
   wire::RoomHands crowd;
   while (crowd.people.size() < 1000) crowd.people.push_back({crowd.people.size(), {glove}});
   const std::size_t crowd_bytes = crowd.people.size() * kHandShapesMax * sizeof(HandShape);
+  // The hands together exceed the bound of events that must not be dropped, which would end the link. They count with
+  // frames, whose oldest are dropped.
   for (; crowd.tick <= EventQueue::kOtherBytesMax / crowd_bytes; ++crowd.tick) ASSERT_TRUE(events.push(crowd));
   ASSERT_TRUE(events.push(Connected{}));
   const std::vector<Event> all = events.take_all();

@@ -20,12 +20,13 @@
 #include "tests/support/case_name.hpp"
 #include "tests/unit/client/page_in_front.hpp"
 
-// A Link against the server's own port, by every transport.
+// Tests Link against the port of the real server, over every transport.
 namespace hairnet::link {
 namespace {
 
 using ::testing::HasSubstr;
 
+// The server sends a groom piece of this size after each welcome.
 constexpr std::size_t kChunkBytes = 200'000;
 // The server listens there too, but its certificate does not name it.
 constexpr const char* kOtherHost = "127.0.0.2";
@@ -48,7 +49,8 @@ class Welcoming : public server::PacketSink {
       send(wire::MemberJoined{9, 1, 1, {}});
       if (breaks_off_) connection_->close("as the test wants it");
     } else if (const auto* batch = std::get_if<wire::PoseBatch>(&decoded.envelope.message)) {
-      if (!batch->poses.empty()) ++poses_;  // else it is a sign of life
+      // An empty batch is a sign of life.
+      if (!batch->poses.empty()) ++poses_;
     } else if (std::holds_alternative<wire::Goodbye>(decoded.envelope.message)) {
       connection_->close("goodbye");
     }
@@ -65,6 +67,7 @@ class Welcoming : public server::PacketSink {
   std::atomic<std::size_t>& poses_;
 };
 
+// Makes a certificate for 127.0.0.1 with deploy/certificate, in a folder of its own that is removed at the end.
 struct Certificate {
   Certificate() {
     std::string made = (std::filesystem::temp_directory_path() / "hairnet_link_XXXXXX").string();
@@ -78,9 +81,12 @@ struct Certificate {
   bool valid = false;
 };
 
-// A server's port, with a certificate or without, that takes all transports.
+// Gives each test a server at a free port, which takes every transport. Tests set `options_` and `breaks_off_` before
+// they connect a Link.
 class LinkAndPort : public ::testing::Test {
  protected:
+  // Starts the server on a thread of its own. Without a certificate, it makes one for WebTransport itself, and names
+  // its hash in its page.
   void listen(bool has_certificate, bool has_webtransport = true) {
     ASSERT_TRUE(certificate_.valid) << "deploy/certificate failed";
     server::TransportOptions options;
@@ -171,9 +177,11 @@ TEST_P(LinkByTransport, packets_go_both_ways) {
     EXPECT_EQ(link.transport(), options_.transport == TransportChoice::address ? to_string(options_.server.transport)
                                                                                : std::string_view("webtransport"));
     EXPECT_EQ(wait_for<wire::MemberJoined>(link).member, 9u);
-    link.push_poses(std::vector<wire::PoseSample>(4096));  // 700 kB
+    // These poses take 700 kB, so that no transport sends them at once.
+    link.push_poses(std::vector<wire::PoseSample>(4096));
     wire::PoseSample jump;
-    jump.teleport = true;  // or it may be lost in a datagram
+    // A teleport never travels in a datagram, so it cannot get lost.
+    jump.teleport = true;
     link.push_poses({jump});
     while (poses_ < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     link.close();
@@ -228,7 +236,8 @@ INSTANTIATE_TEST_SUITE_P(PlainTransports, LinkByTransport,
 INSTANTIATE_TEST_SUITE_P(Transports, LinkByTransport, kEncryptedWays, support::CaseName());
 INSTANTIATE_TEST_SUITE_P(Transports, LinkByEncryptedTransport, kEncryptedWays, support::CaseName());
 
-// What a link connects to is up to the test.
+// Tests which transport a Link chooses (TransportChoice::automatic is the default), and what makes it fall back to the
+// transport of the address.
 class LinkChooses : public LinkAndPort {
  protected:
   std::string transport_after_connect() {
@@ -273,16 +282,19 @@ TEST_F(LinkChooses, the_address_where_the_certificate_is_not_to_be_trusted) {
 std::string page_of(std::uint16_t port, const std::string& hashes) {
   return "{\"port\":" + std::to_string(port) + R"(,"path":"/wt","hashes":[)" + hashes + "]}";
 }
+// Returns a port at which nothing listens any more.
 std::uint16_t closed_udp_port() {
   boost::asio::io_context io;
   return boost::asio::ip::udp::socket(io, {boost::asio::ip::address_v4::loopback(), 0}).local_endpoint().port();
 }
+// Is the form of a SHA-256 hash in base64: 32 bytes, all zero, which no certificate has.
 const std::string kWrongHash = '"' + std::string(43, 'A') + "=\"";
 
 TEST_F(LinkChooses, the_address_where_udp_is_not_answered_and_does_not_ask_again_soon) {
   listen(false);
   breaks_off_ = true;
   boost::asio::io_context io;
+  // The socket takes packets and never answers, as behind a firewall that drops UDP.
   const boost::asio::ip::udp::socket silent(io, {boost::asio::ip::address_v4::loopback(), 0});
   const PageInFront front(page_of(silent.local_endpoint().port(), ""), listener_->port());
   options_.server.port = front.port();
@@ -292,6 +304,8 @@ TEST_F(LinkChooses, the_address_where_udp_is_not_answered_and_does_not_ask_again
   wait_for<Reconnecting>(link);
   wait_for<Connected>(link);
   EXPECT_EQ(link.transport(), "tcp");
+  // The wait is kWebTransportWait. The second connection does not wait again: its page is not even read before
+  // `blocked_for`, 60 s by default, has passed.
   EXPECT_THAT(link.fallback_reason(), HasSubstr(" within 3 s"));
   EXPECT_EQ(front.pages_asked(), 1);
   link.close();
@@ -302,9 +316,12 @@ TEST_F(LinkChooses, webtransport_after_all_once_udp_is_answered_and_resumes_its_
   listen(false);
   PageInFront front(page_of(closed_udp_port(), ""), listener_->port());
   options_.server.port = front.port();
+  // The default of 60 s would be too long for a test.
   options_.blocked_for = std::chrono::milliseconds(20);
   Link link(options_);
   ASSERT_TRUE(link.connect());
+  // The first request is that of the connection. Three more come from tries that fail, since nothing listens at the UDP
+  // port.
   while (front.pages_asked() < 4) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   EXPECT_EQ(link.transport(), "tcp");
   EXPECT_EQ(link.counters().reconnects, 0u) << "tries that fail do not disturb it";
@@ -347,18 +364,20 @@ TEST_F(LinkChooses, to_end_at_once_while_it_tries_webtransport_again) {
   Link link(options_);
   ASSERT_TRUE(link.connect());
   while (front.pages_asked() < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // its packets are on their way
+  // Another try is under way, and waits for an answer that never comes. The end of the link must not wait for it.
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
   link.close();
   wait_for_end(link);
 }
 
 TEST_F(LinkChooses, the_address_where_the_page_takes_too_long_to_shake_hands) {
   listen(true);
-  // It accepts the first connection, and says nothing there.
+  // The first connection, which asks for the page, never gets past its TLS handshake.
   const SilentAtFirst front(listener_->port());
   options_.server.port = front.port();
   options_.server.transport = Transport::tls;
-  options_.core.connect_timeout_s = 2.5;  // less than WebTransport has
+  // This is less than the 3 s of kWebTransportWait, and the address must still be tried in time.
+  options_.core.connect_timeout_s = 2.5;
   EXPECT_EQ(transport_after_connect(), "tls");
 }
 
@@ -392,7 +411,7 @@ TEST_F(LinkChooses, the_address_where_the_page_is_damaged) {
   EXPECT_EQ(transport_after_connect(), "tcp");
 }
 
-// Answers the first packet with as many datagrams, which are numbered.
+// Answers a packet with `count` datagrams, each of which holds its number.
 class Flooding : public server::PacketSink {
  public:
   Flooding(std::shared_ptr<server::Connection> connection, std::uint32_t count)
@@ -414,12 +433,13 @@ class Flooding : public server::PacketSink {
   std::uint32_t count_;
 };
 
-// A WebTransport stream whose thread is the test's.
+// Drives a WebTransport stream on the thread of the test, without a Link.
 class LinkStream : public LinkAndPort {
  protected:
   void TearDown() override {
     LinkAndPort::TearDown();
-    listener_.reset();  // it tells sessions of its end
+    // The listener tells `sink_` that its connection ends, so it must go first.
+    listener_.reset();
   }
   template <class T>
   T result_of(asio::awaitable<T> task) {
@@ -439,6 +459,7 @@ TEST_F(LinkStream, ends_when_the_system_refuses_to_send_to_a_closed_udp_port) {
   const auto stream = make_web_transport_stream(io_, {options_.server, options_.tls});
   ASSERT_EQ(result_of(stream->open()), "");
   TearDown();
+  // The server is gone, so the system answers packets with an ICMP error, which a later write gets.
   const std::vector<std::uint8_t> packet = wire::encode_packet({1, wire::PoseBatch{}});
   bool is_open = true;
   for (int n = 0; n < 100 && is_open; ++n) is_open = result_of(stream->write(packet, true));
@@ -452,7 +473,8 @@ TEST_F(LinkStream, that_rests_is_not_given_up_and_loses_nothing) {
   const auto stream = make_web_transport_stream(io_, {options_.server, options_.tls});
   ASSERT_EQ(result_of(stream->open()), "");
   ASSERT_TRUE(result_of(stream->write(wire::encode_packet({1, wire::Hello{}}), false)));
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(3);  // silence is given up before
+  // The server pings after 1 s. If rest() did not answer, it would give the connection up within these 3 s.
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(3);
   while (std::chrono::steady_clock::now() < end) ASSERT_TRUE(result_of(stream->rest()));
   std::size_t bytes = 0;
   while (bytes < kChunkBytes) {
@@ -464,7 +486,9 @@ TEST_F(LinkStream, that_rests_is_not_given_up_and_loses_nothing) {
 }
 
 TEST_F(LinkStream, drops_the_oldest_datagrams_where_too_many_came_at_once) {
-  constexpr std::uint32_t kCount = 1100, kKept = 1024;  // a few packets
+  // The stream buffers kIncomingDatagramsMax, 1024, datagrams (web_transport_stream.cpp). So small ones fill a few
+  // packets, which arrive at once.
+  constexpr std::uint32_t kCount = 1100, kKept = 1024;
   server::TransportOptions options;
   options.port = 0;
   options.webtransport = true;
@@ -481,7 +505,8 @@ TEST_F(LinkStream, drops_the_oldest_datagrams_where_too_many_came_at_once) {
   ASSERT_EQ(result_of(stream->open()), "");
   ASSERT_TRUE(result_of(stream->write(wire::encode_packet({1, wire::PoseBatch{}}), false)));
   while (counters_.quic.datagrams_sent.value() < kCount) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // they are on their way
+  // The last packets need a moment to arrive at the socket.
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
   std::vector<std::uint32_t> numbers;
   for (std::size_t n = 0; n < kKept; ++n) {
     const ServerStream::Read read = result_of(stream->read());

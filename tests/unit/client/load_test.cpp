@@ -39,6 +39,7 @@ class LoadedFiles : public testing::Test {
   std::filesystem::path folder_;
 };
 
+// The person is 155 cm tall to the head joint, and the head is 150 cm above the foot.
 constexpr const char* kInCentimetres =
     "HIERARCHY ROOT Hips { OFFSET 0 95 0 CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation "
     "JOINT Head { OFFSET 0 60 0 CHANNELS 3 Zrotation Xrotation Yrotation } "
@@ -81,7 +82,7 @@ TEST_F(LoadedFiles, a_format_is_recognised_by_an_extension_in_any_case) {
   EXPECT_THAT(read_body(written("head.OBJ", "v 0 0 0\n")).error(), HasSubstr("head.OBJ: not a mesh"));
 }
 
-// A clip of one frame whose root quaternion has that w and nothing else.
+// Returns a clip of one frame. The quaternion of its root is (root_w, 0, 0, 0), and all other joints are at rest.
 std::string deepmimic_clip(const char* root_w) {
   std::string frame = "0, 0, 0.9, 0, " + std::string(root_w) + ", 0, 0, 0";
   for (const char* joint : {"q", "q", "q", "h", "q", "q", "h", "q", "h", "q", "q", "h"})

@@ -13,7 +13,8 @@
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kFew = 600;  // strands; the styles do not depend on the count
+// So few strands are enough, since a style does not depend on their number.
+constexpr std::size_t kFew = 600;
 
 double arc_length_m(std::span<const Vec3f> strand) {
   double length = 0;
@@ -91,6 +92,7 @@ TEST_P(MadeHairstyle, is_rooted_on_the_skin_but_for_what_is_tied) {
 
 TEST_P(MadeHairstyle, leaves_eyes_and_mouth_free) {
   for (const Vec3f& p : make({.strand_count = 3000}).points) {
+    // The box covers eyes and mouth, in front of the face.
     ASSERT_FALSE(std::abs(p.x()) < 0.035f && p.y() > -0.05f && p.y() < 0.045f && p.z() > 0.05f) << p.transpose();
   }
 }
@@ -122,7 +124,8 @@ TEST_P(MadeHairstyle, curls_as_asked_for) {
     }
     return chord / arc;
   };
-  const double shorter = GetParam() == "plait" ? 0.01 : 0.05;  // plaited hair cannot curl far
+  // Plaited hair cannot curl far.
+  const double shorter = GetParam() == "plait" ? 0.01 : 0.05;
   EXPECT_LT(straightness(make({.length_m = 0.4, .curl = 0.8})),
             straightness(make({.length_m = 0.4, .curl = 0})) - shorter);
 }

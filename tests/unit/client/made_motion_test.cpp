@@ -120,6 +120,7 @@ TEST(MadeMotions, glide_reaches_its_speed_at_once) {
   const auto speed = [&](std::size_t i) {
     return (motion.poses[i].head().position - motion.poses[i - 1].head().position).norm() * motion.rate_hz;
   };
+  // The head of "glide" stands until pose 60, and then moves at 1.4 m/s, a walk, without any acceleration between.
   EXPECT_NEAR(speed(59), 0, 1e-9);
   EXPECT_NEAR(speed(61), 1.4, 1e-9);
 }

@@ -9,7 +9,7 @@
 
 namespace hairnet::link {
 
-// Passes bytes on until one of them has ended.
+// Passes bytes from one socket to the other until either has ended, and then ends both.
 inline void pass(boost::asio::ip::tcp::socket& from, boost::asio::ip::tcp::socket& to) {
   std::array<char, 65536> buffer{};
   boost::system::error_code error;
@@ -22,7 +22,8 @@ inline void pass(boost::asio::ip::tcp::socket& from, boost::asio::ip::tcp::socke
   to.shutdown(boost::asio::ip::tcp::socket::shutdown_both, error);
 }
 
-// A page about WebTransport before a server's port; other connections reach the port behind.
+// Listens in front of a server. Answers requests for /wt.json, which says where the server has WebTransport, with a
+// page of the test. All other connections are passed on to the port behind.
 class PageInFront {
  public:
   PageInFront(std::string page, std::uint16_t behind) : page_(std::move(page)), behind_(behind) {
@@ -37,7 +38,7 @@ class PageInFront {
   }
   [[nodiscard]] std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
   [[nodiscard]] int pages_asked() const { return pages_asked_; }
-  // The page is the server's own from now on.
+  // From now on requests for the page are passed on too, so that the server answers them.
   void step_aside() { steps_aside_ = true; }
 
  private:
@@ -81,11 +82,13 @@ class PageInFront {
   std::atomic<int> pages_asked_{0};
   boost::asio::io_context io_;
   tcp::acceptor acceptor_{io_, {boost::asio::ip::address_v4::loopback(), 0}};
-  std::vector<std::thread> conversations_;  // the thread's, until it has ended
+  // Belongs to `thread_` until that has ended.
+  std::vector<std::thread> conversations_;
   std::thread thread_;
 };
 
-// Before a server's port: its first connection gets no answer, the second one reaches the port behind.
+// Listens in front of a server. The first connection gets no answer, and the second one is passed on to the port
+// behind.
 class SilentAtFirst {
  public:
   explicit SilentAtFirst(std::uint16_t behind) {

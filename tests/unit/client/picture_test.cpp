@@ -1,4 +1,4 @@
-// Pictures of a window, drawn off-screen.
+// Tests the pictures of a window, which are averages of several drawings. They are drawn off-screen here.
 #include "client/render/picture.hpp"
 
 #include <gmock/gmock.h>
@@ -20,18 +20,20 @@ using namespace draw;
 namespace {
 
 constexpr int kSide = 100;
-constexpr int kFine = 8;  // a reference has kFine x kFine samples a pixel, each with coverage of its own
+// A reference has kFine x kFine samples a pixel, each with a coverage of its own.
+constexpr int kFine = 8;
 
-using Pixels = std::vector<float>;  // red, green, blue and alpha, 0 to 255
+// Holds red, green, blue and alpha of each pixel, 0 to 255.
+using Pixels = std::vector<float>;
 
-// The mean of squared differences.
+// Returns the mean of the squared differences of two images.
 double apart(const Pixels& a, const Pixels& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += std::pow(static_cast<double>(a[i]) - static_cast<double>(b[i]), 2);
   return sum / static_cast<double>(a.size());
 }
 
-// A framebuffer in the place of a window's.
+// Stands in for the framebuffer of a window.
 class Target {
  public:
   Target(int width, int height, GLsizei samples) : width_(width), height_(height) {
@@ -94,14 +96,15 @@ class PictureTest : public testing::Test {
     picture_.reset();
     stage_.reset();
   }
-  void wear(const char* style, const Vec3f& colour) {
+  void show(const char* style, const Vec3f& colour) {
     character_.groom = stage_->add_groom(*make_hairstyle(style, {.strand_count = 1500}));
     character_.id = 1;
     character_.pose = rigid_pose({});
     character_.hair_colour = colour;
-    // All strands, as thin as they are from near: that has most grain.
+    // All strands are drawn, as thin as they are from near, which gives the most grain.
     character_.detail = DrawDetail{1, 1, 1e-3f, 1};
   }
+  // Draws one more picture with the average, and returns what the window shows.
   Pixels averaged(Picture& picture) {
     screen_->bind();
     picture.draw(*stage_, {&character_, 1}, camera_, look_, kSide, kSide);
@@ -118,12 +121,14 @@ class PictureTest : public testing::Test {
     }
     return last;
   }
+  // Returns a picture without an average, with four samples a pixel.
   Pixels single(const Sampling& sampling = {}) {
     samples_->bind();
     stage_->draw({&character_, 1}, camera_, look_, kSide, kSide, false, sampling);
     samples_->resolve_to(*screen_);
     return screen_->read();
   }
+  // Returns what an endless average would show: the mean of two pictures of 8 x 8 samples a pixel.
   Pixels reference() {
     const int side = kFine * kSide;
     const Target large(side, side, 0);
@@ -153,7 +158,7 @@ class PictureTest : public testing::Test {
 class PictureOfHair : public PictureTest, public testing::WithParamInterface<Hair> {};
 
 TEST_P(PictureOfHair, of_which_16_have_less_than_a_quarter_of_the_grain_of_one) {
-  wear(GetParam().style, GetParam().colour);
+  show(GetParam().style, GetParam().colour);
   const Pixels wanted = reference(), one = single();
   Pixels before, last;
   for (int n = 0; n < 16; ++n) before = std::exchange(last, averaged());
@@ -171,7 +176,7 @@ INSTANTIATE_TEST_SUITE_P(Hair, PictureOfHair,
                          [](const auto& hair) { return hair.param.name; });
 
 TEST_F(PictureTest, after_a_cut_is_the_single_picture) {
-  wear(kCurls, {0.1f, 0.05f, 0.03f});
+  show(kCurls, {0.1f, 0.05f, 0.03f});
   for (int n = 0; n < 5; ++n) averaged();
   camera_.eye = {0.6, 0.03, 0};
   const Pixels after_turn = averaged();
@@ -183,7 +188,7 @@ TEST_F(PictureTest, after_a_cut_is_the_single_picture) {
   camera_.eye = {2, 0.03, 0};
   averaged();
   EXPECT_EQ(picture_->pictures(), 1);
-  // A size of its own, and back.
+  // Another size begins a new average, and so does the old size after it.
   picture_->draw(*stage_, {&character_, 1}, camera_, look_, kSide / 2, kSide);
   EXPECT_EQ(picture_->pictures(), 1);
   const Pixels after_size = averaged();
@@ -191,26 +196,29 @@ TEST_F(PictureTest, after_a_cut_is_the_single_picture) {
 }
 
 TEST_F(PictureTest, follows_the_camera) {
-  wear(kCurls, {0.1f, 0.05f, 0.03f});
-  const auto move = [&](int n) { camera_.target.x() = 0.006 * n; };  // more than 2 px a picture
+  show(kCurls, {0.1f, 0.05f, 0.03f});
+  // The camera turns by 0.01 rad, 1.6 px, from picture to picture.
+  const auto move = [&](int n) { camera_.target.x() = 0.006 * n; };
   const Pixels last = last_of_8(move), wanted = reference();
   EXPECT_EQ(picture_->pictures(), 8);
+  // The average must show the last place of the camera, and not the place of the picture before.
   move(6);
   EXPECT_LT(apart(last, wanted), 0.25 * apart(single(), wanted));
 }
 
 TEST_F(PictureTest, follows_heads) {
-  wear(kCurls, {0.1f, 0.05f, 0.03f});
+  show(kCurls, {0.1f, 0.05f, 0.03f});
   const auto move = [&](int n) {
     character_.pose = rigid_pose({Quat(Eigen::AngleAxisd(0.01 * n, Vec3::UnitZ())), {0.006 * n, 0, 0}});
   };
   const Pixels followed = last_of_8(move), wanted = reference();
+  // Without an id the motion is not followed, and the average smears the hair. Following must halve the error.
   character_.id = 0;
   EXPECT_LT(apart(followed, wanted), 0.5 * apart(last_of_8(move), wanted));
 }
 
 TEST_F(PictureTest, follows_hair) {
-  wear(kCurls, {0.1f, 0.05f, 0.03f});
+  show(kCurls, {0.1f, 0.05f, 0.03f});
   LevelGeometry geometry;
   geometry.lattice = {{-0.3f, -0.5f, -0.3f}, {0.1f, 0.1f, 0.1f}, {7, 8, 7}};
   std::vector<Vec3f> displacements(geometry.lattice.node_count(), Vec3f::Zero());
@@ -225,7 +233,7 @@ TEST_F(PictureTest, follows_hair) {
 }
 
 TEST_F(PictureTest, draws_as_the_stage_where_there_is_no_room) {
-  wear(kCurls, {0.1f, 0.05f, 0.03f});
+  show(kCurls, {0.1f, 0.05f, 0.03f});
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &most);
   const auto drawn = [&](auto draw) {
@@ -240,7 +248,7 @@ TEST_F(PictureTest, draws_as_the_stage_where_there_is_no_room) {
 }
 
 TEST_F(PictureTest, hides_overlays_behind_what_it_shows) {
-  wear(kCurls, {0.1f, 0.05f, 0.03f});
+  show(kCurls, {0.1f, 0.05f, 0.03f});
   auto overlay = Overlay::create();
   ASSERT_TRUE(overlay) << overlay.error();
   const auto with_point = [&](float z_m) {
@@ -253,6 +261,7 @@ TEST_F(PictureTest, hides_overlays_behind_what_it_shows) {
     const Pixels pixels = screen_->read();
     return pixels[static_cast<std::size_t>(4 * (kSide * kSide / 2 + kSide / 2) + 1)];
   };
+  // The green point is seen in front of the hair, and hidden behind it.
   EXPECT_EQ(with_point(0.3f), 255);
   EXPECT_LT(with_point(-0.3f), 200);
 }

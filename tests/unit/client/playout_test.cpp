@@ -17,12 +17,17 @@ namespace hairnet::link {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
+// A frame is sampled every 40 ms, and arrives 25 ms later unless a test adds jitter.
 constexpr std::int64_t kInterval = 40 * kMs;
 constexpr std::int64_t kLateness = 25 * kMs;
+// Frame x shows the head at x m, and the only coefficient of its hair at x times this step.
 constexpr double kStep_m = 0.25e-3;
+// Playout delays frames that come without jitter by their lateness, one interval to have a frame to interpolate to, and
+// half an interval (playout.hpp).
 constexpr std::int64_t kDelay = kLateness + kInterval * 3 / 2;
 
-// One mode: the first node moves along x, the second one against y.
+// Makes a basis of one mode over two nodes. A coefficient of c m moves the first node by c m along x, and the second
+// one by c m against y.
 std::shared_ptr<const KnownBasis> line_basis() {
   static const auto kBasis = [] {
     wire::HairBasis hair;
@@ -44,7 +49,8 @@ Frame frame_at(int x, LevelIndex level = LevelIndex::high, bool discontinuous = 
   return frame;
 }
 
-// Belongs to the basis's nodes, head space, m; empty when the hair is at rest.
+// Returns the displacement of each node of the basis, head space, m. The result is empty when there is no basis to move
+// by.
 std::vector<Vec3f> displacement_of(const Playout::Sample& sample) {
   std::vector<Vec3f> displacement(sample.basis ? sample.basis->hair.basis.node_count : 0);
   if (sample.basis) hairnet::displacements_of(sample.basis->hair.basis, sample.coefficients, displacement);
@@ -58,7 +64,7 @@ class Playing : public ::testing::Test {
     playout_.push(frame_at(x, level, discontinuous), frame_index * kInterval,
                   frame_index * kInterval + kLateness + jitter_ns);
   }
-  // Frames 0 … last, of x = 10 a frame, and a first sample so that playing has begun.
+  // Pushes frames 0 to `last`. The head moves by 10 m from frame to frame.
   void push_line(std::int64_t last) {
     for (std::int64_t i = 0; i <= last; ++i) push(i, static_cast<int>(10 * i));
   }
@@ -101,9 +107,11 @@ TEST_F(Playing, rotation_is_slerped) {
 TEST_F(Playing, time_never_goes_back_under_jitter_and_earlier_render_times) {
   std::int64_t last = std::numeric_limits<std::int64_t>::min(), render = 0;
   for (std::int64_t i = 0; i < 200; ++i) {
-    const std::int64_t jitter = (i * 7919 % 31) * kMs;  // 0 … 30 ms, irregular
+    // The jitter is 0 to 30 ms, in an irregular order that is the same in each run.
+    const std::int64_t jitter = (i * 7919 % 31) * kMs;
     push(i, static_cast<int>(i), LevelIndex::high, false, jitter);
     for (int s = 0; s < 3; ++s) {
+      // Every fifth frame is rendered 9 ms too early, so that render times go back too.
       render = i * kInterval + kLateness + jitter + s * 5 * kMs - (i % 5 == 0 ? 9 * kMs : 0);
       const Playout::Sample sample = playout_.sample(render);
       EXPECT_GE(sample.time_ns, last);
@@ -124,20 +132,26 @@ TEST_F(Playing, the_delay_grows_with_jitter_so_that_every_time_has_a_frame_after
         playout_.push(frame_at(static_cast<int>(i % 1000)), i * kInterval, arrival);
     }
     const Playout::Sample sample = playout_.sample(now);
+    // The first half of the run, in which the delay grows, is not judged. After it, a head that is not where its time
+    // says was shown without a later frame.
     if (!sample.valid || now < 200 * kInterval) continue;
     const double x = std::fmod(static_cast<double>(sample.time_ns) / static_cast<double>(kInterval), 1000);
     starved += std::abs(sample.pose.head().position.x() - x) > 1e-6;
   }
   EXPECT_EQ(starved, 0u);
+  // The jitter of 60 ms is more than half an interval, so it replaces that half in the delay.
   EXPECT_EQ(playout_.delay_ns(), kLateness + kInterval + kJitter);
   EXPECT_EQ(playout_.dropped_count(), 0u);
 }
 
 TEST_F(Playing, without_frames_it_goes_on_for_a_moment_freezes_and_eases_to_rest_in_half_a_second) {
   push_line(4);
-  const std::int64_t newest = 4 * kInterval + kDelay;  // when frame 4 is shown
+  // This is the render time at which frame 4 is shown.
+  const std::int64_t newest = 4 * kInterval + kDelay;
   (void)playout_.sample(newest - kInterval);
-  double x = 40, speed = 10.0 / 40;  // a ms
+  // The speed, in m a ms, must fall from that of the frames. It decays over kGoOn_ns, 33 ms (playout.cpp), so the head
+  // stops 8.25 m after frame 4: 10 m a frame of 40 ms, for 33 ms.
+  double x = 40, speed = 10.0 / 40;
   for (int ms = 4; ms < 100; ms += 4) {
     const Playout::Sample sample = playout_.sample(newest + ms * kMs);
     const double now = sample.pose.head().position.x();
@@ -148,6 +162,8 @@ TEST_F(Playing, without_frames_it_goes_on_for_a_moment_freezes_and_eases_to_rest
     x = now;
   }
   EXPECT_LT(x, 50);
+  // Hair is frozen until kFreeze_ns, 100 ms, after frame 4, and reaches rest after kEaseToRest_ns, 500 ms, more
+  // (playout.cpp).
   auto last = static_cast<float>(x * kStep_m);
   for (int ms = 160; ms < 600; ms += 20) {
     const Playout::Sample sample = playout_.sample(newest + ms * kMs);
@@ -162,10 +178,12 @@ TEST_F(Playing, without_frames_it_goes_on_for_a_moment_freezes_and_eases_to_rest
 TEST_F(Playing, after_a_gap_the_way_begins_at_what_was_shown) {
   push_line(4);
   (void)playout_.sample(3 * kInterval + kDelay);
+  // No frame comes between frames 4 and 24, so the hair has come to rest meanwhile.
   const std::int64_t resumed = 24 * kInterval + kLateness;
   EXPECT_EQ(displacement_of(playout_.sample(resumed - kMs))[0].x(), 0);
   push(24, 1000);
   const float first = displacement_of(playout_.sample(resumed))[0].x();
+  // The new frame displaces the hair by 0.25 m. At its arrival the hair may show a twentieth of it at most.
   EXPECT_LT(first, 12.5e-3f);
   const float later = displacement_of(playout_.sample(resumed + 20 * kMs))[0].x();
   EXPECT_GT(later, first);
@@ -174,7 +192,8 @@ TEST_F(Playing, after_a_gap_the_way_begins_at_what_was_shown) {
 
 TEST_F(Playing, a_frame_that_comes_after_its_turn_makes_no_jump) {
   push_line(4);
-  const std::int64_t late = 5 * kInterval + kDelay - 5 * kMs;  // it goes on beyond frame 4
+  // At this time, 5 ms before frame 5 is due, the motion goes on beyond frame 4.
+  const std::int64_t late = 5 * kInterval + kDelay - 5 * kMs;
   const Playout::Sample before = playout_.sample(late);
   const double x = before.pose.head().position.x();
   const float moved = displacement_of(before)[0].x();
@@ -189,6 +208,7 @@ TEST_F(Playing, a_frame_that_comes_after_its_turn_makes_no_jump) {
   double last = x;
   for (int ms = 2; ms <= 120; ms += 2) {
     const double now = playout_.sample(late + ms * kMs).pose.head().position.x();
+    // Frame 5 lies some 20 m behind what was shown. The correction spreads this over 40 ms, so 2 ms take less than 3 m.
     EXPECT_LT(std::abs(now - last), 3);
     last = now;
   }
@@ -200,6 +220,7 @@ TEST_F(Playing, a_frame_older_than_what_is_shown_still_corrects_it) {
   push(5, 50);
   EXPECT_EQ(playout_.dropped_count(), 0u);
   const Playout::Sample later = playout_.sample(5 * kInterval + kDelay + 90 * kMs);
+  // Without frame 5 the head would have stopped before 50 m, since its speed decays after frame 4.
   EXPECT_GT(later.pose.head().position.x(), 55);
 }
 
@@ -207,6 +228,7 @@ TEST_F(Playing, a_sleeping_frame_that_comes_again_with_its_basis_shows_its_hair)
   push_line(1);
   Frame asleep = frame_at(20);
   asleep.asleep = true;
+  // `asleep` is the frame as it is decoded before its basis has arrived; `whole` is the same frame with its hair.
   const Frame whole = std::exchange(asleep, [&] {
     Frame lacking = asleep;
     lacking.coefficients.clear();
@@ -224,6 +246,7 @@ TEST_F(Playing, a_sleeping_frame_that_comes_again_with_its_basis_shows_its_hair)
   EXPECT_NEAR(displacement_of(playout_.sample(now))[0].x(), 0, 1e-7);
   EXPECT_NEAR(displacement_of(playout_.sample(now += 1'000 * kMs))[0].x(), 20 * kStep_m, 1e-7);
   EXPECT_NEAR(displacement_of(playout_.sample(now += 60'000 * kMs))[0].x(), 20 * kStep_m, 1e-7);
+  // The repeated frame is two seconds old, but says nothing about the lateness of the connection.
   EXPECT_EQ(playout_.delay_ns(), delay);
 }
 
@@ -266,10 +289,12 @@ TEST_F(Playing, coefficients_of_another_basis_are_not_mixed) {
   other.basis = std::make_shared<const KnownBasis>(small_basis(1));
   playout_.push(other, 4 * kInterval, 4 * kInterval + kLateness);
   EXPECT_NEAR(displacement_of(playout_.sample(4 * kInterval - 1 + kDelay))[0].x(), kStep_m * 30, 1e-7);
+  // The basis of small_basis() has 27 nodes, and that of the other frames has 2.
   EXPECT_EQ(displacement_of(playout_.sample(4 * kInterval + kDelay)).size(), 27u);
 }
 
 TEST_F(Playing, an_even_acceleration_is_played_exactly) {
+  // Between frames the curve has the slopes of parabolas through them (playout.hpp), so a parabola is shown as it is.
   for (std::int64_t i = 0; i <= 9; ++i) push(i, static_cast<int>(3 * i * i));
   for (std::int64_t time = kInterval; time < 9 * kInterval; time += 7 * kMs) {
     const Playout::Sample sample = playout_.sample(time + kDelay);
@@ -313,6 +338,7 @@ TEST_F(Playing, easing_hair_freezes_where_it_is_and_continues_from_there) {
   push_line(9);
   std::int64_t now = 0;
   for (; now < 9 * kInterval + kDelay + 350 * kMs; now += 10 * kMs) playout_.sample(now);
+  // Hair freezes for 100 ms after the last frame, then eases to rest in 500 ms: after 350 ms it is halfway.
   const float x = displacement_of(playout_.sample(now))[0].x();
   EXPECT_LT(x, 0.9 * kStep_m * 90);
   EXPECT_GT(x, 0.1 * kStep_m * 90);
@@ -323,6 +349,7 @@ TEST_F(Playing, easing_hair_freezes_where_it_is_and_continues_from_there) {
     push(i, 90);
     for (std::int64_t render = i * kInterval + kLateness; render < (i + 1) * kInterval + kLateness; render += 5 * kMs) {
       const float shown = displacement_of(playout_.sample(render))[0].x();
+      // A step of 5 ms that moves hair by half of its displacement would be a jump.
       EXPECT_LT(std::abs(shown - last), 0.5 * kStep_m * 90);
       last = shown;
     }
@@ -334,7 +361,9 @@ TEST_F(Playing, a_clock_that_is_corrected_between_two_frames_flings_nothing) {
   std::int64_t shift = 0;
   double last = 0;
   for (std::int64_t i = 0; i < 60; ++i) {
-    if (i % 15 == 10) shift += kInterval - kMs / 10;  // the frame seems to be sampled at once after the last one
+    // Here the estimate of the server's clock changes by almost an interval: the frame seems to be sampled 0.1 ms after
+    // the last one. Taken at its word, the head would move 400 times as fast.
+    if (i % 15 == 10) shift += kInterval - kMs / 10;
     Frame frame = frame_at(static_cast<int>(10 * i));
     frame.step_s = 0.04f;
     const std::int64_t time = i * kInterval - shift;
@@ -343,7 +372,7 @@ TEST_F(Playing, a_clock_that_is_corrected_between_two_frames_flings_nothing) {
       const Playout::Sample sample = playout_.sample(time + kLateness + part * kInterval / 4);
       const double x = sample.pose.head().position.x(),
                    shown = sample.coefficients.empty() ? 0 : double{sample.coefficients[0]};
-      // Between the frames that are here, or a little ahead of the newest.
+      // The head may be between the frames that have arrived, or one frame (10 m) and rounding ahead of the newest.
       EXPECT_LE(x, 10.0 * static_cast<double>(i) + 11) << i;
       EXPECT_GE(x, last - 11) << i;
       EXPECT_NEAR(shown, kStep_m * x, 12 * kStep_m) << i;
@@ -352,7 +381,7 @@ TEST_F(Playing, a_clock_that_is_corrected_between_two_frames_flings_nothing) {
   }
 }
 
-// Hair that swings at several speeds at once, 30 frames a second.
+// Plays hair whose modes swing at 0.5 to 3.3 Hz at once, 30 frames a second.
 class Swinging : public ::testing::Test {
  protected:
   static constexpr std::int64_t kFrame = 33'333'333;
@@ -365,8 +394,8 @@ class Swinging : public ::testing::Test {
     }
     return c;
   }
-  // RMS over modes and times of the difference between what is shown and what is true, as a share of the motion.
-  // `comes`: whether frame i arrives.
+  // Returns the RMS, over nodes and times, of the difference between the shown displacement and the true one at the
+  // shown time, as a share of the motion. `comes` says whether frame i arrives; only every `stride`-th frame is sent.
   static double error(const std::function<bool(std::int64_t)>& comes, int stride = 1) {
     const auto basis = std::make_shared<const KnownBasis>(small_basis(kModes));
     Playout playout;
@@ -382,6 +411,7 @@ class Swinging : public ::testing::Test {
       }
       for (std::int64_t part = 0; part < 4; ++part) {
         const Playout::Sample sample = playout.sample(now + part * kFrame / 4);
+        // The first 100 frames, in which the delay adapts to a jitter of up to 12 ms, are not judged.
         if (i < 100) continue;
         std::vector<Vec3f> wanted(27);
         hairnet::displacements_of(basis->hair.basis, coefficients_at(1e-9 * static_cast<double>(sample.time_ns)),
@@ -399,6 +429,8 @@ class Swinging : public ::testing::Test {
 
 TEST_F(Swinging, hair_is_shown_where_it_was) {
   const auto all = [](std::int64_t) { return true; };
+  // The three cases have 30, 15 and 7.5 frames a second. The last one has only 2.3 frames for each swing of the fastest
+  // mode, so hair is shown less exactly.
   EXPECT_LT(error(all), 0.002);
   EXPECT_LT(error(all, 2), 0.02);
   EXPECT_LT(error(all, 4), 0.12);
@@ -413,6 +445,7 @@ TEST_F(Swinging, a_fifth_of_the_frames_lost_at_random_leaves_it_smooth) {
 
 TEST_F(Playing, memory_is_bounded_without_sampling) {
   for (std::int64_t i = 0; i < 10'000; ++i) push(i, 0);
+  // Playout buffers at most kFramesMax, 256, frames (playout.cpp).
   EXPECT_EQ(playout_.dropped_count(), 10'000u - 256u);
 }
 

@@ -20,7 +20,8 @@ inline wire::GroomHash basis_hash() {
   return wire::hash_groom(basis_file());
 }
 
-// A character at a tick: smooth, and all of it changes.
+// Return the pose and the coefficients of a member at a tick. The turn, x and every coefficient change from tick to
+// tick, so that a frame cannot be taken for its neighbour.
 inline Pose pose_at(std::uint64_t tick, std::uint32_t member) {
   const double t = 0.1 * static_cast<double>(tick) + member;
   return rigid_pose({Quat(Eigen::AngleAxisd(t, Vec3::UnitY())), Vec3(t, 1, 2)});
@@ -41,8 +42,11 @@ inline std::vector<std::uint8_t> content_at(std::uint64_t tick, std::uint32_t me
   const std::span<const std::uint8_t> content = coded.prefix(count);
   return {content.begin(), content.end()};
 }
+// A decoded coefficient differs from the sent one by at most half of the finest quantization step.
 constexpr float kRounding = codec::kFinestStep_m / 2 + 1e-6f;
 
+// Starts every test with a client that has an own character and sees one other member. The client has the basis of both
+// hairstyles, and all events are taken.
 class Receiving : public ::testing::Test {
  protected:
   explicit Receiving(LinkCoreOptions options = {}) : d(std::move(options)) { settle(5); }
@@ -50,7 +54,8 @@ class Receiving : public ::testing::Test {
     d.connect(welcome_to(session));
     d.core.send(wire::AddCharacter{kOwnCharacter, hash_of(1), LevelIndex::low});
     tell_members();
-    send_frame(1, kOther);  // asks for the basis
+    // The first frame of a member makes the client ask for its basis.
+    send_frame(1, kOther);
     send_basis();
     d.take_all();
     d.core.take_events();
@@ -97,12 +102,16 @@ class Receiving : public ::testing::Test {
     frame.content = content;
     d.send(batch);
   }
+  // Returns the only frame of the next batch that the client has decoded, if there is one. All other events are
+  // dropped.
   std::optional<Frame> received() {
     std::optional<FrameBatch> batch = d.event<FrameBatch>();
     if (!batch) return std::nullopt;
     EXPECT_EQ(batch->frames.size(), 1u);
     return batch->frames.at(0);
   }
+  // Expects the displacement of all 27 nodes at a tick, within 1 mm. The state is rounded to 0.25 mm, on top of the
+  // rounding of coefficients.
   static void expect_state(const wire::HairState& state, std::uint64_t tick) {
     std::vector<Vec3f> shown(27);
     hairnet::displacements_of(small_basis().basis, coefficients_at(tick, kOwnMember), shown);

@@ -13,11 +13,12 @@ wire::RoomWind announced(double x, std::uint64_t session) {
 
 class RequestedWindTest : public testing::Test {
  protected:
-  // The speed that is sent; 0: nothing is.
+  // Let a welcome, or a RoomWind, arrive and return the speed of the wind that the client sends in answer, m/s. Zero
+  // means that it sends none.
   double welcome(bool may_set = true) { return speed(wind_.on_welcome(may_set)); }
   double tell(double x, std::uint64_t session) { return speed(wind_.on_announced(announced(x, session), kOurs)); }
   void set(double x) { wind_.set(wire::SetWind{{Vec3(x, 0, 0)}}); }
-  // It has arrived.
+  // Sets a wind, and lets the server confirm it.
   void settle(double x) {
     welcome();
     tell(0, 0);
@@ -65,7 +66,8 @@ TEST_F(RequestedWindTest, that_was_replaced_during_the_outage_stays_so) {
 TEST_F(RequestedWindTest, that_is_set_after_anothers_is_the_newest) {
   settle(3);
   set(9);
-  tell(4, kAnother);  // while ours is on its way
+  // The wind of another client is announced while ours is on its way, so ours is the newer one.
+  tell(4, kAnother);
   tell(9, kOurs);
   welcome();
   EXPECT_EQ(tell(0, 0), 9);

@@ -13,7 +13,7 @@
 
 namespace hairnet::room {
 
-// A room on a core that the test drives.
+// Gives each test a room whose connection is a LinkCoreDriver, so that the test is its server and its clock.
 class RoomOnCore : public ::testing::Test {
  protected:
   RoomOnCore() { make_room({}); }
@@ -28,7 +28,7 @@ class RoomOnCore : public ::testing::Test {
     conversation->set_now(d.now_ns);
     room->advance();
   }
-  // Those of one kind; the others are dropped.
+  // Returns the events of one kind since the last call. All other events are dropped.
   template <class T>
   std::vector<T> events() {
     std::vector<T> found;
@@ -38,6 +38,7 @@ class RoomOnCore : public ::testing::Test {
     }
     return found;
   }
+  // Returns the messages of one kind that the client sends now. All others are dropped.
   template <class T>
   std::vector<T> sent() {
     std::vector<T> found;

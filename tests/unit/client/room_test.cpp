@@ -34,13 +34,15 @@ std::vector<std::uint8_t> content(double x, std::span<const float> coefficients)
   return {bytes.begin(), bytes.end()};
 }
 
+// Adds another member, "Ada", to a room on a core. Frames show every member with the basis of small_basis() and 0.01 m
+// for each coefficient.
 class RoomTest : public RoomOnCore {
  protected:
   void join() {
     d.connect(link::welcome_to(5));
     advance();
     d.take_all();
-    events<Fault>();
+    events<Error>();
   }
   void tell_of_other(std::uint32_t number = kOther, std::uint8_t generation = 0) {
     d.send(wire::MemberJoined{number, 9, 1, wire::hash_groom(*others_file), "Ada", std::nullopt, generation});
@@ -80,6 +82,8 @@ TEST_F(RoomTest, fetches_the_hairstyle_of_another_and_shows_its_hair) {
   join();
   tell_of_other();
   for (int i = 0; i < 10; ++i) advance(100);
+  // The room waits for reports of sizes before it fetches a first hairstyle, for up to 0.6 s and four calls
+  // (groom_queue.cpp). One second is enough.
   ASSERT_THAT(sent<wire::GroomRequest>(), ::testing::SizeIs(1));
   const auto joined = events<Joined>();
   ASSERT_EQ(joined.size(), 1u);
@@ -89,7 +93,8 @@ TEST_F(RoomTest, fetches_the_hairstyle_of_another_and_shows_its_hair) {
 
   send_others_groom();
   announce_basis(wire::hash_groom(*others_file));
-  send_frame(1, kOther, 0.5);  // asks for the basis
+  // The first frame makes the client ask for the basis.
+  send_frame(1, kOther, 0.5);
   send_basis();
   for (std::uint64_t tick = 2; tick < 30; ++tick) {
     send_frame(tick, kOther, 0.5);
@@ -109,7 +114,8 @@ TEST_F(RoomTest, fetches_the_hairstyle_of_another_and_shows_its_hair) {
   advance(33);
   EXPECT_THAT(room->members(), IsEmpty());
   EXPECT_EQ(events<Left>().size(), 1u);
-  // Nobody has it any more: it is fetched again for the next who has it.
+  // Nobody in the room has the hairstyle any more, so its file is forgotten, and fetched again for the next member who
+  // has it.
   sent<wire::GroomRequest>();
   tell_of_other(kOther + 1);
   for (int i = 0; i < 10; ++i) advance(100);
@@ -215,9 +221,9 @@ TEST_F(RoomTest, a_damaged_file_adds_nobody_and_that_of_another_is_told_once) {
   d.send(wire::GroomData{wire::hash_groom(damaged), damaged.size(), 0, damaged});
   advance(10);
   EXPECT_THAT(room->members().at(kOther)->error, ::testing::Not(IsEmpty()));
-  const auto faults = events<Fault>();
-  ASSERT_EQ(faults.size(), 1u);
-  EXPECT_THAT(faults[0].detail, HasSubstr("cannot be shown"));
+  const auto errors = events<Error>();
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_THAT(errors[0].detail, HasSubstr("cannot be shown"));
 }
 
 TEST_F(RoomTest, asks_again_for_a_hairstyle_that_nobody_could_give) {
@@ -226,9 +232,11 @@ TEST_F(RoomTest, asks_again_for_a_hairstyle_that_nobody_could_give) {
   for (int i = 0; i < 10; ++i) advance(100);
   ASSERT_EQ(sent<wire::GroomRequest>().size(), 1u);
   d.send(wire::Error{wire::ErrorReason::groom_unavailable, 0, wire::hash_groom(*others_file), "its owner has left"});
+  // A hairstyle that was not available is asked for again after 3 s (kAskAgain_ns in room.cpp): not in the first 2 s,
+  // but in the next 2.
   for (int i = 0; i < 20; ++i) advance(100);
   EXPECT_THAT(sent<wire::GroomRequest>(), IsEmpty());
-  EXPECT_THAT(events<Fault>(), IsEmpty());
+  EXPECT_THAT(events<Error>(), IsEmpty());
   for (int i = 0; i < 20; ++i) advance(100);
   EXPECT_EQ(sent<wire::GroomRequest>().size(), 1u);
 }
@@ -238,7 +246,8 @@ TEST_F(RoomTest, is_empty_and_stays_closed_after_close) {
   tell_of_other();
   advance();
   events<Joined>();
-  tell_of_other(kOther + 1);  // on its way meanwhile
+  // This announcement is on its way while the room is closed.
+  tell_of_other(kOther + 1);
   room->close();
   EXPECT_THAT(room->members(), IsEmpty());
   advance();
@@ -272,6 +281,8 @@ TEST_F(RoomTest, a_caller_that_was_busy_gets_its_frames_as_if_it_had_not_been) {
     advance(33);
     send_frame(tick, kOther, 0.5);
   }
+  // Frames that the caller reads late are not late frames: the play-out delay must not grow by the half second of its
+  // pause.
   EXPECT_NEAR(delay_ms(), before_ms, 40);
 }
 

@@ -10,7 +10,7 @@
 #include "tests/support/build_grooms.hpp"
 #include "tests/unit/client/room_on_core.hpp"
 
-// Hands, holds and props of a room.
+// Tests hands, holds and props of a room.
 namespace hairnet::room {
 namespace {
 
@@ -31,7 +31,7 @@ wire::Prop ball(std::uint8_t number, double radius_m = 0.1) {
   return {number, sphere(radius_m), {}, false};
 }
 
-// A room with an own character and another's.
+// Gives each test a connected room with an own character, kOwn, and a character of another session, kOther.
 class RoomTouchTest : public RoomOnCore {
  protected:
   void SetUp() override {
@@ -49,7 +49,7 @@ class RoomTouchTest : public RoomOnCore {
     d.send(wire::MemberJoined{kOther, kOthersSession, 1, wire::hash_groom(*file)});
     advance();
     d.take_all();
-    events<Fault>();
+    events<Error>();
   }
   void come_back(std::uint64_t session, bool resumed, bool may_touch = true, bool may_set_props = false) {
     d.core.on_closed("the cable", d.now_ns);
@@ -64,7 +64,7 @@ class RoomTouchTest : public RoomOnCore {
     const auto found = std::ranges::find(room->hands(), kOthersSession, &wire::RoomHands::Person::session);
     return found == room->hands().end() ? kNan : found->hands.at(0).place.position.x();
   }
-  // The other's head is at `x`.
+  // Sends a frame that shows the head of the other member at `x`.
   void send_frame(std::uint64_t tick, double x) {
     codec::EncodedFrame coded;
     codec::encode_frame(rigid_pose({Quat::Identity(), Vec3(x, 1, 2)}), nullptr, {}, 0, coded);
@@ -125,6 +125,7 @@ TEST_F(RoomTouchTest, a_hand_takes_hold_and_the_answer_is_told) {
 
   EXPECT_FALSE(room->take_hold(kOther + 1, 3, Vec3f::Zero(), 0.05f)) << "nobody";
   EXPECT_FALSE(room->take_hold(kOther, 32, Vec3f::Zero(), 0.05f)) << "no number of a shape";
+  // The radius is more than kGrabRadiusMax_m, 0.3 m.
   EXPECT_FALSE(room->take_hold(kOther, 3, Vec3f::Zero(), 0.31f));
   EXPECT_FALSE(room->take_hold(kOther, 3, Vec3f(0, static_cast<float>(kNan), 0), 0.1f));
   EXPECT_EQ(room->inputs_dropped(), 4u);
@@ -166,14 +167,16 @@ TEST_F(RoomTouchTest, says_who_may_touch_an_own_character_over_a_change_of_the_s
   ASSERT_THAT(rules, SizeIs(2));
   EXPECT_EQ(rules[1].character, me);
   EXPECT_THAT(rules[1].chosen, ElementsAre(kOthersSession));
-  d.send(wire::MemberTouch{kOwn, TouchAudience::nobody, {}});  // the answer to the first
+  // This is the answer to the first of the two settings. It must not undo the second one.
+  d.send(wire::MemberTouch{kOwn, TouchAudience::nobody, {}});
   advance();
   EXPECT_EQ(own().touch, TouchAudience::chosen);
   come_back(kSession, true);
   EXPECT_THAT(own().touch_chosen, ElementsAre(kOthersSession));
   d.core.on_closed("the cable", d.now_ns);
   d.open();
-  (void)room->take_events();  // earlier ones
+  // Earlier events are dropped, so that the count below is that of the new server.
+  (void)room->take_events();
   d.send(link::welcome_to(kSession + 1, false));
   advance();
   EXPECT_THAT(events<TouchChanged>(), SizeIs(1)) << "the numbers may be strangers' now";
@@ -209,6 +212,7 @@ TEST_F(RoomTouchTest, props_are_those_that_the_server_has_told) {
   wire::Prop lost = ball(4);
   lost.place.position.x() = kNan;
   EXPECT_FALSE(room->set_props({lost}));
+  // Numbers of props are below wire::kPropsMax, 128. A size of 101 m is more than kTouchSizeMax_m.
   EXPECT_FALSE(room->set_props({ball(128)}));
   EXPECT_FALSE(room->set_props({}, {128}));
   EXPECT_FALSE(room->set_props({ball(1, 101)}));
@@ -243,6 +247,7 @@ TEST_F(RoomTouchTest, hands_of_others_are_the_newest_until_they_are_gone_or_noth
   say(2, {{kOthersSession, {hand_at(2)}}, {77, {}}});
   EXPECT_THAT(room->hands(), SizeIs(1));
   EXPECT_NEAR(x_of_others_hand(), 2, 1e-3);
+  // Hands of which nothing comes are gone after kHandsGone_ns, 0.5 s (room_touch.hpp): not after 433 ms, but after 633.
   advance(400);
   EXPECT_THAT(room->hands(), SizeIs(1));
   advance(200);
@@ -267,7 +272,8 @@ TEST_F(RoomTouchTest, the_newest_tick_of_each_person_counts) {
 TEST_F(RoomTouchTest, hands_of_others_move_with_the_hair_that_is_shown) {
   constexpr std::int64_t kTick_ms = 32;
   std::uint64_t tick = 0;
-  // The hand and the head that is shown go the same way.
+  // Moves the hand and the head by the same 0.1 m in each tick. Hair is shown with a delay, so a hand that is shown
+  // without one would not be where it touches the hair.
   const auto pass_tick = [&](std::vector<Hand> hands) {
     ++tick;
     send_frame(tick, 0.1 * static_cast<double>(tick));

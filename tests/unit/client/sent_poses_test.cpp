@@ -15,14 +15,16 @@ namespace {
 using testing::ElementsAre;
 using testing::Pair;
 
+// Poses are captured 14 ms apart, as by a 72 Hz headset.
 constexpr std::int64_t kPose_ns = 14 * kMs;
 
 wire::PoseSample nth_pose(std::uint32_t character, std::uint32_t sequence) {
   return {character, sequence, sequence * kPose_ns, false, rigid_pose({})};
 }
 
-using Poses = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  // character, sequence
-// Earlier ones first.
+// Each pair is a character and the sequence number of its pose.
+using Poses = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+// Returns all poses of a batch, the repeated ones first.
 Poses named(const wire::PoseBatch& batch) {
   Poses poses;
   for (const wire::EarlierPose& pose : batch.earlier)
@@ -63,7 +65,7 @@ TEST(SentPoses, that_are_outdated_do_not_come_again) {
   EXPECT_THAT(sent_with(sent, {late}), ElementsAre(Pair(1, 2)));
 }
 
-// Poses pass from a core to a set of those that have come. Which datagrams get lost is up to the test.
+// Records which poses arrive when a core sends them as datagrams, some of which a test loses.
 class PosesOverDatagrams : public testing::Test {
  protected:
   void SetUp() override {
@@ -102,6 +104,7 @@ class PosesOverDatagrams : public testing::Test {
 };
 
 TEST_F(PosesOverDatagrams, none_is_missing_though_two_of_three_datagrams_get_lost) {
+  // Two of three packets are lost. Each pose is sent in three packets, since it is repeated SentPoses::kPosesMax times.
   std::size_t count = 0;
   for (int i = 0; i < 90; ++i) {
     push(1);
@@ -122,6 +125,8 @@ TEST_F(PosesOverDatagrams, none_of_three_characters_is_missing_though_two_of_thr
 TEST_F(PosesOverDatagrams, of_many_characters_take_several_datagrams) {
   const auto none = [] { return false; };
   for (int i = 0; i < 3; ++i) {
+    // A datagram has three characters (kPosesPerDatagram), so 32 take eleven. 32 is kPosesInDatagramsMax
+    // (link_core.cpp).
     push(32);
     EXPECT_EQ(take(none), 11u);
   }

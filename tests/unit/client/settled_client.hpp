@@ -12,7 +12,8 @@ inline RequestedState::Bytes ten_bytes() {
   return std::make_shared<const std::vector<std::uint8_t>>(10);
 }
 
-// A client with one groom and one character, both confirmed, at low level.
+// Starts every test with a client in session 5. Its one groom, hash_of(1), and its one character, number 7 and member
+// 31 at level low, are confirmed by the server. All events are taken.
 class Settled : public ::testing::Test {
  protected:
   explicit Settled(LinkCoreOptions options = {}) : d(std::move(options)) {

@@ -16,7 +16,7 @@
 #include "core/random.hpp"
 #include "tests/support/corpus.hpp"
 
-// Lattices and hairstyles for tests of what shaders do to points.
+// Shares lattices, hairstyles and a graphics context between the tests that compare shaders with core.
 namespace hairnet::render {
 using namespace draw;
 
@@ -25,7 +25,8 @@ struct Nodes {
   std::vector<Vec3f> displacements;
 };
 
-// Every node at random: far rougher than the motion of hair.
+// Moves every node at random by up to 5 cm on each axis. Neighbours then differ far more than in the motion of hair, so
+// that a wrong weight shows.
 inline Nodes rough_nodes(const Lattice& lattice, std::uint64_t seed) {
   Nodes nodes;
   nodes.geometry.lattice = lattice;
@@ -81,7 +82,7 @@ class ShaderTest : public testing::Test {
   Pose pose_ = rigid_pose({Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized())), Vec3(3, 1, -2)});
 };
 
-// Neck, shoulders and trunk moved against the head.
+// Returns a pose in which neck, shoulders and trunk have moved against the head, each in another way.
 inline Pose bent(Pose pose) {
   for (std::size_t b = 1; b < kBoneCount; ++b) {
     const auto by = static_cast<double>(b);
@@ -92,7 +93,8 @@ inline Pose bent(Pose pose) {
   return pose;
 }
 
-// Software draws them: so many show all that a made hairstyle has.
+// Tests may draw with a software renderer. So many strands have all features of a made hairstyle, and are drawn fast
+// enough.
 inline constexpr std::size_t kMadeStrands = 600;
 
 inline std::vector<std::string> all_grooms() {

@@ -25,6 +25,7 @@
 namespace hairnet::sim {
 namespace {
 
+// Makes a motion at 60 Hz of a head that nods and shifts to the side.
 Motion nod(double duration_s = 1) {
   Motion motion;
   for (int i = 0; i <= 60 * duration_s; ++i) {
@@ -35,6 +36,7 @@ Motion nod(double duration_s = 1) {
   return motion;
 }
 
+// Prepares a stepper with random springs that begins at the first pose of a clip, with 25 ticks a second.
 StepperDef stepper_def(const Clip& clip, int iterations = 16) {
   auto levels = std::make_shared<LevelSet>();
   levels->levels[0] = support::make_random_level();
@@ -69,13 +71,15 @@ TEST(Clip, settling_ends_upright_in_place_with_the_heading_kept) {
     EXPECT_LT(bone.rotation.angularDistance(yaw), 1e-6);
     EXPECT_LT((bone.position - Vec3(1, 2, 3)).norm(), 1e-6);
   }
+  // The head eases upright within 1 s, 25 ticks, and then stands (clip.cpp).
   EXPECT_EQ(clip.poses[25].head().position, clip.poses.back().head().position);
 }
 
 TEST(Clip, a_teleport_falls_on_the_tick_that_passes_it) {
   Motion motion = nod();
   motion.teleports.assign(motion.poses.size(), false);
-  motion.teleports[31] = true;  // at 0.5167 s: in the tick from 0.48 to 0.52 s
+  // Pose 31 is at 0.5167 s, in the tick from 0.48 to 0.52 s.
+  motion.teleports[31] = true;
   const Clip clip = make_clip(motion, 25, 0);
   for (std::size_t i = 0; i < clip.teleports.size(); ++i) EXPECT_EQ(clip.teleports[i], i == 13) << i;
 }
@@ -83,6 +87,8 @@ TEST(Clip, a_teleport_falls_on_the_tick_that_passes_it) {
 TEST(Stepper, the_world_with_many_iterations_follows_the_converged_solver) {
   const Clip clip = make_clip(nod(), 25, 0);
   for (const int substeps : {1, 3}) {
+    // With 400 iterations the iterative solver must reach the converged one within 0.01 mm, while hair moves by more
+    // than 1 mm.
     StepperDef def = stepper_def(clip, 400);
     def.substep_count = substeps;
     const auto world = make_stepper(Solver::standard, def), converged = make_stepper(Solver::converged, def);
@@ -137,7 +143,8 @@ TEST(GridNodes, a_lattice_at_rest_moves_as_one_with_the_head) {
 }
 
 TEST(GridNodes, trimmed_nodes_follow_in_position_and_velocity) {
-  // Half of the nodes trimmed, each following its neighbour along x: at rest in the head both move as one.
+  // Half of the nodes are trimmed, and each follows its neighbour along x. A trimmed node has the displacement and the
+  // own velocity of that neighbour.
   Level level = support::make_random_level();
   LevelGeometry& g = level.geometry;
   g.active_nodes.clear();
@@ -157,7 +164,8 @@ TEST(GridNodes, trimmed_nodes_follow_in_position_and_velocity) {
   const RigidTransform from{Quat(Eigen::AngleAxisd(0.1, Vec3::UnitZ())), Vec3(0, 1, 0)};
   const RigidTransform to{Quat(Eigen::AngleAxisd(0.15, Vec3::UnitZ())), Vec3(0.2, 1, 0)};
   const double h = 0.04;
-  // Active nodes at the velocity of the rest, R'p0, plus one of their own.
+  // Active nodes have the velocity of their rest position in the moving head, plus `own`. Trimmed nodes must have the
+  // velocity of their own rest position, plus `own`.
   const Vec3 own(0.3, -0.2, 0.1);
   std::vector<Vec3f> velocity_head;
   for (const std::uint32_t n : g.active_nodes) {
@@ -223,7 +231,7 @@ class ReplayedTicks : public ::testing::Test {
     added.character = key;
     return added;
   }
-  // Refused for `what`, where the hash of an empty tick would be in order.
+  // Expects the next tick to be refused with a text that contains `what`.
   void expect_refused(const wire::RecordedTick& tick, const std::string& what) {
     const Result<void> taken = replayed_.take(tick);
     ASSERT_FALSE(taken);
@@ -270,7 +278,7 @@ TEST_F(ReplayedTicks, refuses_a_tick_before_the_header) {
   EXPECT_FALSE(empty.take(wire::RecordedTick{}));
 }
 
-// Files in a folder of the test's own.
+// Gives each test a folder of its own, and reads the Alembic files in it.
 class StrandFiles : public ::testing::Test {
  protected:
   void SetUp() override { std::filesystem::create_directories(folder_); }
@@ -345,7 +353,10 @@ TEST_F(StrandFiles, points_follow_another_lattice_at_once_and_none_is_rest) {
 TEST_F(StrandFiles, replayed_strands_have_a_frame_for_each_tick_and_stand_still_where_ticks_are_missing) {
   const std::vector<std::uint8_t> groom_file = wire::encode_groom(short_hair());
   const Groom groom = *wire::decode_groom(groom_file);
+  // Ticks 9 and 10 are missing in the recording, so the strands have five frames, and stand still in the third and
+  // fourth.
   constexpr std::array<std::uint64_t, 3> kTicks{7, 8, 11};
+  // A recording names characters by their session, here 5, and their number, here 2.
   constexpr std::uint64_t kCharacter = std::uint64_t{5} << 32 | 2;
   std::vector<Pose> poses;
   {

@@ -7,7 +7,7 @@
 
 namespace hairnet::link {
 
-// A basis over 3 x 3 x 3 nodes, whose modes are waves.
+// Makes a basis over 3 x 3 x 3 nodes, whose modes are waves. The deviation of mode k is 0.1 m / (1 + k).
 inline wire::HairBasis small_basis(int mode_count = 12) {
   wire::HairBasis hair;
   hair.geometry.lattice.dims = {3, 3, 3};

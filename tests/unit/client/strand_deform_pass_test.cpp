@@ -18,6 +18,7 @@ using namespace draw;
 
 namespace {
 
+// Strands that a shader and core place must agree within 0.1 mm, as the README of the project promises.
 constexpr float kPosition_m = 1e-4f;
 
 struct Placed {
@@ -34,7 +35,8 @@ class StrandDeformPassTest : public ShaderTest {
   }
   void tear_down_drawing() override { placement_.reset(); }
 
-  // Two characters have the groom; returns the points of the second, which has the nodes.
+  // Returns the points of the second of two characters with one groom, which has the nodes. A wrong row would give the
+  // points of the first, which is at rest.
   Placed by_shader(const GroomGeometry& geometry, const Nodes* nodes, float quadratic, const SkinPush& skin = {{}, 0}) {
     GroomBuffers groom(geometry);
     groom.skin().fill(skin);
@@ -53,6 +55,7 @@ class StrandDeformPassTest : public ShaderTest {
     for (std::size_t p = 0; p < geometry.strand_points.rest.size(); ++p) {
       const auto& [x, y, z, turn] = texels[p];
       placed.positions.emplace_back(std::bit_cast<float>(x), std::bit_cast<float>(y), std::bit_cast<float>(z));
+      // A rotation is packed into four bytes, where 1 to 255 stand for -1 to 1.
       const auto part = [&](std::uint32_t byte) { return (static_cast<float>(turn >> 8 * byte & 255u) - 128) / 127; };
       placed.rotations.emplace_back(part(3), part(0), part(1), part(2));
     }
@@ -96,7 +99,8 @@ TEST_F(StrandDeformPassTest, leaves_hair_without_a_lattice_where_it_is) {
 
 TEST_F(StrandDeformPassTest, turns_small_things_with_the_hair_even_upside_down) {
   Groom groom = *make_hairstyle("long_straight", {.strand_count = 300});
-  for (StrandProperties& strand : groom.strands) strand.root_length_m = 0;  // all of it follows the lattice
+  // Without a root length all of the hair follows the lattice, and none the skull.
+  for (StrandProperties& strand : groom.strands) strand.root_length_m = 0;
   const GroomGeometry geometry = make_groom_geometry(groom);
   Nodes nodes;
   nodes.geometry.lattice = fit_lattice(groom.points, {5, 5, 5});
@@ -108,6 +112,7 @@ TEST_F(StrandDeformPassTest, turns_small_things_with_the_hair_even_upside_down) 
   const Placed placed = by_shader(geometry, &nodes, 1);
   ASSERT_GT(placed.rotations.size(), 1000u);
   for (const Eigen::Quaternionf& rotation : placed.rotations)
+    // The bytes of a rotation have steps of 1/127, so it may be off by about a hundredth of a radian.
     ASSERT_LT(rotation.normalized().angularDistance(turn), 0.03f);
 }
 
@@ -119,6 +124,7 @@ TEST_F(StrandDeformPassTest, keeps_strands_out_of_the_skin_as_core_does) {
   pose_ = bent(pose_);
   const Nodes nodes = rough_nodes(fit_lattice(groom.points, {10, 10, 10}), 9);
   const std::vector<Vec3f> wanted = by_core(geometry, nodes, FfdKind::quadratic, skin);
+  // Core must push some point by more than 1 cm, or the case would show nothing.
   EXPECT_GT(furthest(wanted, by_core(geometry, nodes, FfdKind::quadratic)), 0.01f);
   EXPECT_LT(furthest(by_shader(geometry, &nodes, 1, skin).positions, wanted), kPosition_m);
 }
@@ -146,6 +152,7 @@ TEST_P(StrandDeformPassGroom, places_all_points_as_core_does_and_makes_no_strand
       if (points.end[s + 1] > points.end[s])
         longest = std::max(longest, length_m / points.arc[points.end[s + 1] - 1][0]);
     }
+    // No strand is drawn longer than it was made, whatever its nodes do.
     EXPECT_LT(longest, 1.001f);
   }
 }

@@ -12,6 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
+// This is 2023-11-14 22:13:20 UTC.
 constexpr std::int64_t kNow_s = 1'700'000'000;
 
 class TokenCommands : public testing::Test {

@@ -81,6 +81,7 @@ TEST(Caption, darkens_dots_inside_its_box_only) {
     for (int x = 0; x < image.width; ++x) {
       if (red_at(image, x, y) == 200) continue;
       ++dark;
+      // Two letters of 5 x 7 dots, each dot 2 px wide, with a gap, fit 24 x 16 px.
       EXPECT_TRUE(x >= 10 && x < 10 + 2 * 12 && y >= 12 && y < 12 + 16) << x << ' ' << y;
     }
   }

@@ -19,12 +19,13 @@
 namespace hairnet::viewer {
 namespace {
 
-// A made groom as a file of another program: in other axes and another unit, with another origin.
+// Holds a made groom as files of another program have it: in other axes, another unit and with another origin.
 struct Foreign {
   std::vector<StrandFile> files;
   TriangleMesh body;
 };
 
+// Returns a point of head space in the coordinates of a file, whose origin is 1.6 m below the head joint, on the floor.
 Vec3f to_file(const Placement& placement, const Vec3f& head) {
   const Mat3 back = rotation_to_head(placement.up, placement.face).transpose();
   return (back * (head.cast<double>() + Vec3(0, 1.6, 0)) / placement.unit_m).cast<float>();
@@ -225,11 +226,13 @@ TEST(GuessPlacement, what_shows_no_head_is_refused) {
   EXPECT_FALSE(guess_mesh_placement({}));
   TriangleMesh flat;
   for (int i = 0; i < 100; ++i) flat.vertices.emplace_back(static_cast<float>(i), 0.0f, 0.0f);
+  // A line of 100 vertices has no head.
   EXPECT_FALSE(guess_mesh_placement(flat));
 }
 
 TEST(FittedHair, begins_on_the_skin_of_another_head_and_stays_off_its_inside) {
   TriangleMesh wide = make_bust().mesh;
+  // The other head is the made one, but wider, higher and flatter.
   for (Vec3f& v : wide.vertices) v = Vec3f(1.15f * v.x(), 1.1f * v.y(), 0.95f * v.z());
   const Result<Groom> groom = fitted_hair(wide);
   ASSERT_TRUE(groom) << groom.error();

@@ -48,6 +48,7 @@ TEST(OrbitCamera, a_pan_keeps_what_is_at_the_target_under_the_mouse) {
 
 TEST(OrbitCamera, the_wheel_never_goes_through_the_target_or_out_of_sight) {
   OrbitCamera camera;
+  // OrbitCamera keeps its distance between 0.12 and 500 m.
   camera.zoom(1000);
   EXPECT_GT(camera.distance_m(), 0.05);
   camera.zoom(-5000);
@@ -65,6 +66,8 @@ TEST(OrbitCamera, follows_smoothly_and_keeps_its_bearing) {
     camera.follow(Vec3(1, 1, 0), 0.016);
     const double gone = camera.camera().target.x() - start.x();
     EXPECT_GE(gone, last);
+    // The target jumps by 1 m. The camera needs about 0.2 s for it (kFollow_s in orbit_camera.cpp), so a step of 16 ms
+    // moves it by less than 0.1 m.
     EXPECT_LT(gone - last, 0.1);
     last = gone;
   }
@@ -104,6 +107,7 @@ TEST(HeadGrab, goes_after_the_hand_and_springs_back_without_swinging) {
     const Eigen::AngleAxisd turn(grab.apply(rest, body).head().rotation);
     return turn.angle() * turn.axis().y();
   };
+  // A grabbed head makes half of a step in about 40 ms (head_grab.cpp), so after 0.32 s it is there.
   EXPECT_NEAR(turned(), 1.0, 0.02);
   grab.release();
   double last = turned();
@@ -124,6 +128,8 @@ TEST(HeadGrab, no_jerk_of_the_mouse_is_a_teleport) {
   grab.take();
   Pose last = grab.apply(rest, body);
   for (int i = 0; i < 300; ++i) {
+    // Every 40 steps the mouse jerks by 3 rad and 2 m. A head that followed at once would move too fast for
+    // is_teleport(), and its hair would not swing.
     if (i % 40 == 0) {
       grab.turn(i % 80 == 0 ? Vec3::UnitX() : Vec3::UnitY(), i % 3 == 0 ? 3.0 : -3.0);
       grab.move(Vec3(i % 80 == 0 ? 2 : -2, 0.5, 0));
@@ -159,6 +165,7 @@ TEST(HeadGrab, the_neck_goes_along_and_the_trunk_stays) {
   grab.turn(Vec3::UnitX(), 0.8);
   for (int i = 0; i < 100; ++i) grab.advance(0.016);
   const Pose pose = grab.apply(rigid_pose({}), body);
+  // The neck takes half of the turn of the head (complete_pose.cpp).
   EXPECT_NEAR(Eigen::AngleAxisd(pose[Bone::neck].rotation).angle(), 0.4, 0.02);
   EXPECT_NEAR(Eigen::AngleAxisd(pose[Bone::upper_trunk].rotation).angle(), 0, 1e-9);
   const Vec3 foot = body.joints[static_cast<std::size_t>(Bone::neck)].cast<double>();
@@ -314,6 +321,7 @@ TEST(AdaptiveQuality, falls_with_slow_pictures_and_recovers) {
   for (int i = 0; i < 500; ++i) {
     const double share = adaptive_quality.take(5);
     EXPECT_GE(share, last);
+    // A fast image raises the share by 3 %. A larger step would be seen.
     EXPECT_LT(share, 1.05 * last);
     last = share;
   }

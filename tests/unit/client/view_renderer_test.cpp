@@ -13,7 +13,8 @@ using namespace draw;
 
 namespace {
 
-constexpr int kSide = 96;  // px, of most pictures here
+// Is the side of most images here, px.
+constexpr int kSide = 96;
 
 TriangleMesh sphere(const Vec3f& centre, float radius) {
   constexpr std::uint32_t kRings = 16, kSectors = 24;
@@ -52,7 +53,8 @@ int difference(const Image& a, const Image& b, int x, int y) {
   return std::abs(p[0] - q[0]) + std::abs(p[1] - q[1]) + std::abs(p[2] - q[2]);
 }
 
-// The light that `with` lacks, linear, summed over the picture.
+// Returns the linear light that `with` lacks, summed over all pixels. Bytes are sRGB, and only the red ones are read. A
+// white pixel counts as 1.
 double light_taken(const Image& without, const Image& with) {
   const auto linear = [](int byte) { return std::pow((byte / 255.0 + 0.055) / 1.055, 2.4); };
   double sum = 0;
@@ -60,7 +62,8 @@ double light_taken(const Image& without, const Image& with) {
   return sum;
 }
 
-// The middle of what differs between two pictures, px.
+// Returns the middle of all pixels that differ between two images, px. A pixel differs if its three bytes do by more
+// than 20 in sum.
 Eigen::Vector2d middle_of_difference(const Image& a, const Image& b) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   double weights = 0;
@@ -85,7 +88,7 @@ void set_body(Groom& groom, const TriangleMesh& mesh) {
   groom.body.bone_weights.assign(mesh.vertices.size(), {1, 0, 0, 0, 0});
 }
 
-// A strand from left to right, `y_m` above the middle.
+// Makes a level strand of 0.3 m with its root on the left, at this height and depth.
 Groom level_strand(float y_m = 0, float z_m = 0) {
   Groom groom = bare();
   const std::array<Vec3f, 4> strand{Vec3f(-0.15f, y_m, z_m), Vec3f(-0.05f, y_m, z_m), Vec3f(0.05f, y_m, z_m),
@@ -94,7 +97,7 @@ Groom level_strand(float y_m = 0, float z_m = 0) {
   return groom;
 }
 
-// Many strands side by side, hanging: a curtain 0.2 m wide and 0.3 m high.
+// Makes a curtain of hanging strands, 0.2 m wide and 0.3 m high.
 Groom curtain(std::size_t strands) {
   Groom groom = bare();
   for (std::size_t s = 0; s < strands; ++s) {
@@ -112,6 +115,7 @@ class ViewRenderer : public testing::Test {
     if (!made && made.error().starts_with("no off-screen OpenGL ES 3")) GTEST_SKIP() << "NOT TESTED: " << made.error();
     ASSERT_TRUE(made) << made.error();
     renderer_ = std::move(*made);
+    // Follow hairs stray from their strand, and tests look where strands are.
     detail_.follow_hair_count = 0;
   }
   Image draw(std::span<const ShownCharacter> characters) {
@@ -130,7 +134,8 @@ class ViewRenderer : public testing::Test {
     return draw(std::span(&character, 1));
   }
   Image draw_nothing() { return draw(std::span<const ShownCharacter>{}); }
-  // The covered share of the background: without light, all hair is black.
+  // Returns how much of the background hair covers. With an exposure of 0 all hair is black, so the light that it takes
+  // is what it covers.
   double covered(const ShownCharacter& character, const Camera& camera = kCamera) {
     Look dark;
     dark.exposure = 0;
@@ -168,6 +173,8 @@ TEST_F(ViewRenderer, shows_a_red_sphere_where_it_stands) {
       const float dx = (static_cast<float>(x) + 0.5f - static_cast<float>(column_of(0.1f))) * 0.5f / kSide;
       const float dy = (static_cast<float>(y) + 0.5f - static_cast<float>(row_of(0.05f))) * 0.5f / kSide;
       const float away = std::hypot(dx, dy);
+      // The sphere has a radius of 0.06 m. The 0.015 m on each side of its edge, three pixels, are left to antialiasing
+      // and perspective.
       if (away < 0.045f) {
         EXPECT_GT(pixel(image, x, y)[0], 2 * pixel(image, x, y)[1]) << x << ' ' << y;
       }
@@ -182,6 +189,7 @@ TEST_F(ViewRenderer, covers_pixels_between_a_strands_ends_and_nowhere_far_away) 
   const Image image = draw(level_strand()), empty = draw_nothing();
   for (int x = 0; x < kSide; ++x) {
     const int middle = difference(image, empty, x, row_of(0)) + difference(image, empty, x, row_of(0) - 1);
+    // A strand becomes thinner towards its tip (strand.vert), so its last part may be too faint to count.
     if (x > column_of(-0.14f) && x < column_of(0.06f)) {
       EXPECT_GT(middle, 40) << x;
     }
@@ -200,8 +208,8 @@ TEST_F(ViewRenderer, turns_width_below_a_pixel_into_coverage) {
     camera.eye.z() = distance_m;
     return covered(character, camera);
   };
-  // Strands of 3.4 mm, 1.3 of the samples' pixels at 1 m and a third at 4 m; the picture of the curtain shrinks as
-  // 1 / distance^2.
+  // The strands are 3.4 mm wide. At 1 m this is 1.3 of the pixels in which samples are taken, and at 4 m a third of
+  // one. The area of the curtain falls as 1 / distance^2, and so must what it covers, within about a third.
   const double near = covered_at(1), far = covered_at(2), further = covered_at(4);
   EXPECT_GT(near, 20);
   EXPECT_NEAR(far, near / 4, 0.3 * near / 4);
@@ -219,7 +227,8 @@ TEST_F(ViewRenderer, covers_about_as_much_with_fewer_strands_as_with_all) {
 
 TEST_F(ViewRenderer, shows_follow_hairs_beside_their_strand) {
   Camera camera = kCamera;
-  camera.fov_deg /= 25;  // 0.2 mm a pixel; follow hairs stray 2.5 mm
+  // A pixel is now 0.2 mm, and follow hairs stray up to 2.5 mm from their strand (kStray_m in character_records.cpp).
+  camera.fov_deg /= 25;
   ShownCharacter character = shown(level_strand());
   const auto height_covered_px = [&] {
     const auto image = renderer_->draw(std::span(&character, 1), camera, {}, kSide, kSide);
@@ -235,7 +244,9 @@ TEST_F(ViewRenderer, shows_follow_hairs_beside_their_strand) {
     return high - low;
   };
   const int alone = height_covered_px();
-  character.detail->follow_hair_count = 15;  // each thinner than the strand alone was
+  // With more follow hairs each is thinner than the strand was alone, so the covered height grows only because they lie
+  // beside it.
+  character.detail->follow_hair_count = 15;
   EXPECT_GT(alone, 0);
   EXPECT_GT(height_covered_px(), alone + 1);
 }
@@ -268,7 +279,8 @@ TEST_F(ViewRenderer, shades_skin_that_lies_under_hair) {
     groom.add_strand(strand, {.rooted = false});
   }
   ShownCharacter character = shown(groom);
-  character.detail->strand_share = 1e-6f;  // the hair itself out of sight
+  // The hair itself is not drawn, so only its shade on the skin is seen.
+  character.detail->strand_share = 1e-6f;
   const Image shaded = draw(std::span(&character, 1));
   const int left = pixel(bald, column_of(-0.05f), row_of(0))[0] - pixel(shaded, column_of(-0.05f), row_of(0))[0];
   EXPECT_GT(left, 8);
@@ -310,7 +322,8 @@ TEST_F(ViewRenderer, draws_stretched_hair_no_longer_than_it_was_made) {
   const Image empty = draw_nothing(), still = draw(std::span(&character, 1));
   LevelGeometry geometry;
   geometry.lattice = {Vec3f(-0.2f, -0.2f, -0.2f), Vec3f(0.1f, 0.1f, 0.1f), {5, 5, 5}};
-  std::vector<Vec3f> stretch, press;  // along x, about the root
+  // `stretch` makes all hair 1.6 times as long along x, from its root on, and `press` 0.7 times.
+  std::vector<Vec3f> stretch, press;
   for (std::uint32_t n = 0; n < geometry.lattice.node_count(); ++n) {
     stretch.emplace_back(0.6f * (geometry.lattice.node(n).x() + 0.15f), 0, 0);
     press.push_back(-0.5f * stretch.back());
@@ -342,10 +355,12 @@ TEST_F(ViewRenderer, follows_light_past_hair_that_has_moved_aside_and_at_rest_dr
     return draw(std::span(&character, 1));
   };
   const Image traced = draw_with(0), followed = draw_with(1);
+  // At rest, following the light must give the traced light, within 0.2 % of all that hair and ball take.
   EXPECT_LT(std::abs(light_taken(traced, followed)), 0.002 * std::abs(light_taken(followed, draw_nothing())));
 
   LevelGeometry geometry;
   geometry.lattice = {Vec3f(-0.2f, -0.2f, -0.2f), Vec3f(0.1f, 0.1f, 0.1f), {5, 5, 5}};
+  // The hair moves 0.3 m to the side, off the ball. Light that is not followed would still leave the ball in shade.
   const std::vector<Vec3f> aside(geometry.lattice.node_count(), Vec3f(0.3f, 0, 0));
   character.lattice = {&geometry, aside};
   const auto brightness = [&](const Image& image) {
@@ -355,9 +370,11 @@ TEST_F(ViewRenderer, follows_light_past_hair_that_has_moved_aside_and_at_rest_dr
   EXPECT_GT(brightness(draw_with(1)), brightness(draw_with(0)) + 60);
 }
 
-TEST_F(ViewRenderer, is_as_exact_ten_kilometres_from_the_origin) {
+TEST_F(ViewRenderer, is_as_exact_kilometres_from_the_origin) {
   ShownCharacter character = shown(level_strand());
   const Image here = draw(std::span(&character, 1));
+  // These are powers of two, so that adding them in double rounds nothing. In float, the coordinates would have steps
+  // of 0.5 mm.
   const Vec3 away(4096, -2048, 1024);
   character.pose = rigid_pose({Quat::Identity(), away});
   Camera camera = kCamera;
@@ -388,6 +405,7 @@ TEST_F(ViewRenderer, draws_a_crowd_of_one_groom_in_as_many_calls_as_one_characte
 
 TEST_F(ViewRenderer, does_not_draw_what_is_out_of_sight) {
   ShownCharacter character = shown(level_strand());
+  // The character stands 4 m behind the camera.
   character.pose = rigid_pose({Quat::Identity(), Vec3(0, 0, 5)});
   EXPECT_EQ(draw(std::span(&character, 1)).rgba, draw_nothing().rgba);
   draw(std::span(&character, 1));
@@ -450,7 +468,7 @@ TEST_F(ViewRenderer, shows_threads_in_their_colour) {
   EXPECT_EQ(difference(image, empty, column_of(0.02f), row_of(0)), 0);
 }
 
-// A hair card of 0.1 m width from this height down.
+// Makes a hair card of 0.1 m width that reaches from this height down to -0.15 m.
 Groom card_from(float top_m) {
   Groom groom = bare();
   const std::array<Vec3f, 6> edges{Vec3f(-0.05f, top_m, 0), Vec3f(0.05f, top_m, 0),   Vec3f(-0.05f, 0, 0),
@@ -522,6 +540,7 @@ TEST_F(ViewRenderer, refuses_sizes_out_of_range_and_draws_the_next_picture) {
   for (const auto& [width, height] : {std::pair{0, 10}, {10, -1}, {kPictureSideMax + 1, 10}}) {
     EXPECT_FALSE(renderer_->draw({}, kCamera, {}, width, height)) << width;
   }
+  // Renderer::create() takes 1 to 4 samples along the side of a pixel.
   EXPECT_FALSE(Renderer::create(0));
   EXPECT_FALSE(Renderer::create(5));
   const auto image = renderer_->draw({}, kCamera, {}, 7, 13);

@@ -19,6 +19,7 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr int kWindowWidth = 800, kWindowHeight = 600;
+// A ray finds hair that is this far beside it for each metre from the eye.
 constexpr double kReach_per_m = 0.003;
 
 std::shared_ptr<const Groom> make_groom(const char* style) {
@@ -27,7 +28,8 @@ std::shared_ptr<const Groom> make_groom(const char* style) {
   return std::make_shared<const Groom>(*make_hairstyle(style, options));
 }
 
-// A still head of long hair at level low, a camera in front of it, and a mouse over the picture.
+// Shows a still head of long hair at level low. The camera looks at it from the front, and the mouse is over a lock of
+// hair.
 class ViewTouchTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -139,6 +141,7 @@ TEST_F(ViewTouchTest, a_ray_finds_the_hair_on_its_way_that_is_nearest_to_the_eye
   ASSERT_TRUE(picked);
   EXPECT_EQ(picked->id, character().id);
   const Vec3 to = picked->place - ray.origin;
+  // Hair may be up to kPickReach_m, 8 mm, beside the ray (mouse_hand.cpp).
   EXPECT_LT(to.cross(ray.direction).norm(), 0.009);
   EXPECT_LT(to.dot(ray.direction), (lock() - ray.origin).dot(ray.direction) + 0.02);
   EXPECT_FALSE(pick_hair({ray.origin, -ray.direction}, kReach_per_m, world_.viewed_characters())) << "behind the eye";
@@ -146,6 +149,7 @@ TEST_F(ViewTouchTest, a_ray_finds_the_hair_on_its_way_that_is_nearest_to_the_eye
 }
 
 TEST_F(ViewTouchTest, a_ray_finds_no_hair_behind_the_face) {
+  // A ray from the front meets the face before the hair at the back of the head. A ray from the back meets that hair.
   const Vec3 nose = in_world(Vec3(0, 0.03, 0.12));
   const auto along_z = [&](double side) { return Ray{nose + Vec3(0, 0, 2 * side), Vec3(0, 0, -side)}; };
   constexpr double kWide_per_m = 0.01;
@@ -212,6 +216,7 @@ TEST_F(ViewTouchTest, no_jump_of_the_mouse_is_one_of_the_hand) {
   ASSERT_TRUE(press());
   pass(0.1);
   ASSERT_EQ(bodies_.size(), 1u);
+  // The mouse jumps across the window, leaves it, and reports places that no window has.
   for (const double px : {0.0, 700.0, kOutside, 1e9, 300.0}) {
     mouse_.x_px = mouse_.y_px = px;
     for (int tick = 0; tick < 10; ++tick) {
@@ -236,6 +241,7 @@ TEST_F(ViewTouchTest, held_hair_goes_with_the_mouse_and_falls_back_when_let_go) 
   pass(1);
   const auto moved_m = [&] { return (contact_points()[point] - before).dot(way.normalized()); };
   const double held_m = moved_m();
+  // The hand moves 0.08 m. Hair is held near one point, and the lock must follow for a good part of the way.
   EXPECT_GT(held_m, 0.03);
   release();
   EXPECT_EQ(hand_.action(), MouseHand::Action::none);
@@ -258,6 +264,7 @@ TEST_F(ViewTouchTest, hair_let_go_with_shift_stays_until_all_pins_go) {
   mouse_.shift = true;
   release();
   pass(3);
+  // Pinned hair stays where it was let go, but for what the hair below it pulls.
   EXPECT_LT((contact_points()[point] - pinned).norm(), pulled_m / 3);
   unpin_hair(world_);
   pass(3);
@@ -294,6 +301,8 @@ TEST_F(ViewTouchTest, a_hand_whose_character_has_gone_holds_nothing) {
 constexpr TouchScript kScripts[] = {TouchScript::stroke, TouchScript::hold, TouchScript::pin, TouchScript::prop};
 
 TEST(ScriptedTouch, its_bodies_are_valid_and_none_is_faster_than_three_metres_a_second) {
+  // The limit of 3 m/s is that of scripted_bodies(): a body that moves much faster counts as one that has jumped. A
+  // point on a turning body moves too, so the turn counts with the radius of the body.
   constexpr double kStep_s = 1.0 / 240;
   for (const char* style : {"long_straight", "bob", "short", "ponytail"}) {
     const HairToTouch hair(*make_groom(style));
@@ -326,6 +335,7 @@ TEST(ScriptedTouch, its_bodies_are_valid_and_none_is_faster_than_three_metres_a_
 }
 
 TEST_F(ViewTouchTest, each_script_moves_hair_and_the_same_times_give_the_same_bits) {
+  // One world steps to 2.5 s in one call, and the other in calls that begin before 0 s. Both must give the same bits.
   const CharacterSetup touched = setup();
   LocalWorld alone({30, 6, Loop::plain, {}, nullptr});
   fill(alone);

@@ -35,12 +35,12 @@ class VideoTest : public ::testing::Test {
 };
 
 TEST_F(VideoTest, refuses_what_it_cannot_write_in_one_line_and_leaves_no_file) {
-  const auto fault = [](const Result<VideoWriter>& video) { return video ? std::string() : video.error(); };
+  const auto error = [](const Result<VideoWriter>& video) { return video ? std::string() : video.error(); };
   for (const std::string& line :
-       {fault(VideoWriter::create("a.avi", 64, 64, 30)), fault(VideoWriter::create("a", 64, 64, 30)),
-        fault(VideoWriter::create("a.mp4", 8, 64, 30)), fault(VideoWriter::create("a.mp4", 64, 9000, 30)),
-        fault(VideoWriter::create("a.mp4", 64, 64, 0)), fault(VideoWriter::create("a.mp4", 64, 64, std::nan(""))),
-        fault(VideoWriter::create("nosuch/a.mp4", 64, 64, 30))}) {
+       {error(VideoWriter::create("a.avi", 64, 64, 30)), error(VideoWriter::create("a", 64, 64, 30)),
+        error(VideoWriter::create("a.mp4", 8, 64, 30)), error(VideoWriter::create("a.mp4", 64, 9000, 30)),
+        error(VideoWriter::create("a.mp4", 64, 64, 0)), error(VideoWriter::create("a.mp4", 64, 64, std::nan(""))),
+        error(VideoWriter::create("nosuch/a.mp4", 64, 64, 30))}) {
     EXPECT_FALSE(line.empty());
     EXPECT_EQ(line.find('\n'), std::string::npos);
   }
@@ -59,7 +59,8 @@ TEST_F(VideoTest, without_ffmpeg_it_names_what_to_install) {
 TEST_F(VideoTest, a_finished_clip_of_every_kind_is_there_and_no_part_of_it_beside) {
   if (!has_ffmpeg()) GTEST_SKIP() << "there is no ffmpeg";
   for (const char* path : {"a.mp4", "a.gif", "a.webm"}) {
-    Result<VideoWriter> video = VideoWriter::create(path, 33, 47, 10);  // odd sides are cut to even ones where need be
+    // Some formats need even sides. For these, odd ones are cut.
+    Result<VideoWriter> video = VideoWriter::create(path, 33, 47, 10);
     ASSERT_TRUE(video) << video.error();
     for (std::uint8_t i = 0; i < 5; ++i) ASSERT_TRUE(video->add(picture(33, 47, static_cast<std::uint8_t>(40 * i))));
     EXPECT_FALSE(video->add(picture(32, 47, 0))) << "another size";
@@ -80,7 +81,8 @@ TEST_F(VideoTest, what_is_given_up_or_fails_leaves_the_old_file_alone) {
     ASSERT_TRUE(video->add(picture(64, 64, 100)));
   }
   EXPECT_EQ(file_count(), 0u);
-  fs::create_directory("b.mp4");  // in the place of the file
+  // A folder in the place of the file lets the last step fail.
+  fs::create_directory("b.mp4");
   Result<VideoWriter> video = VideoWriter::create("b.mp4", 64, 64, 30);
   Result<void> done = video ? video->add(picture(64, 64, 100)) : Result<void>(Refusal(video.error()));
   if (done) done = video->finish();

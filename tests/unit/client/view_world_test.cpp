@@ -15,7 +15,8 @@
 namespace hairnet::viewer {
 namespace {
 
-// A small head of hair with its low and ether levels.
+// Builds a small head of hair with its levels low and ether, once for the suite. Worlds have 30 ticks a second, and
+// clips of 100 s.
 class LocalWorldTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -126,6 +127,7 @@ TEST_F(LocalWorldTest, a_machine_that_is_too_slow_shows_slow_motion) {
   ASSERT_TRUE(w.advance(0));
   const double before_s = w.time_s();
   ASSERT_TRUE(w.advance(5'000'000'000));
+  // A call catches up with at most kCatchUpMax_s, 0.1 s (local_world.cpp), of the 5 s that have passed.
   EXPECT_LE(w.time_s() - before_s, 0.2);
   EXPECT_GT(w.time_s(), before_s);
 }
@@ -141,6 +143,7 @@ TEST_F(LocalWorldTest, another_tick_rate_keeps_hair_as_it_is) {
   ASSERT_EQ(before.size(), after.size());
   float most = 0;
   for (std::size_t i = 0; i < after.size(); ++i) most = std::max(most, (after[i] - before[i]).norm());
+  // Hair that began again at rest would jump by more than 3 cm, since it is more than 5 cm away from rest.
   EXPECT_LT(most, 0.03f);
   EXPECT_GT(furthest(w), 0.05f);
   w.advance_to(2);
@@ -201,7 +204,7 @@ TEST_F(LocalWorldTest, what_is_out_of_range_changes_nothing) {
   EXPECT_EQ(w.grab(99), nullptr);
 }
 
-// Null after a long while.
+// Waits for the levels of a groom, and returns null after ten seconds.
 std::shared_ptr<const LevelSet> built(LevelBuilder& builder, const std::shared_ptr<const Groom>& groom) {
   for (int i = 0; i < 10'000; ++i) {
     if (auto levels = builder.levels_of(groom)) return levels;
@@ -215,7 +218,8 @@ TEST(LevelBuilder, builds_each_of_any_number_of_grooms_once) {
   std::vector<std::shared_ptr<const Groom>> grooms;
   std::vector<std::shared_ptr<const LevelSet>> levels;
   for (int i = 0; i < 40; ++i) {
-    grooms.push_back(std::make_shared<const Groom>());  // without hair, so soon done
+    // The groom has no hair, so its levels are soon built.
+    grooms.push_back(std::make_shared<const Groom>());
     levels.push_back(built(builder, grooms.back()));
     ASSERT_TRUE(levels.back());
   }

@@ -1,4 +1,4 @@
-// What the module for WebAssembly has in place of zlib and libsodium, against these.
+// Compares what the WebAssembly module has in place of zlib and libsodium with these libraries.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -16,7 +16,8 @@ using bytes::InflateError;
 using bytes::PackEffort;
 using Bytes = std::vector<std::uint8_t>;
 
-// `spread`: 0 for one byte repeated, 255 for noise; between them, short words from a small alphabet.
+// Returns bytes to compress. A `spread` of 0 repeats one byte, and 255 makes noise. Between them, bytes are from a
+// small alphabet, and short words come again.
 Bytes some_bytes(std::mt19937& random, std::size_t count, unsigned spread) {
   Bytes out(count);
   for (std::uint8_t& byte : out) byte = static_cast<std::uint8_t>(random() % (spread + 1));
@@ -55,6 +56,8 @@ TEST(WasmInflate, reads_what_zlib_writes) {
 TEST(WasmInflate, reads_matches_that_reach_into_themselves_and_far_back) {
   std::mt19937 random(2);
   Bytes bytes = some_bytes(random, 32'768, 255);
+  // The repeated bytes lie 32 768 bytes back, the farthest that deflate can reach. The run of one byte is a match that
+  // overlaps itself.
   bytes.insert(bytes.end(), bytes.begin(), bytes.begin() + 600);
   bytes.insert(bytes.end(), 10'000, std::uint8_t{7});
   Bytes got(bytes.size());
@@ -128,7 +131,8 @@ TEST(WasmDeflate, writes_what_zlib_reads) {
   }
 }
 
-// Counts like Fibonacci's numbers make the longest codes.
+// Byte counts that grow like the Fibonacci numbers make the longest Huffman codes. Deflate allows 15 bits, so the codes
+// must be shortened.
 TEST(WasmDeflate, keeps_codes_short_where_few_bytes_are_rare) {
   Bytes bytes;
   for (std::uint8_t byte = 0, a = 1, b = 1; byte < 11; ++byte) {

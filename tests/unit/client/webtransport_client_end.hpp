@@ -13,7 +13,8 @@ namespace hairnet::link {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// A session of the client library, and all that it tells.
+// Owns a session of the client library, and records all that it tells. Bytes of the channel stay untaken until the test
+// takes them, which is what opens the window of the server again.
 class ClientEnd final : public WebTransportEvents {
  public:
   ClientEnd(quic::QuicNetwork& network, CertificateCheck check, std::uint16_t port = 20'000,
@@ -54,7 +55,8 @@ class ClientEnd final : public WebTransportEvents {
   };
   std::map<StreamId, Download> downloads;
   bool takes_downloads = true;
-  std::function<void()> on_received;  // bytes of the channel
+  // Is called after each piece of the channel.
+  std::function<void()> on_received;
 
   std::unique_ptr<WebTransportSession> session;
   std::string refusal;
@@ -63,6 +65,7 @@ class ClientEnd final : public WebTransportEvents {
   std::vector<Bytes> datagrams;
 };
 
+// Returns a check that accepts the certificate of the network by its hash, the second of two.
 inline CertificateCheck pinned(const quic::QuicNetwork& network) {
   CertificateCheck check;
   check.host = "localhost";

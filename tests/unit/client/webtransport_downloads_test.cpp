@@ -11,13 +11,14 @@ using ::testing::ElementsAre;
 
 constexpr std::size_t kPacketBytes = 16'000;
 
+// Returns bytes in which a piece at a wrong place shows. Another seed gives other bytes.
 Bytes numbered(std::size_t count, std::uint8_t seed) {
   Bytes bytes(count);
   for (std::size_t i = 0; i < count; ++i) bytes[i] = static_cast<std::uint8_t>((i >> 6) * 7 + i + seed);
   return bytes;
 }
 
-// Downloads of a server's connection to a session of the client library.
+// Gives each test a server and a session of the client library, over which the server sends downloads.
 class WebTransportDownloads : public testing::Test {
  protected:
   void open(const QuicOptions& options = {}) {
@@ -28,7 +29,7 @@ class WebTransportDownloads : public testing::Test {
     connection_ = network_.connections[0];
     sink_ = network_.sinks[0].get();
   }
-  // Sends as much as there is room for, from `sent` on. True: all was handed over.
+  // Sends as much of a file as the download has room for, from `sent` on. Returns whether all of it was handed over.
   bool feed(std::int64_t download, const Bytes& file, std::size_t& sent) {
     while (sent < file.size() && connection_->is_writable(download)) {
       const std::size_t count = std::min(kPacketBytes, file.size() - sent);
@@ -104,13 +105,15 @@ TEST_F(WebTransportDownloads, get_a_quarter_while_messages_wait) {
     if (client_->received.size() == 100'000) beside = client_->downloads[download].received.size();
   };
   EXPECT_TRUE(network_.run(5, [&] { return feed(download, file, sent) && client_->downloads[download].is_ended; }));
+  // While messages wait, a download gets a quarter of the bytes: about 33 000 beside 100 000 of messages.
   EXPECT_GT(beside, 20'000u);
   EXPECT_LT(beside, 40'000u);
 }
 
 TEST_F(WebTransportDownloads, wait_for_the_streams_that_the_client_allows) {
   QuicOptions options;
-  options.one_way_streams_max = 2;  // one is HTTP/3's own
+  // One of the two streams is the control stream of HTTP/3, so one download fits at a time.
+  options.one_way_streams_max = 2;
   open(options);
   const auto first = connection_->open_download();
   ASSERT_TRUE(first);
@@ -125,6 +128,7 @@ TEST_F(WebTransportDownloads, wait_for_the_streams_that_the_client_allows) {
   EXPECT_TRUE(network_.run(1, [&] { return client_->downloads[*second].is_ended; }));
   EXPECT_EQ(client_->downloads[*second].received, Bytes(200, 2));
 
+  // Here no download fits beside the control stream.
   options.one_way_streams_max = 1;
   ClientEnd narrow(network_, pinned(network_), 20'001, options);
   ASSERT_TRUE(network_.run(1, [&] { return narrow.session->is_open(); }));
@@ -140,6 +144,7 @@ TEST_F(WebTransportDownloads, that_the_server_gives_up_free_what_they_held) {
   open();
   client_->takes_downloads = false;
   const Bytes file(300'000);
+  // If a reset did not free what a download holds, 40 downloads of 300 kB would use up the streams or windows.
   for (int n = 0; n < 40; ++n) {
     std::size_t sent = 0;
     const auto download = connection_->open_download();
@@ -165,14 +170,16 @@ TEST_F(WebTransportDownloads, that_the_client_stops_are_told_and_dropped) {
   const auto idle = connection.open_download().value(), busy = connection.open_download().value();
   connection.send_download(idle, Bytes(100), false);
   network_.run(0.1);
-  client.stop(idle);  // nothing waits there
+  // The client stops a download that has nothing waiting at the server.
+  client.stop(idle);
   EXPECT_TRUE(network_.run(1, [&] { return !sink.stopped.empty(); }));
   connection.send_download(busy, Bytes(30'000), false);
   client.stop(busy);
   EXPECT_TRUE(network_.run(1, [&] { return sink.stopped.size() == 2; }));
   EXPECT_THAT(sink.stopped, ElementsAre(idle, busy));
   EXPECT_FALSE(connection.is_writable(busy));
-  connection.send_download(busy, Bytes(100), true);  // too late: nothing happens
+  // This is too late, and does nothing.
+  connection.send_download(busy, Bytes(100), true);
   connection.send({1, 2});
   const auto next = connection.open_download().value();
   connection.send_download(next, Bytes(50, 6), true);
@@ -195,7 +202,7 @@ TEST_F(WebTransportDownloads, do_not_delay_the_end_of_their_session) {
   EXPECT_EQ(client_->session->reason(), "the server stops");
 }
 
-// A session of the server in the place of a recording sink.
+// Puts a real session of the server in the place of the recording sink.
 class ServingNetwork final : public quic::QuicNetwork {
  public:
   ~ServingNetwork() override {
@@ -228,7 +235,7 @@ TEST(WebTransportDownload, of_twenty_megabytes_that_stalls_delays_neither_welcom
   const auto send = [&](const wire::Message& message) {
     client.session->send(wire::encode_packet({network.now_ns, message}));
   };
-  // The messages of a stream.
+  // Returns the messages of a stream.
   const auto messages = [](const Bytes& bytes) {
     std::vector<wire::Message> found;
     channel::PacketSplitter splitter(wire::kPacketBytesMax);

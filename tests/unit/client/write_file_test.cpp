@@ -32,7 +32,7 @@ class WriteFile : public testing::Test {
     folder_ = made;
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string fault_of(const std::string& path) {
+  std::string error_of(const std::string& path) {
     const Result<void> possible = check_can_write({"", path});
     return possible ? "" : possible.error();
   }
@@ -54,13 +54,13 @@ class WriteFile : public testing::Test {
 
 TEST_F(WriteFile, says_before_any_work_whether_a_file_can_be_written) {
   const std::string file = folder_ / "a.png", lost = folder_ / "none" / "a.png";
-  EXPECT_EQ(fault_of(""), "");
-  EXPECT_EQ(fault_of(file), "");
+  EXPECT_EQ(error_of(""), "");
+  EXPECT_EQ(error_of(file), "");
   EXPECT_FALSE(std::filesystem::exists(file)) << "nothing is written";
-  EXPECT_EQ(fault_of("a.png"), "") << "in the working folder";
-  EXPECT_EQ(fault_of("/dev/null"), "");
-  EXPECT_THAT(fault_of(lost), AllOf(StartsWith(lost + ": there is no folder "), HasSubstr("make it first")));
-  EXPECT_THAT(fault_of(folder_), HasSubstr("is a folder, not a file"));
+  EXPECT_EQ(error_of("a.png"), "") << "in the working folder";
+  EXPECT_EQ(error_of("/dev/null"), "");
+  EXPECT_THAT(error_of(lost), AllOf(StartsWith(lost + ": there is no folder "), HasSubstr("make it first")));
+  EXPECT_THAT(error_of(folder_), HasSubstr("is a folder, not a file"));
 }
 
 TEST_F(WriteFile, keeps_the_permissions_of_the_old_file_and_follows_links_also_to_what_is_not_there_yet) {
@@ -141,7 +141,7 @@ TEST_F(WriteFile, arrays_are_written_through_pipes_with_their_number_of_rows) {
 TEST_F(WriteFile, a_folder_that_may_not_be_written_is_named) {
   if (::geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
   std::filesystem::permissions(folder_, std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
-  EXPECT_THAT(fault_of(folder_ / "a.png"), AllOf(HasSubstr(folder_.string()), HasSubstr("Permission denied")));
+  EXPECT_THAT(error_of(folder_ / "a.png"), AllOf(HasSubstr(folder_.string()), HasSubstr("Permission denied")));
 }
 
 }  // namespace

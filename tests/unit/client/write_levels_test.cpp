@@ -37,9 +37,9 @@ TEST_F(WriteLevels, writes_beside_the_groom_what_serves_this_groom_alone) {
   ASSERT_TRUE(bytes) << bytes.error();
   wire::GroomHash hash = read_groom(in("bob.groom"))->hash;
   const wire::DecodedLevels levels = wire::decode_levels(as_octets(*bytes), hash);
-  EXPECT_EQ(levels.fault, wire::LevelFileFault::none) << levels.detail;
+  EXPECT_EQ(levels.error, wire::LevelFileError::none) << levels.detail;
   ++hash[0];
-  EXPECT_NE(wire::decode_levels(as_octets(*bytes), hash).fault, wire::LevelFileFault::none);
+  EXPECT_NE(wire::decode_levels(as_octets(*bytes), hash).error, wire::LevelFileError::none);
 }
 
 TEST_F(WriteLevels, what_is_no_groom_file_is_refused_in_a_line_and_nothing_is_written) {

@@ -111,7 +111,7 @@ TEST_F(LearntGroom, is_valid_and_errs_less_than_the_low_level) {
   EXPECT_LE(hair_->error, hair_->low_error);
   ASSERT_FALSE(hair_->wind.weights.empty());
   EXPECT_LE(hair_->wind.error, hair_->wind.low_error);
-  EXPECT_GT(hair_->wind.most_m_per_s, kLearntWindMax_m_per_s);
+  EXPECT_GT(hair_->wind.max_m_per_s, kLearntWindMax_m_per_s);
 }
 
 // A network gives coefficients of the basis that it was learnt with. On a server that has made another basis, its

@@ -225,7 +225,7 @@ TEST(LearntHair, covers_inputs_of_the_size_met_in_training) {
 
 TEST(LearntHair, covers_air_as_fast_as_in_training) {
   LearntHair hair = support::random_learnt_hair(9);
-  hair.wind.most_m_per_s = 10;
+  hair.wind.max_m_per_s = 10;
   const Pose pose;
   std::vector<float> c(hair.mode_count);
   const auto is_covered = [&](const Vec3& air_world) {
@@ -243,9 +243,9 @@ TEST(LearntHair, covers_air_as_fast_as_in_training) {
   EXPECT_FALSE(is_covered({0.1, 0, 0}));
 }
 
-TEST(LearntHair, with_a_fault_is_not_valid) {
+TEST(LearntHair, with_an_error_is_not_valid) {
   const LearntHair good = support::random_learnt_hair(10);
-  const auto fault = [&](auto corrupt) {
+  const auto error = [&](auto corrupt) {
     LearntHair hair = good;
     corrupt(hair);
     return validate(hair);
@@ -253,20 +253,20 @@ TEST(LearntHair, with_a_fault_is_not_valid) {
   EXPECT_EQ(validate(good), "");
   EXPECT_NE(validate(LearntHair{}), "");
   // Counts must be multiples of 4, and at most 128 (kLearntHiddenMax, kLearntModesMax).
-  EXPECT_NE(fault([](LearntHair& h) { h.hidden_count = 18; }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.hidden_count = 256; }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.mode_count = 132; }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.input_weights.pop_back(); }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.hidden_weights.push_back(0); }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.bias.clear(); }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.output_weights[3] = std::numeric_limits<float>::infinity(); }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.most[0] = -1; }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.error = std::numeric_limits<float>::quiet_NaN(); }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.wind.weights.pop_back(); }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.hidden_count = 18; }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.hidden_count = 256; }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.mode_count = 132; }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.input_weights.pop_back(); }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.hidden_weights.push_back(0); }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.bias.clear(); }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.output_weights[3] = std::numeric_limits<float>::infinity(); }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.most[0] = -1; }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.error = std::numeric_limits<float>::quiet_NaN(); }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.wind.weights.pop_back(); }), "");
   // The largest weight is kLearntWeightMax = 1e6.
-  EXPECT_NE(fault([](LearntHair& h) { h.wind.weights[2] = 2e6f; }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.wind.most_m_per_s = -1; }), "");
-  EXPECT_NE(fault([](LearntHair& h) { h.wind.low_error = std::numeric_limits<float>::infinity(); }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.wind.weights[2] = 2e6f; }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.wind.max_m_per_s = -1; }), "");
+  EXPECT_NE(error([](LearntHair& h) { h.wind.low_error = std::numeric_limits<float>::infinity(); }), "");
 }
 
 // The loss is the sum of all outputs of six ticks, each times a random factor. Its gradient by the weights must equal

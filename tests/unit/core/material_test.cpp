@@ -31,7 +31,7 @@ constexpr std::array kNumbers{&Material::axial_stiffness_n,      &Material::atta
 static_assert(sizeof(Material) == kNumbers.size() * sizeof(float));
 
 template <class T, class Change>
-std::string fault_of(Change change) {
+std::string error_of(Change change) {
   T value;
   change(value);
   return validate(value);
@@ -67,17 +67,17 @@ TEST(Material, changed_by_hand_it_is_custom) {
 
 TEST(Material, refuses_values_out_of_range_and_names_them) {
   EXPECT_EQ(validate(Material{}), "");
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.axial_stiffness_n = kNan; }), HasSubstr("axial stiffness"));
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.attachment_stiffness_n_per_m = -1; }), HasSubstr("attachment"));
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.damping_ratio = 11; }), HasSubstr("damping ratio is 11"));
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.linear_density_kg_per_m = 0; }), HasSubstr("density"));
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.air_drag_ns_per_m2 = kNan; }), HasSubstr("air drag"));
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.ether_mass_ratio = 0; }), HasSubstr("ether mass"));
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.ether_stiffness_per_s2 = 2e5f; }), HasSubstr("ether stiffness"));
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.ether_damping_ratio = -0.1f; }), HasSubstr("ether damping"));
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.root_length_m = kNan; }), HasSubstr("root length"));
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.thickness_m = 0.2f; }), HasSubstr("thickness"));
-  EXPECT_THAT(fault_of<Material>([](Material& m) { m.metaball_potential_j = kNan; }), HasSubstr("potential"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.axial_stiffness_n = kNan; }), HasSubstr("axial stiffness"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.attachment_stiffness_n_per_m = -1; }), HasSubstr("attachment"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.damping_ratio = 11; }), HasSubstr("damping ratio is 11"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.linear_density_kg_per_m = 0; }), HasSubstr("density"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.air_drag_ns_per_m2 = kNan; }), HasSubstr("air drag"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.ether_mass_ratio = 0; }), HasSubstr("ether mass"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.ether_stiffness_per_s2 = 2e5f; }), HasSubstr("ether stiffness"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.ether_damping_ratio = -0.1f; }), HasSubstr("ether damping"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.root_length_m = kNan; }), HasSubstr("root length"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.thickness_m = 0.2f; }), HasSubstr("thickness"));
+  EXPECT_THAT(error_of<Material>([](Material& m) { m.metaball_potential_j = kNan; }), HasSubstr("potential"));
 }
 
 // Any number may come from a file. One that is almost zero (below NumberRange::kSmallest) or absurd must be refused
@@ -85,13 +85,13 @@ TEST(Material, refuses_values_out_of_range_and_names_them) {
 TEST(Material, refuses_numbers_that_are_almost_zero_and_absurd_ones_with_the_range) {
   for (const auto number : kNumbers) {
     for (const float bad : {1e-42f, 1e-13f, -1e-42f, 1e6f, 3e38f, kNan, std::numeric_limits<float>::infinity()}) {
-      const std::string fault = fault_of<Material>([=](Material& m) { m.*number = bad; });
-      EXPECT_THAT(fault, HasSubstr("in [")) << bad;
+      const std::string error = error_of<Material>([=](Material& m) { m.*number = bad; });
+      EXPECT_THAT(error, HasSubstr("in [")) << bad;
     }
   }
-  EXPECT_EQ(fault_of<Material>([](Material& m) { m.axial_stiffness_n = 2e-13f; }),
+  EXPECT_EQ(error_of<Material>([](Material& m) { m.axial_stiffness_n = 2e-13f; }),
             "axial stiffness (N per hair) is 2e-13, not 0 or in [1e-12, 10]");
-  EXPECT_EQ(fault_of<Material>([](Material& m) { m.axial_stiffness_n = 0; }), "");
+  EXPECT_EQ(error_of<Material>([](Material& m) { m.axial_stiffness_n = 0; }), "");
 }
 
 TEST(Material, refuses_factors_that_are_almost_zero_and_absurd_ones) {
@@ -101,7 +101,7 @@ TEST(Material, refuses_factors_that_are_almost_zero_and_absurd_ones) {
   static_assert(sizeof(MaterialScale) == 6 * sizeof(float));
   for (const auto number : numbers) {
     for (const float bad : {1e-42f, 1e-13f, -1e-42f, 1e6f, 3e38f, kNan}) {
-      EXPECT_THAT(fault_of<MaterialScale>([=](MaterialScale& s) { s.*number = bad; }), HasSubstr("in [")) << bad;
+      EXPECT_THAT(error_of<MaterialScale>([=](MaterialScale& s) { s.*number = bad; }), HasSubstr("in [")) << bad;
     }
   }
 }
@@ -223,13 +223,13 @@ TEST(MaterialScale, the_default_changes_nothing_and_between_equals_is_the_defaul
 
 TEST(MaterialScale, refuses_values_out_of_range_and_names_them) {
   using S = MaterialScale;
-  EXPECT_THAT(fault_of<S>([](S& s) { s.stiffness = kNan; }), HasSubstr("scale stiffness"));
-  EXPECT_THAT(fault_of<S>([](S& s) { s.stiffness = 101; }), HasSubstr("scale stiffness is 101"));
-  EXPECT_THAT(fault_of<S>([](S& s) { s.damping = -1; }), HasSubstr("scale damping"));
-  EXPECT_THAT(fault_of<S>([](S& s) { s.density = -1; }), HasSubstr("density"));
-  EXPECT_THAT(fault_of<S>([](S& s) { s.ether_damping = 1e9f; }), HasSubstr("ether_damping"));
-  EXPECT_THAT(fault_of<S>([](S& s) { s.air_drag = kNan; }), HasSubstr("air_drag"));
-  EXPECT_THAT(fault_of<S>([](S& s) { s.gel_per_s2 = -1; }), HasSubstr("gel"));
+  EXPECT_THAT(error_of<S>([](S& s) { s.stiffness = kNan; }), HasSubstr("scale stiffness"));
+  EXPECT_THAT(error_of<S>([](S& s) { s.stiffness = 101; }), HasSubstr("scale stiffness is 101"));
+  EXPECT_THAT(error_of<S>([](S& s) { s.damping = -1; }), HasSubstr("scale damping"));
+  EXPECT_THAT(error_of<S>([](S& s) { s.density = -1; }), HasSubstr("density"));
+  EXPECT_THAT(error_of<S>([](S& s) { s.ether_damping = 1e9f; }), HasSubstr("ether_damping"));
+  EXPECT_THAT(error_of<S>([](S& s) { s.air_drag = kNan; }), HasSubstr("air_drag"));
+  EXPECT_THAT(error_of<S>([](S& s) { s.gel_per_s2 = -1; }), HasSubstr("gel"));
 }
 
 TEST(MaterialScale, between_any_two_named_materials_is_in_range) {

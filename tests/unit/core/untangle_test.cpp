@@ -81,9 +81,9 @@ TEST_F(UntangleTest, unfolds_a_lattice_that_its_springs_would_keep_folded) {
   const CharacterId id = world.add({levels, LevelIndex::high, {}});
   ASSERT_TRUE(world.set_state(id, folded(), std::vector<Vec3f>(level_.rest.size(), Vec3f::Zero())));
   const auto farthest_m = [&] {
-    float most_m = 0;
-    for (const Vec3f& d : world.lattice(id).displacement) most_m = std::max(most_m, d.norm());
-    return most_m;
+    float max_m = 0;
+    for (const Vec3f& d : world.lattice(id).displacement) max_m = std::max(max_m, d.norm());
+    return max_m;
   };
   for (int tick = 0; tick < 25; ++tick) world.step();
   EXPECT_GT(farthest_m(), 0.05f);

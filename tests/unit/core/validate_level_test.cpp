@@ -92,9 +92,9 @@ TEST(ValidateLevel, refuses_what_no_solver_may_run) {
     Level level = valid_level();
     ASSERT_EQ(validate(level), "");
     corruption.corrupt(level);
-    const std::string fault = validate(level);
-    EXPECT_NE(fault, "") << corruption.name;
-    EXPECT_EQ(fault.find('\n'), std::string::npos);
+    const std::string error = validate(level);
+    EXPECT_NE(error, "") << corruption.name;
+    EXPECT_EQ(error.find('\n'), std::string::npos);
   }
 }
 

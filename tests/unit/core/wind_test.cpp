@@ -269,29 +269,29 @@ TEST(LatticeWind, is_off_by_no_more_than_the_stated_bound) {
 }
 
 TEST(Wind, refuses_values_out_of_range_and_names_them) {
-  const auto fault = [](auto change) {
+  const auto error = [](auto change) {
     Wind wind = make_storm();
     change(wind);
     return validate(wind);
   };
   EXPECT_EQ(validate(Wind{}), "");
   EXPECT_EQ(validate(make_storm()), "");
-  EXPECT_EQ(fault([](Wind& w) { w.mean_m_per_s = {5, 5 * std::cos(std::numbers::pi / 2), 0}; }), "") << "3e-16 along y";
-  EXPECT_NE(fault([](Wind& w) { w.mean_m_per_s = {5, -1e-42, 0}; }), "");
+  EXPECT_EQ(error([](Wind& w) { w.mean_m_per_s = {5, 5 * std::cos(std::numbers::pi / 2), 0}; }), "") << "3e-16 along y";
+  EXPECT_NE(error([](Wind& w) { w.mean_m_per_s = {5, -1e-42, 0}; }), "");
   for (const double tiny : {5e-324, 1e-42, 1e-13}) {
-    EXPECT_NE(fault([tiny](Wind& w) { w.mean_m_per_s = Vec3(0, tiny, 0); }), "");
-    EXPECT_NE(fault([tiny](Wind& w) { w.gust_ratio = tiny; }), "");
-    EXPECT_NE(fault([tiny](Wind& w) { w.turbulence_rms_m_per_s = tiny; }), "");
+    EXPECT_NE(error([tiny](Wind& w) { w.mean_m_per_s = Vec3(0, tiny, 0); }), "");
+    EXPECT_NE(error([tiny](Wind& w) { w.gust_ratio = tiny; }), "");
+    EXPECT_NE(error([tiny](Wind& w) { w.turbulence_rms_m_per_s = tiny; }), "");
   }
-  EXPECT_THAT(fault([](Wind& w) { w.mean_m_per_s.y() = kNan; }), HasSubstr("speed"));
+  EXPECT_THAT(error([](Wind& w) { w.mean_m_per_s.y() = kNan; }), HasSubstr("speed"));
   // Each component is in its range, but the speed of 70.7 m/s is above the limit of 60 m/s (wind.cpp).
-  EXPECT_THAT(fault([](Wind& w) { w.mean_m_per_s = {50, 50, 0}; }), HasSubstr("speed"));
-  EXPECT_THAT(fault([](Wind& w) { w.gust_ratio = 1.01; }), HasSubstr("gust ratio"));
-  EXPECT_THAT(fault([](Wind& w) { w.gust_ratio = kNan; }), HasSubstr("gust ratio"));
-  EXPECT_THAT(fault([](Wind& w) { w.gust_period_s = 0; }), HasSubstr("gust period"));
-  EXPECT_THAT(fault([](Wind& w) { w.turbulence_rms_m_per_s = -1; }), HasSubstr("turbulence (m/s)"));
-  EXPECT_THAT(fault([](Wind& w) { w.turbulence_scale_m = 0.29; }), HasSubstr("turbulence scale"));
-  EXPECT_THAT(fault([](Wind& w) { w.turbulence_scale_m = std::numeric_limits<double>::infinity(); }),
+  EXPECT_THAT(error([](Wind& w) { w.mean_m_per_s = {50, 50, 0}; }), HasSubstr("speed"));
+  EXPECT_THAT(error([](Wind& w) { w.gust_ratio = 1.01; }), HasSubstr("gust ratio"));
+  EXPECT_THAT(error([](Wind& w) { w.gust_ratio = kNan; }), HasSubstr("gust ratio"));
+  EXPECT_THAT(error([](Wind& w) { w.gust_period_s = 0; }), HasSubstr("gust period"));
+  EXPECT_THAT(error([](Wind& w) { w.turbulence_rms_m_per_s = -1; }), HasSubstr("turbulence (m/s)"));
+  EXPECT_THAT(error([](Wind& w) { w.turbulence_scale_m = 0.29; }), HasSubstr("turbulence scale"));
+  EXPECT_THAT(error([](Wind& w) { w.turbulence_scale_m = std::numeric_limits<double>::infinity(); }),
               HasSubstr("turbulence scale"));
 }
 

@@ -24,22 +24,22 @@ TEST(ClockEstimate, knows_nothing_before_the_first_envelope) {
 // A peer sends every 33 ms over a path of at least 20 ms, with a jitter of 10 ms on average. The estimate must be the
 // smallest delay that has been seen.
 TEST(ClockEstimate, keeps_the_least_delay_under_jitter) {
-  constexpr std::int64_t kOffset_ns = -1234 * kSecond, kLeastDelay_ns = 20 * kMs;
+  constexpr std::int64_t kOffset_ns = -1234 * kSecond, kDelayMin_ns = 20 * kMs;
   std::mt19937 random(1);
   std::exponential_distribution<double> jitter_ms(0.1);
   ClockEstimate clock(kWindow_ns);
-  std::int64_t least_seen_ns = std::numeric_limits<std::int64_t>::max();
+  std::int64_t min_seen_ns = std::numeric_limits<std::int64_t>::max();
   std::int64_t arrived_ns = 0;
   for (int n = 0; n < 300; ++n) {
     const std::int64_t sent_ns = n * 33 * kMs;
-    const std::int64_t delay_ns = kLeastDelay_ns + static_cast<std::int64_t>(jitter_ms(random) * kMs);
+    const std::int64_t delay_ns = kDelayMin_ns + static_cast<std::int64_t>(jitter_ms(random) * kMs);
     // TCP keeps the order, so no packet arrives before the one sent earlier.
     arrived_ns = std::max(arrived_ns, sent_ns + delay_ns);
     clock.observe(sent_ns - kOffset_ns, arrived_ns);
-    least_seen_ns = std::min(least_seen_ns, arrived_ns - sent_ns);
-    EXPECT_EQ(clock.to_local(-kOffset_ns), least_seen_ns);
+    min_seen_ns = std::min(min_seen_ns, arrived_ns - sent_ns);
+    EXPECT_EQ(clock.to_local(-kOffset_ns), min_seen_ns);
   }
-  EXPECT_LT(least_seen_ns, kLeastDelay_ns + 2 * kMs);
+  EXPECT_LT(min_seen_ns, kDelayMin_ns + 2 * kMs);
 }
 
 // Compares the estimate with its definition, the least offset of all samples in the window, for random samples.
@@ -56,11 +56,11 @@ TEST(ClockEstimate, is_the_minimum_over_the_window) {
     const std::int64_t offset_ns = static_cast<std::int64_t>(random() % 1000) * kMs;
     clock.observe(now_ns - offset_ns, now_ns);
     seen.emplace_back(now_ns, offset_ns);
-    std::int64_t least_ns = offset_ns;
+    std::int64_t min_ns = offset_ns;
     for (const auto& [at_ns, o] : seen) {
-      if (now_ns - at_ns <= kWindow_ns) least_ns = std::min(least_ns, o);
+      if (now_ns - at_ns <= kWindow_ns) min_ns = std::min(min_ns, o);
     }
-    ASSERT_EQ(clock.to_local(0), least_ns);
+    ASSERT_EQ(clock.to_local(0), min_ns);
   }
 }
 

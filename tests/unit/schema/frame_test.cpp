@@ -19,9 +19,9 @@ Quat any_rotation(Random& random) {
   return Quat(random.bell(), random.bell(), random.bell(), random.bell()).normalized();
 }
 
-Quat small_rotation(Random& random, double most_rad) {
+Quat small_rotation(Random& random, double max_rad) {
   const Vec3 axis = Vec3(random.bell(), random.bell(), random.bell()).normalized();
-  return Quat(Eigen::AngleAxisd(most_rad * random.symmetric(), axis));
+  return Quat(Eigen::AngleAxisd(max_rad * random.symmetric(), axis));
 }
 
 // Makes the pose of a person who stands in a hall and looks around: the other bones follow the head as PoseCompletion

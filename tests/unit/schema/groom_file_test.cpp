@@ -246,18 +246,18 @@ TEST(GroomFile, refuses_what_validate_refuses) {
 
 TEST(GroomFile, refuses_materials_that_no_hair_has) {
   RandomMessages random(9);
-  const auto fault_of = [&](auto corrupt) {
+  const auto error_of = [&](auto corrupt) {
     Groom groom = random.groom(4);
     groom.materials.groups.clear();
     corrupt(groom.materials);
     const Result<Groom> got = decode_groom(encode_groom(groom));
     return got ? std::string() : got.error();
   };
-  EXPECT_EQ(fault_of([](MaterialSet&) {}), "");
-  EXPECT_NE(fault_of([](MaterialSet& m) { m.base.damping_ratio = -1; }).find("damping ratio"), std::string::npos);
-  EXPECT_NE(fault_of([](MaterialSet& m) { m.set(2, {}); }).find("group 2"), std::string::npos);
-  EXPECT_NE(fault_of([](MaterialSet& m) { m.groups = {{1, {}}, {0, {}}}; }).find("ascending"), std::string::npos);
-  EXPECT_NE(fault_of([](MaterialSet& m) { m.groups.resize(300); }).find("more materials"), std::string::npos);
+  EXPECT_EQ(error_of([](MaterialSet&) {}), "");
+  EXPECT_NE(error_of([](MaterialSet& m) { m.base.damping_ratio = -1; }).find("damping ratio"), std::string::npos);
+  EXPECT_NE(error_of([](MaterialSet& m) { m.set(2, {}); }).find("group 2"), std::string::npos);
+  EXPECT_NE(error_of([](MaterialSet& m) { m.groups = {{1, {}}, {0, {}}}; }).find("ascending"), std::string::npos);
+  EXPECT_NE(error_of([](MaterialSet& m) { m.groups.resize(300); }).find("more materials"), std::string::npos);
 }
 
 TEST(GroomFile, refuses_more_than_the_limits_given) {
@@ -375,10 +375,10 @@ TEST(GroomFile, with_features_survives_every_flipped_bit) {
 }
 
 TEST(GroomFile, is_refused_when_its_stream_or_its_numbers_are_wrong) {
-  for (const auto& [name, file, fault] : corrupted_grooms()) {
+  for (const auto& [name, file, error] : corrupted_grooms()) {
     const Result<Groom> got = decode_groom(file);
     ASSERT_FALSE(got) << name;
-    EXPECT_NE(got.error().find(fault), std::string::npos) << name << ": " << got.error();
+    EXPECT_NE(got.error().find(error), std::string::npos) << name << ": " << got.error();
   }
 }
 
@@ -438,7 +438,7 @@ TEST(GroomFile, has_learnt_hair_that_only_those_who_ask_for_it_see) {
   for (std::size_t n = 0; n < file.size(); n += 97) EXPECT_FALSE(decode_learnt_of_groom(std::span(file).first(n))) << n;
 }
 
-// A fault in the learnt hair must not cost the groom itself. The first hidden weights are found in the file by their
+// An error in the learnt hair must not cost the groom itself. The first hidden weights are found in the file by their
 // bytes, and become NaN.
 TEST(GroomFile, with_learnt_hair_of_wrong_numbers_is_still_a_groom) {
   RandomMessages random(12);

@@ -107,26 +107,26 @@ TEST(HandCode, any_bytes_give_valid_hands_or_a_reason) {
 }
 
 TEST(Hands, that_are_not_valid_have_a_reason_each) {
-  const auto fault = [](auto corrupt) {
+  const auto error = [](auto corrupt) {
     std::vector<Hand> hands{open_hand({1, 2, 3})};
     corrupt(hands);
     return validate(hands);
   };
   const double nan = std::nan("");
-  EXPECT_EQ(fault([](auto&) {}), "");
-  EXPECT_NE(fault([](auto& h) { h[0].shapes.clear(); }), "");
-  EXPECT_NE(fault([](auto& h) { h[0].shapes.resize(kHandShapesMax + 1, h[0].shapes[0]); }), "");
-  EXPECT_NE(fault([](auto& h) { h[0].first_number = kHandShapesMax - 2; }), "");
-  EXPECT_NE(fault([](auto& h) { h.push_back(h[0]); }), "") << "both begin at 0";
-  EXPECT_NE(fault([&](auto& h) { h[0].place.position.y() = nan; }), "");
+  EXPECT_EQ(error([](auto&) {}), "");
+  EXPECT_NE(error([](auto& h) { h[0].shapes.clear(); }), "");
+  EXPECT_NE(error([](auto& h) { h[0].shapes.resize(kHandShapesMax + 1, h[0].shapes[0]); }), "");
+  EXPECT_NE(error([](auto& h) { h[0].first_number = kHandShapesMax - 2; }), "");
+  EXPECT_NE(error([](auto& h) { h.push_back(h[0]); }), "") << "both begin at 0";
+  EXPECT_NE(error([&](auto& h) { h[0].place.position.y() = nan; }), "");
   // The limits are kHandPlaceMax_m = 10 000 for places and kHandSizeMax_m = 10 for ends and radii.
-  EXPECT_NE(fault([](auto& h) { h[0].place.position.y() = 10'001; }), "");
-  EXPECT_NE(fault([](auto& h) { h[0].place.rotation.w() += 1; }), "");
-  EXPECT_NE(fault([&](auto& h) { h[0].place.rotation.w() = nan; }), "");
-  EXPECT_NE(fault([&](auto& h) { h[0].shapes[1].to.z() = nan; }), "");
-  EXPECT_NE(fault([](auto& h) { h[0].shapes[1].from.z() = -11; }), "");
-  EXPECT_NE(fault([](auto& h) { h[0].shapes[2].radius_m = 0; }), "");
-  EXPECT_NE(fault([](auto& h) { h[0].shapes[2].radius_m = 11; }), "");
+  EXPECT_NE(error([](auto& h) { h[0].place.position.y() = 10'001; }), "");
+  EXPECT_NE(error([](auto& h) { h[0].place.rotation.w() += 1; }), "");
+  EXPECT_NE(error([&](auto& h) { h[0].place.rotation.w() = nan; }), "");
+  EXPECT_NE(error([&](auto& h) { h[0].shapes[1].to.z() = nan; }), "");
+  EXPECT_NE(error([](auto& h) { h[0].shapes[1].from.z() = -11; }), "");
+  EXPECT_NE(error([](auto& h) { h[0].shapes[2].radius_m = 0; }), "");
+  EXPECT_NE(error([](auto& h) { h[0].shapes[2].radius_m = 11; }), "");
 }
 
 TEST(Hands, become_bodies_whose_axis_is_the_capsules) {

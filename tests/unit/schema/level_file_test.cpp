@@ -51,7 +51,7 @@ Bytes LevelFile::bytes_;
 
 TEST_F(LevelFile, comes_back_bit_for_bit) {
   const DecodedLevels decoded = decode_levels(bytes_, kGroom);
-  ASSERT_EQ(decoded.fault, LevelFileFault::none) << decoded.detail;
+  ASSERT_EQ(decoded.error, LevelFileError::none) << decoded.detail;
   for (std::size_t i = 0; i < levels_->levels.size(); ++i) {
     SCOPED_TRACE(kLevelNames[i]);
     support::expect_equal(levels_->levels[i], decoded.levels->levels[i]);
@@ -90,7 +90,7 @@ TEST_F(LevelFile, brings_back_what_was_learnt) {
   EXPECT_EQ(got.output_weights, sent.output_weights);
   EXPECT_EQ(got.most, sent.most);
   EXPECT_EQ(got.wind.weights, sent.wind.weights);
-  EXPECT_EQ(got.wind.most_m_per_s, sent.wind.most_m_per_s);
+  EXPECT_EQ(got.wind.max_m_per_s, sent.wind.max_m_per_s);
   EXPECT_EQ(got.wind.error, sent.wind.error);
   EXPECT_EQ(got.wind.low_error, sent.wind.low_error);
 }
@@ -100,36 +100,36 @@ TEST_F(LevelFile, with_a_network_that_cannot_be_evaluated_is_invalid) {
   auto hair = std::make_shared<LearntHair>(support::random_learnt_hair(4));
   set.learnt = hair;
   hair->bias.pop_back();
-  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::invalid);
+  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).error, LevelFileError::invalid);
   *hair = support::random_learnt_hair(4);
   hair->output_weights[3] = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::invalid);
+  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).error, LevelFileError::invalid);
   *hair = support::random_learnt_hair(4);
   hair->wind.weights.pop_back();
-  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).fault, LevelFileFault::invalid);
+  EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).error, LevelFileError::invalid);
 }
 
 TEST_F(LevelFile, with_modes_that_do_not_fit_its_levels_is_invalid) {
-  const auto fault_with = [](const auto& corrupt) {
+  const auto error_with = [](const auto& corrupt) {
     auto modes = std::make_shared<Modes>(*levels_->modes);
     corrupt(*modes);
     LevelSet set = *levels_;
     set.modes = modes;
-    return decode_levels(encode_levels(kGroom, set), kGroom).fault;
+    return decode_levels(encode_levels(kGroom, set), kGroom).error;
   };
-  EXPECT_EQ(fault_with([](Modes&) {}), LevelFileFault::none);
-  EXPECT_EQ(fault_with([](Modes& m) { m.basis.modes.pop_back(); }), LevelFileFault::invalid);
-  EXPECT_EQ(fault_with([](Modes& m) { m.basis.deviation_m[0] = -1; }), LevelFileFault::invalid);
-  EXPECT_EQ(fault_with([](Modes& m) { m.validation_error.pop_back(); }), LevelFileFault::invalid);
-  EXPECT_EQ(fault_with([](Modes& m) { m.validation_error[0] = std::numeric_limits<float>::quiet_NaN(); }),
-            LevelFileFault::invalid);
-  EXPECT_EQ(fault_with([](Modes& m) { m.maps[2] = m.maps[0]; }), LevelFileFault::invalid);
-  EXPECT_EQ(fault_with([](Modes& m) {
+  EXPECT_EQ(error_with([](Modes&) {}), LevelFileError::none);
+  EXPECT_EQ(error_with([](Modes& m) { m.basis.modes.pop_back(); }), LevelFileError::invalid);
+  EXPECT_EQ(error_with([](Modes& m) { m.basis.deviation_m[0] = -1; }), LevelFileError::invalid);
+  EXPECT_EQ(error_with([](Modes& m) { m.validation_error.pop_back(); }), LevelFileError::invalid);
+  EXPECT_EQ(error_with([](Modes& m) { m.validation_error[0] = std::numeric_limits<float>::quiet_NaN(); }),
+            LevelFileError::invalid);
+  EXPECT_EQ(error_with([](Modes& m) { m.maps[2] = m.maps[0]; }), LevelFileError::invalid);
+  EXPECT_EQ(error_with([](Modes& m) {
               ModeMap::Matrix matrix = m.maps[1].matrix();
               matrix(0, 0) = std::numeric_limits<float>::infinity();
               m.maps[1] = ModeMap(matrix);
             }),
-            LevelFileFault::invalid);
+            LevelFileError::invalid);
 }
 
 TEST_F(LevelFile, of_a_groom_with_the_maps_made_again_is_the_whole_set) {
@@ -145,14 +145,14 @@ TEST_F(LevelFile, without_springs_or_skin_comes_back) {
   groom.materials.base.attachment_stiffness_n_per_m = 0;
   const auto set = build_levels(groom);
   const DecodedLevels decoded = decode_levels(encode_levels(kGroom, *set), kGroom);
-  ASSERT_EQ(decoded.fault, LevelFileFault::none) << decoded.detail;
+  ASSERT_EQ(decoded.error, LevelFileError::none) << decoded.detail;
   support::expect_equal(set->levels[0], decoded.levels->levels[0]);
 }
 
 TEST_F(LevelFile, is_refused_at_every_truncation) {
   for (std::size_t size = 0; size < bytes_.size(); ++size) {
     const DecodedLevels decoded = decode_levels(std::span(bytes_).first(size), kGroom);
-    ASSERT_EQ(decoded.fault, LevelFileFault::damaged) << size;
+    ASSERT_EQ(decoded.error, LevelFileError::damaged) << size;
     ASSERT_FALSE(decoded.levels);
     ASSERT_FALSE(decoded.detail.empty());
   }
@@ -164,34 +164,34 @@ TEST_F(LevelFile, sealed_again_at_a_truncation_is_refused_still) {
   for (std::size_t size = kLevelFileHeaderBytes; size < bytes_.size(); size += size < 2000 ? 1 : 997) {
     Bytes bytes(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(size));
     set_level_file_checksum(bytes);
-    ASSERT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::invalid) << size;
+    ASSERT_EQ(decode_levels(bytes, kGroom).error, LevelFileError::invalid) << size;
   }
 }
 
 TEST_F(LevelFile, with_bytes_behind_it_is_refused) {
   Bytes bytes = bytes_;
   bytes.resize(bytes.size() + 8);
-  EXPECT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::damaged);
+  EXPECT_EQ(decode_levels(bytes, kGroom).error, LevelFileError::damaged);
   set_level_file_checksum(bytes);
-  EXPECT_EQ(decode_levels(bytes, kGroom).fault, LevelFileFault::invalid);
+  EXPECT_EQ(decode_levels(bytes, kGroom).error, LevelFileError::invalid);
 }
 
 TEST_F(LevelFile, says_what_is_other_about_it) {
   // The offsets are those of the header in level_file.hpp. The magic is other.
-  EXPECT_EQ(decode_levels(corrupted(0), kGroom).fault, LevelFileFault::not_a_level_file);
+  EXPECT_EQ(decode_levels(corrupted(0), kGroom).error, LevelFileError::not_a_level_file);
   // The layout's version is other.
-  EXPECT_EQ(decode_levels(corrupted(8), kGroom).fault, LevelFileFault::other_version);
+  EXPECT_EQ(decode_levels(corrupted(8), kGroom).error, LevelFileError::other_version);
   // The build's version is other.
-  EXPECT_EQ(decode_levels(corrupted(12), kGroom).fault, LevelFileFault::other_version);
+  EXPECT_EQ(decode_levels(corrupted(12), kGroom).error, LevelFileError::other_version);
   // The specs are other.
-  EXPECT_EQ(decode_levels(corrupted(16), kGroom).fault, LevelFileFault::other_version);
-  EXPECT_EQ(decode_levels(corrupted(111), kGroom).fault, LevelFileFault::other_version);
+  EXPECT_EQ(decode_levels(corrupted(16), kGroom).error, LevelFileError::other_version);
+  EXPECT_EQ(decode_levels(corrupted(111), kGroom).error, LevelFileError::other_version);
   // The hash of the groom is other, then the number of payload bytes, then the checksum.
-  EXPECT_EQ(decode_levels(corrupted(112), kGroom).fault, LevelFileFault::other_groom);
-  EXPECT_EQ(decode_levels(corrupted(144), kGroom).fault, LevelFileFault::damaged);
-  EXPECT_EQ(decode_levels(corrupted(152), kGroom).fault, LevelFileFault::damaged);
-  EXPECT_EQ(decode_levels(bytes_, GroomHash{9}).fault, LevelFileFault::other_groom);
-  EXPECT_EQ(decode_levels(Bytes(4096, 0), kGroom).fault, LevelFileFault::not_a_level_file);
+  EXPECT_EQ(decode_levels(corrupted(112), kGroom).error, LevelFileError::other_groom);
+  EXPECT_EQ(decode_levels(corrupted(144), kGroom).error, LevelFileError::damaged);
+  EXPECT_EQ(decode_levels(corrupted(152), kGroom).error, LevelFileError::damaged);
+  EXPECT_EQ(decode_levels(bytes_, GroomHash{9}).error, LevelFileError::other_groom);
+  EXPECT_EQ(decode_levels(Bytes(4096, 0), kGroom).error, LevelFileError::not_a_level_file);
 }
 
 TEST_F(LevelFile, with_any_bit_flipped_is_refused) {
@@ -200,7 +200,7 @@ TEST_F(LevelFile, with_any_bit_flipped_is_refused) {
     Bytes bytes = bytes_;
     bytes[random() % bytes.size()] ^= static_cast<std::uint8_t>(1u << random() % 8);
     const DecodedLevels decoded = decode_levels(bytes, kGroom);
-    ASSERT_NE(decoded.fault, LevelFileFault::none);
+    ASSERT_NE(decoded.error, LevelFileError::none);
     ASSERT_FALSE(decoded.levels);
   }
 }
@@ -231,10 +231,10 @@ TEST_F(LevelFile, damaged_with_a_right_checksum_never_gives_an_invalid_level) {
     }
     set_level_file_checksum(bytes);
     const DecodedLevels decoded = decode_levels(bytes, kGroom);
-    (decoded.fault == LevelFileFault::none ? accepted : refused)++;
-    ASSERT_EQ(decoded.fault == LevelFileFault::none, decoded.levels != nullptr);
+    (decoded.error == LevelFileError::none ? accepted : refused)++;
+    ASSERT_EQ(decoded.error == LevelFileError::none, decoded.levels != nullptr);
     if (!decoded.levels) {
-      ASSERT_EQ(decoded.fault, LevelFileFault::invalid);
+      ASSERT_EQ(decoded.error, LevelFileError::invalid);
       ASSERT_FALSE(decoded.detail.empty());
       continue;
     }

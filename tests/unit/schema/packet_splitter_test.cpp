@@ -102,7 +102,7 @@ TEST(PacketSplitter, dies_of_a_packet_below_the_least) {
   EXPECT_EQ(count, 1);
 }
 
-TEST(PacketSplitter, delivers_what_came_before_the_fault) {
+TEST(PacketSplitter, delivers_what_came_before_the_error) {
   Bytes stream = packet(50, 1);
   const Bytes bad(4, 0xFF);
   stream.insert(stream.end(), bad.begin(), bad.end());

@@ -327,18 +327,18 @@ TEST(Token, every_truncation_of_a_payload_is_malformed) {
 }
 
 TEST(Token, claims_that_make_no_sense_are_not_to_be_signed) {
-  const auto fault = [](auto change) {
+  const auto error = [](auto change) {
     TokenClaims claims = full_claims();
     change(claims);
     return validate(claims);
   };
-  EXPECT_NE(fault([](TokenClaims& c) { c.room = "a/b"; }), "");
-  EXPECT_NE(fault([](TokenClaims& c) { c.expires_s = -1; }), "");
-  EXPECT_NE(fault([](TokenClaims& c) { c.not_before_s = c.expires_s; }), "");
-  EXPECT_NE(fault([](TokenClaims& c) { c.name = "a\tb"; }), "");
-  EXPECT_NE(fault([](TokenClaims& c) { c.subject = "a\tb"; }), "");
-  EXPECT_NE(fault([](TokenClaims& c) { c.id = std::string(257, 'a'); }), "");
-  EXPECT_NE(fault([](TokenClaims& c) { c.strands_max = ~std::uint64_t{0}; }), "");
+  EXPECT_NE(error([](TokenClaims& c) { c.room = "a/b"; }), "");
+  EXPECT_NE(error([](TokenClaims& c) { c.expires_s = -1; }), "");
+  EXPECT_NE(error([](TokenClaims& c) { c.not_before_s = c.expires_s; }), "");
+  EXPECT_NE(error([](TokenClaims& c) { c.name = "a\tb"; }), "");
+  EXPECT_NE(error([](TokenClaims& c) { c.subject = "a\tb"; }), "");
+  EXPECT_NE(error([](TokenClaims& c) { c.id = std::string(257, 'a'); }), "");
+  EXPECT_NE(error([](TokenClaims& c) { c.strands_max = ~std::uint64_t{0}; }), "");
 }
 
 }  // namespace

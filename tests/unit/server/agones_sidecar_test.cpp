@@ -21,6 +21,8 @@ std::string game_server_text(const std::string& status) {
   return R"({"object_meta":{"name":"hairnet-1","generation":"3"},"spec":{},"status":)" + status + "}";
 }
 
+// Agones names the two halves of a TCPUDP port hairnet-tcp and hairnet-udp. A single port may have any name; among
+// several, one must be named hairnet (kPortName) or hairnet-tcp.
 TEST(AgonesAddress, is_the_public_port_of_the_game_server) {
   const auto address = parse_address(game_server_text(
       R"({"state":"Ready","address":"203.0.113.7","ports":[{"name":"hairnet-tcp","port":7431},{"name":"hairnet-udp","port":7431}]})"));
@@ -95,7 +97,8 @@ TEST(AgonesRequests, are_those_of_the_sdk) {
   EXPECT_EQ(rooms.body, R"({"capacity":"16","count":"3"})");
 }
 
-// A sidecar of the test: it answers at the next step, and counts time itself.
+// Takes the place of the sidecar process, and answers each call within the step of 20 ms in which it was sent. Time is
+// counted in steps.
 class Life : public testing::Test, public SidecarTransport {
  protected:
   void send(std::uint64_t call, Request request) override {
@@ -110,7 +113,7 @@ class Life : public testing::Test, public SidecarTransport {
   void cancel(std::uint64_t call) override {
     std::erase_if(waiting_, [call](const auto& one) { return one.first == call; });
   }
-  // In steps of 20 ms.
+  // Polls every 20 ms. Each of the four duties (health, state, rooms, address) has at most one call under way.
   void run(double seconds) {
     const std::int64_t end_ns = now_ns_ + static_cast<std::int64_t>(seconds * 1e9);
     for (; now_ns_ < end_ns; now_ns_ += 20 * kMs) {
@@ -118,8 +121,8 @@ class Life : public testing::Test, public SidecarTransport {
       EXPECT_LE(waiting_.size(), 4u) << "a call of each duty";
       if (is_silent_) continue;
       for (const auto& [call, request] : std::exchange(waiting_, {})) {
-        if (fault_)
-          sidecar().on_fault(call, *fault_, now_ns_);
+        if (error_)
+          sidecar().on_error(call, *error_, now_ns_);
         else
           sidecar().on_answer(call, status_, request.path == "/gameserver" ? game_server_ : "{}", now_ns_);
       }
@@ -136,10 +139,12 @@ class Life : public testing::Test, public SidecarTransport {
   ServerNow server_;
   std::int64_t now_ns_ = 1000 * kSecond_ns;
   std::vector<std::pair<std::uint64_t, Request>> waiting_;
-  std::vector<std::string> sent_;  // without reports of health
+  // Lists the paths, and bodies where there are any, of all calls but reports of health.
+  std::vector<std::string> sent_;
   int healths_ = 0;
+  // A silent sidecar never answers; an error takes the place of all answers.
   bool is_silent_ = false;
-  std::optional<Fault> fault_;
+  std::optional<SidecarError> error_;
   int status_ = 200;
   std::string game_server_;
   std::optional<Sidecar> sidecar_;
@@ -162,6 +167,8 @@ TEST_F(Life, is_ready_in_use_ready_again_and_ended) {
   server_.rooms = 1;
   run(30);
   EXPECT_THAT(sent(), ElementsAre(R"(v1beta1/counters/rooms {"capacity":"16","count":"1"})"));
+  // A server must be without rooms for 5 s (kUnusedFor_ns in sidecar.cpp) before Agones may end it: 4 s are not enough,
+  // and 2 s more are.
   server_.rooms = 0;
   run(4);
   EXPECT_THAT(sent(), ElementsAre(R"(v1beta1/counters/rooms {"capacity":"16","count":"0"})"));
@@ -188,6 +195,7 @@ TEST_F(Life, is_ready_in_use_ready_again_and_ended) {
 TEST_F(Life, reports_health_every_two_seconds_only_while_ticks_are_on_time) {
   server_ = {.takes_clients = true, .has_ticks_on_time = true};
   run(60);
+  // A report every 2 s (kHealthInterval_ns) makes 30 in a minute.
   EXPECT_GE(healths_, 29);
   EXPECT_LE(healths_, 31);
   healths_ = 0;
@@ -205,6 +213,7 @@ TEST_F(Life, tells_the_rooms_at_a_bounded_rate_and_never_more_than_the_capacity)
     run(0.1);
   }
   std::vector<std::string> all = sent();
+  // The number of rooms changes every 100 ms, and is sent every 2 s at most (kRoomsInterval_ns): 30 times in a minute.
   EXPECT_LE(all.size(), 31u);
   EXPECT_GE(all.size(), 25u);
   server_.rooms = 100;
@@ -212,8 +221,10 @@ TEST_F(Life, tells_the_rooms_at_a_bounded_rate_and_never_more_than_the_capacity)
   EXPECT_THAT(sent(), testing::Contains(R"(v1beta1/counters/rooms {"capacity":"16","count":"16"})"));
 }
 
+// Waits between tries double from 0.5 s to 16 s, each times 0.5 to 1 at random (kBackoffMin_ns in sidecar.cpp). Health
+// is never put off for more than 2 s: without its reports Agones replaces the server.
 TEST_F(Life, goes_on_trying_less_and_less_often_while_the_sidecar_is_away) {
-  fault_ = Fault::unreachable;
+  error_ = SidecarError::unreachable;
   server_ = {.takes_clients = true, .has_ticks_on_time = true};
   run(60);
   const std::size_t in_a_minute = sent().size();
@@ -223,12 +234,14 @@ TEST_F(Life, goes_on_trying_less_and_less_often_while_the_sidecar_is_away) {
   EXPECT_LE(healths_, 45);
   EXPECT_EQ(counters_.gauges.up.value(), 0);
   EXPECT_EQ(counters_.requests_failed_unreachable.value(), counters_.requests.value());
-  fault_.reset();
+  error_.reset();
   run(20);
   EXPECT_EQ(sent().front(), "ready");
   EXPECT_EQ(counters_.gauges.up.value(), 1);
 }
 
+// A call without an answer for 2 s has failed (kCallTimeout_ns), but Agones may have executed it. Here it may take the
+// server for one in use when the last room has already ended, so the server must tell its state until a call succeeds.
 TEST_F(Life, takes_a_slow_answer_for_none_and_says_again_what_may_have_been_heard_or_not) {
   server_ = {.takes_clients = true, .has_ticks_on_time = true};
   run(5);
@@ -237,7 +250,8 @@ TEST_F(Life, takes_a_slow_answer_for_none_and_says_again_what_may_have_been_hear
   server_.rooms = 1;
   run(1);
   EXPECT_THAT(sent(), ElementsAre("allocate", HasSubstr("\"count\":\"1\"")));
-  server_.rooms = 0;  // Agones may take the server for one in use
+  // Agones may have heard of the allocation, without an answer.
+  server_.rooms = 0;
   run(20);
   EXPECT_GT(counters_.requests_failed_timeout.value(), 2u);
   EXPECT_THAT(sent(), testing::Contains("ready"));
@@ -246,9 +260,13 @@ TEST_F(Life, takes_a_slow_answer_for_none_and_says_again_what_may_have_been_hear
   EXPECT_EQ(counters_.gauges.allocated.value(), 0);
   const std::uint64_t requests = counters_.requests.value();
   run(10);
+  // Reports of health are five in 10 s.
   EXPECT_LE(counters_.requests.value() - requests, 6u) << "only health is told when nothing changes";
 }
 
+// Every call is answered with 500, as Agones answers where a fleet lacks the counter of rooms. Such an error must not
+// be repeated without pause: the bounds allow a report of health every 2 s, and tries of other duties at growing
+// distances.
 TEST_F(Life, is_not_kept_from_its_states_by_a_fleet_without_the_counter) {
   server_ = {.takes_clients = true, .has_ticks_on_time = true, .rooms = 1};
   run(0.02);
@@ -268,6 +286,7 @@ TEST_F(Life, learns_the_address_once_agones_has_given_one) {
   run(5);
   EXPECT_FALSE(sidecar().address());
   const std::size_t asked = sent().size();
+  // Once a second (kAddressInterval_ns) for 5 s; afterwards, malformed answers count as failures, and the waits grow.
   EXPECT_GE(asked, 4u);
   EXPECT_LE(asked, 6u);
   game_server_ = "what?";
@@ -284,6 +303,7 @@ TEST_F(Life, learns_the_address_once_agones_has_given_one) {
   EXPECT_THAT(sent(), IsEmpty()) << "asked no more";
 }
 
+// The limit is kShutdownPatience_ns: a server that ends must not wait for a sidecar that hangs.
 TEST_F(Life, ends_without_a_sidecar_after_two_seconds) {
   server_ = {.takes_clients = true, .has_ticks_on_time = true};
   is_silent_ = true;
@@ -299,7 +319,7 @@ TEST_F(Life, ends_without_a_sidecar_after_two_seconds) {
 
 TEST_F(Life, ignores_answers_to_calls_that_it_did_not_send) {
   sidecar().on_answer(77, 200, "{}", now_ns_);
-  sidecar().on_fault(0, Fault::broken, now_ns_);
+  sidecar().on_error(0, SidecarError::broken, now_ns_);
   EXPECT_EQ(counters_.requests_failed_broken.value(), 0u);
 }
 

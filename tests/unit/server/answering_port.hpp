@@ -15,7 +15,8 @@
 
 namespace hairnet::server {
 
-// A loop, and a port at which the test answers HTTP by hand, one connection at a time.
+// Has an I/O loop for the client under test, and a port at which the test answers HTTP by hand, one connection at a
+// time.
 class AnsweringPort : public testing::Test {
  protected:
   void SetUp() override {
@@ -37,6 +38,7 @@ class AnsweringPort : public testing::Test {
     if (peer_ >= 0) ::close(peer_);
     peer_ = -1;
   }
+  // Runs the loop until done() is true, for 5 s at most.
   bool wait(const std::function<bool()>& done) {
     for (int i = 0; i < 5000 && !done(); ++i) {
       loop_.poll();
@@ -44,7 +46,8 @@ class AnsweringPort : public testing::Test {
     }
     return done();
   }
-  // Reads one request, up to these bytes; on a new connection if there is none.
+  // Reads one request that ends with these bytes. Accepts a connection first if there is none. Returns what has come
+  // after 5 s in any case.
   std::string request(const std::string& end = "\r\n\r\n{}") {
     std::string text;
     wait([&] {

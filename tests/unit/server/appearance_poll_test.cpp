@@ -82,6 +82,8 @@ TEST_F(AppearancePollTest, a_change_reaches_those_who_are_there_and_late_joiners
 TEST_F(AppearancePollTest, a_character_that_changes_all_the_time_is_told_four_times_a_second_and_at_last_the_newest) {
   start();
   const auto ben = join(), ann = join();
+  // The client changes its tag 125 times a second for 2 s. Others hear of it four times a second
+  // (kAppearanceChangesPer_s in scheduler_commands.cpp), so some nine times, and of the last change in any case.
   const int count = 250;
   for (int i = 1; i <= count; ++i) {
     set(*ann, std::to_string(i), kRed);
@@ -126,6 +128,7 @@ TEST_F(AppearancePollTest, everyone_learns_the_wind_of_the_room_and_who_has_set_
   run_ms(300);
   const auto ben_announced = ben->connection->all<wire::RoomWind>(),
              ann_announced = ann->connection->all<wire::RoomWind>();
+  // The wind changes 100 times within a second.
   EXPECT_LE(ben_announced.size(), 7u) << "a few times a second";
   EXPECT_EQ(ben_announced.back().wind.mean_m_per_s, Vec3(1, 0, 0));
   EXPECT_EQ(ben_announced.back().session, ann->connection->all<wire::Welcome>()[0].session);
@@ -169,6 +172,7 @@ TEST_F(AppearancePollTest, a_welcome_says_whether_the_wind_may_be_set) {
 TEST_F(AppearancePollTest, tags_that_are_too_long_or_of_others_change_nothing) {
   start();
   const auto ben = join(), ann = join("Ann", kRed);
+  // A tag has at most 256 bytes (kTagBytesMax).
   set(*ann, std::string(257, 'x'), kGreen);
   ann->send(wire::SetAppearance{2, "Eve", kGreen}, now_ns_);
   ann->send(wire::AddCharacter{3, hash_, LevelIndex::low, {}, std::string(1000, 'x'), kGreen}, now_ns_);

@@ -13,6 +13,7 @@ namespace {
 
 class BuildPools : public testing::TestWithParam<std::size_t> {};
 
+// A body that runs an inner loop must not only wait for other threads: they may all be waiting in the same way.
 TEST_P(BuildPools, loops_within_loops_run_each_body_once) {
   BuildPool pool(GetParam());
   for (int repeat = 0; repeat < 50; ++repeat) {
@@ -21,7 +22,7 @@ TEST_P(BuildPools, loops_within_loops_run_each_body_once) {
     pool.parallel_for(calls.size(), [&](std::size_t i) {
       pool.parallel_for(calls[i].size(),
                         [&](std::size_t j) { pool.parallel_for(3, [&](std::size_t) { ++calls[i][j]; }); });
-      // The inner loop is complete when it returns.
+      // The inner loop has run all its bodies when it returns.
       for (const auto& count : calls[i]) EXPECT_EQ(count, 3);
     });
   }

@@ -10,7 +10,8 @@
 
 namespace hairnet::server {
 
-// The modes that build_quickly() has found, by groom. Any thread.
+// Stores the modes that build_quickly() and build_with() have made, by groom, so that a fake client can turn
+// coefficients into hair. Any thread.
 class BuiltModes {
  public:
   static BuiltModes& instance() {
@@ -31,6 +32,7 @@ class BuiltModes {
   std::map<wire::GroomHash, std::shared_ptr<const Modes>> modes_;
 };
 
+// Builds levels with this training, and stores their modes.
 inline LevelBuild build_with(const ModeTraining& training, const LevelBuildDef& def, const wire::GroomHash& hash,
                              std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on) {
   LevelBuildDef some = def;
@@ -40,7 +42,7 @@ inline LevelBuild build_with(const ModeTraining& training, const LevelBuildDef& 
   return build;
 }
 
-// build_levels_in_process, with little training.
+// Builds levels as build_levels_in_process does, with so little training that the modes are poor (kQuickTraining).
 inline LevelBuild build_quickly(const LevelBuildDef& def, const wire::GroomHash& hash,
                                 std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on) {
   return build_with(support::kQuickTraining, def, hash, file, groom, goes_on);

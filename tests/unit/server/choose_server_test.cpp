@@ -12,6 +12,8 @@
 namespace hairnet::server {
 namespace {
 
+// A hash of names decides, so the number of rooms of a server varies as if drawn at random. Bounds are five standard
+// deviations: the root of n p (1 - p), for n rooms and a share p.
 constexpr int kRooms = 6000;
 
 std::vector<ServerStatus> servers_of(std::size_t count, double free_share = 1) {
@@ -44,6 +46,7 @@ TEST(Placement, spreads_rooms_evenly_over_equal_servers) {
 TEST(Placement, gives_rooms_by_the_free_share) {
   std::vector<ServerStatus> servers = servers_of(2);
   servers[1].load.free_share = 0.25;
+  // Weights of 1 and 0.25 are shares of 0.8 and 0.2.
   const auto count = spread(servers);
   EXPECT_NEAR(count.at(servers[0].id), kRooms * 0.8, 5 * 31);
   EXPECT_NEAR(count.at(servers[1].id), kRooms * 0.2, 5 * 31);
@@ -99,6 +102,7 @@ TEST(Placement, puts_rooms_beside_a_big_one_only_where_no_other_server_takes_the
     EXPECT_NE(choose_server(room(i), servers), servers[0].id);
     on_second += choose_server(room(i), servers) == servers[1].id;
   }
+  // Two servers share 300 rooms by halves; the bounds are more than five standard deviations of 9 away.
   EXPECT_GT(on_second, 100);
   EXPECT_LT(on_second, 200);
   servers[1].draining = true;

@@ -13,7 +13,8 @@ namespace {
 
 using testing::SizeIs;
 
-// Frames of coefficients, as one client reads them that has asked for the basis.
+// Reads frames of coefficients as a client does that has downloaded the basis. The modes are trained on eight motions
+// of 2 s, to save time.
 class CoefficientFrames : public PollTest {
  protected:
   CoefficientFrames() {
@@ -50,7 +51,7 @@ class CoefficientFrames : public PollTest {
     codec::DecodedFrame decoded;
     std::size_t bytes = 0;
   };
-  // By tick.
+  // Returns all frames by their ticks; expects each to be readable.
   static std::map<std::uint64_t, Seen> frames(const FakeClient& client, const wire::HairBasis& basis) {
     const codec::CoefficientCode code(basis.basis.deviation_m);
     std::map<std::uint64_t, Seen> seen;
@@ -64,7 +65,8 @@ class CoefficientFrames : public PollTest {
     }
     return seen;
   }
-  // Whether the level switches, and the hair then moves hardly faster than at other times.
+  // Returns true when the level switches, and the hair then moves at most half as fast again as at other times:
+  // coefficients of two levels differ, and without a fade hair would jump.
   static bool switches_smoothly(const std::map<std::uint64_t, Seen>& seen) {
     const Seen* last = nullptr;
     double fastest = 0, at_switch = 0;
@@ -90,6 +92,7 @@ TEST_F(CoefficientFrames, are_shorter_the_more_error_is_allowed) {
   const auto owner = join("", LevelIndex::high);
   FakeClient fine(*server_, now_ns_), coarse(*server_, now_ns_);
   for (FakeClient* client : {&fine, &coarse}) client->hello(now_ns_);
+  // The errors are five octaves apart. They are RMS errors in m where a head fills the screen.
   ask(fine, 0.25e-3f);
   ask(coarse, 8e-3f);
   run_ms(1500, {owner.get()});
@@ -101,6 +104,7 @@ TEST_F(CoefficientFrames, are_shorter_the_more_error_is_allowed) {
     for (const auto& [tick, one] : seen) bytes += static_cast<double>(one.bytes) / static_cast<double>(seen.size());
     return bytes;
   };
+  // A frame has a pose, however coarse its hair is.
   EXPECT_GT(mean_bytes(coarse), 5);
   EXPECT_LT(mean_bytes(coarse), 0.6 * mean_bytes(fine));
 }
@@ -124,7 +128,8 @@ TEST_F(CoefficientFrames, are_refused_for_an_error_out_of_range) {
   EXPECT_EQ(owner->errors(), std::vector(2, wire::ErrorReason::observe_invalid));
 }
 
-// A server that learns hair as soon as it has been built.
+// Tests a server that learns hair as soon as its levels have been built. The network is random and takes no time to
+// learn; it covers air up to 15 m/s (random_learnt_hair).
 class LearntFrames : public CoefficientFrames {
  protected:
   LearntFrames() {
@@ -150,7 +155,8 @@ TEST_F(LearntFrames, take_the_place_of_lower_levels_as_soon_as_they_are_learnt) 
 }
 
 TEST_F(LearntFrames, are_not_made_where_the_server_shall_not_learn) {
-  config_.grooms.learning = Learning::when_short;  // and no clock tells that it is
+  // Without a clock no tick is measured, so time is never short.
+  config_.grooms.learning = Learning::when_short;
   start(config_);
   const auto low = join("", LevelIndex::low);
   run_ms(2000, {low.get()});
@@ -167,6 +173,7 @@ TEST_F(LearntFrames, give_way_to_the_low_level_in_strong_wind_and_with_another_m
   owner->send(wind, now_ns_);
   run_ms(1000, {owner.get()});
   EXPECT_EQ(level(*owner), LevelIndex::learnt);
+  // Gusts of half the mean reach 18 m/s, which is more than the network covers.
   wind.wind.mean_m_per_s = {12, 0, 0};
   wind.wind.gust_ratio = 0.5;
   owner->send(wind, now_ns_);
@@ -183,6 +190,7 @@ TEST_F(LearntFrames, give_way_to_the_low_level_in_strong_wind_and_with_another_m
 TEST_F(LearntFrames, give_way_to_the_low_level_in_motions_that_were_not_trained) {
   learn_ = [](const Groom&, const auto&, const BuildCallbacks&) -> Result<std::shared_ptr<const LearntHair>> {
     auto hair = std::make_shared<LearntHair>(support::random_learnt_hair(3));
+    // The network covers nearly no motion of the head.
     hair->most.fill(0.01f);
     return hair;
   };
@@ -190,13 +198,16 @@ TEST_F(LearntFrames, give_way_to_the_low_level_in_motions_that_were_not_trained)
   const auto owner = join("", LevelIndex::low);
   run_ms(2500, {owner.get()});
   EXPECT_EQ(level(*owner), LevelIndex::low);
-  run_ms(2500);  // at rest, and 2 s later
+  // The head rests. After a motion that was not trained, a character stays off the learnt level for 2 s (kUncovered_s
+  // in level_chooser.cpp).
+  run_ms(2500);
   EXPECT_EQ(level(*owner), LevelIndex::learnt);
 }
 
 TEST_F(LearntFrames, give_way_to_the_low_level_in_wind_that_the_network_knows_nothing_of) {
   learn_ = [](const Groom&, const auto&, const BuildCallbacks&) -> Result<std::shared_ptr<const LearntHair>> {
     auto hair = std::make_shared<LearntHair>(support::random_learnt_hair(3));
+    // This network was learnt without wind.
     hair->wind = {};
     return hair;
   };

@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kTickLength_s = 1.0 / 30;
 
-// Two levels that see the same hair in other units.
+// Plays hair on two levels whose solutions differ: the coarse level's coefficients are half of the fine one's. A change
+// of the level fades within 0.4 s (kFade_s in coefficient_track.cpp), 12 ticks.
 class CoefficientTrackTest : public testing::Test {
  protected:
   static ModeMap scaled(float factor) {
@@ -52,7 +53,8 @@ TEST_F(CoefficientTrackTest, go_on_smoothly_when_the_level_changes_and_end_as_th
   }
   for (std::uint64_t tick = 16; tick <= 30; ++tick) {
     const float now = at(tick, &coarse_)[0];
-    // The change itself would be half of 0.1 at once.
+    // Without the fade, the first coefficient would jump by half of its value, which reaches 0.1 m. It may move a
+    // little faster than the hair itself does.
     EXPECT_LT(std::abs(now - last), 1.5f * fastest) << tick;
     last = now;
   }
@@ -85,6 +87,7 @@ TEST_F(CoefficientTrackTest, begin_again_with_a_basis_of_another_size) {
 TEST_F(CoefficientTrackTest, that_nobody_has_seen_for_a_while_do_not_fade) {
   at(4, &fine_);
   at(5, &fine_);
+  // A gap of more than 8 ticks (kGapMax_ticks) ends a motion.
   EXPECT_FLOAT_EQ(at(50, &coarse_)[0], 0.5f * hair(50)[0].x());
 }
 
@@ -99,7 +102,8 @@ TEST_F(CoefficientTrackTest, fade_to_rest_when_the_lattice_goes) {
 }
 
 TEST_F(CoefficientTrackTest, fade_to_those_of_a_network_and_back) {
-  const std::vector<float> learnt{0.03f, -0.02f};  // it drives two of three
+  // The network drives two of the three coefficients.
+  const std::vector<float> learnt{0.03f, -0.02f};
   const auto at_learnt = [&](std::uint64_t tick) {
     return padded(track_.at(tick, kTickLength_s, {nullptr, learnt}, 3, false));
   };

@@ -105,6 +105,7 @@ TEST_F(ConfigFile, a_file_that_cannot_be_read_is_named) {
   EXPECT_EQ(folder.error(), "/: is a folder, not a file");
 }
 
+// Editors of Windows may begin a file with a byte order mark, and end lines with a carriage return.
 TEST_F(ConfigFile, may_come_from_windows) {
   const ParsedConfig parsed = parse({"--config", file("\xef\xbb\xbf[server]\r\nport = 1000\r\n")});
   ASSERT_EQ(parsed.exit_code, -1);
@@ -129,6 +130,8 @@ TEST_F(ConfigFile, a_wrong_one_ends_with_status_2_and_one_line) {
   EXPECT_EQ(parse({"--config", ""}).exit_code, 2);
 }
 
+// One groom must fit in the memory of all uploads, and in the burst of a session. Where only groom_bytes_max is set,
+// the other two become at least four times as large.
 TEST_F(ConfigFile, values_that_disagree_are_refused_and_what_was_left_open_is_completed) {
   EXPECT_EQ(parse({"--config", file("[grooms]\ngroom_bytes_max = 8192\nupload_bytes_max = 4096\n")}).exit_code, 2);
   EXPECT_EQ(parse({"--config", file("[grooms]\ngroom_bytes_max = 8192\nupload_burst_bytes = 4096\n")}).exit_code, 2);
@@ -190,15 +193,15 @@ TEST(Settings, each_can_be_set_to_its_bounds_by_its_flag_and_no_further) {
   Config config;
   for (const Setting& setting : settings_of(config)) {
     Setting::Value value;
-    std::string fault;
+    std::string error;
     if (setting.kind() == Setting::Kind::integer) {
       for (const std::int64_t n : {setting.integer_min, setting.integer_max}) {
-        ASSERT_TRUE(parse_words(setting, {std::to_string(n)}, value, fault)) << setting.name() << ": " << fault;
+        ASSERT_TRUE(parse_words(setting, {std::to_string(n)}, value, error)) << setting.name() << ": " << error;
         setting.set(value);
         EXPECT_EQ(setting.get(), Setting::Value(n)) << setting.name();
       }
-      EXPECT_FALSE(parse_words(setting, {std::to_string(setting.integer_min - 1)}, value, fault)) << setting.name();
-      EXPECT_FALSE(parse_words(setting, {"1x"}, value, fault)) << setting.name();
+      EXPECT_FALSE(parse_words(setting, {std::to_string(setting.integer_min - 1)}, value, error)) << setting.name();
+      EXPECT_FALSE(parse_words(setting, {"1x"}, value, error)) << setting.name();
     } else if (setting.kind() == Setting::Kind::number) {
       for (const double n : {setting.number_min, setting.number_max}) {
         value = n;
@@ -206,8 +209,8 @@ TEST(Settings, each_can_be_set_to_its_bounds_by_its_flag_and_no_further) {
         setting.set(value);
         EXPECT_FLOAT_EQ(static_cast<float>(std::get<double>(setting.get())), static_cast<float>(n)) << setting.name();
       }
-      EXPECT_FALSE(parse_words(setting, {"nan"}, value, fault)) << setting.name();
-      EXPECT_FALSE(parse_words(setting, {"1e300"}, value, fault)) << setting.name();
+      EXPECT_FALSE(parse_words(setting, {"nan"}, value, error)) << setting.name();
+      EXPECT_FALSE(parse_words(setting, {"1e300"}, value, error)) << setting.name();
     }
   }
 }

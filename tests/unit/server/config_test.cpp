@@ -30,6 +30,7 @@ TEST(Config, a_fleet_needs_an_address_that_clients_can_use) {
   EXPECT_EQ(parse({"--etcd", "http://127.0.0.1:2379"}).exit_code, 2);
   EXPECT_EQ(parse({"--etcd", "127.0.0.1:2379", "--fleet-address", "hair1.example"}).exit_code, 2);
   EXPECT_EQ(parse({"--fleet-address", "hair1.example"}).exit_code, 2);
+  // A lease has at least 2 s, and with go_on 5 s (kGoOnLeaseMin_s in config.cpp).
   EXPECT_EQ(parse({"--etcd", "http://a", "--fleet-address", "b", "--fleet-lease", "1"}).exit_code, 2);
   EXPECT_EQ(parse({"--etcd", "http://a", "--fleet-address", "b", "--fleet-lease", "2"}).exit_code, -1);
   EXPECT_EQ(
@@ -58,7 +59,7 @@ TEST(Config, a_fleet_needs_an_address_that_clients_can_use) {
   }
 }
 
-// The page's table of time-outs, by their names, in seconds.
+// Reads the table of time-outs of schema/PROTOCOL.md: names, and the seconds as text.
 std::map<std::string, std::string> documented_time_outs() {
   std::ifstream page(HAIRNET_PROTOCOL_FILE);
   std::map<std::string, std::string> seconds;
@@ -179,6 +180,7 @@ TEST(Config, takes_who_may_set_props) {
   EXPECT_EQ(both.config.sessions.wind_from_clients, AllowedClients::off);
 }
 
+// The ranges of settings stand in settings.cpp; many values here are the next ones outside.
 TEST(Config, refuses_what_is_out_of_range_with_status_2) {
   for (const std::vector<const char*>& words :
        std::vector<std::vector<const char*>>{{"--port", "65536"},

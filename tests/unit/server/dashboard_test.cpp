@@ -20,17 +20,18 @@ std::string content_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// The series that a query may use: NAME, and NAME{LABEL="VALUE"}.
+// Writes one series as queries name it: NAME{LABEL="VALUE"}.
 std::string series(const std::string& name, const std::string& label, const std::string& value) {
   return name + "{" + label + "=\"" + value + "\"}";
 }
 
-// Everything that /metrics shows; gauges, which it shows once they are set, by their names.
+// Returns every metric and series that a server can show on /metrics. Gauges appear there only once they are set, so
+// they are listed by their names.
 std::set<std::string> all_series() {
   const Metrics metrics;
   Exposition shown;
-  std::string fault;
-  EXPECT_TRUE(parse_exposition(prometheus_text(metrics), shown, fault)) << fault;
+  std::string error;
+  EXPECT_TRUE(parse_exposition(prometheus_text(metrics), shown, error)) << error;
   std::set<std::string> all;
   for (const auto& [family_name, family] : shown.families) {
     for (const Exposition::Sample& sample : family.samples) {
@@ -48,6 +49,7 @@ std::set<std::string> all_series() {
   return all;
 }
 
+// Returns the metrics and series that a text of queries or a page names.
 std::set<std::string> asked_by(const std::string& text) {
   static const std::regex name("\\b(hairnet_[a-z0-9_]+)(\\{[^}]*\\})?"), selector("(\\w+)=\"([^\"]*)\"");
   std::set<std::string> asked;
@@ -60,6 +62,7 @@ std::set<std::string> asked_by(const std::string& text) {
   return asked;
 }
 
+// A metric that was renamed would leave its panel empty.
 TEST(Dashboard, every_metric_it_asks_for_exists) {
   const nlohmann::json dashboard = nlohmann::json::parse(content_of(HAIRNET_DEPLOY_DIR "/dashboard.json"));
   const std::set<std::string> known = all_series();
@@ -73,9 +76,11 @@ TEST(Dashboard, every_metric_it_asks_for_exists) {
       ++expressions;
     }
   }
+  // A dashboard that was read wrongly would have no expressions to check.
   EXPECT_GT(expressions, 20u);
 }
 
+// An alert that asks for a metric which does not exist never fires.
 TEST(Alerts, every_metric_they_ask_for_exists_and_the_runbook_has_each) {
   const std::string alerts = content_of(HAIRNET_DEPLOY_DIR "/alerts.yml");
   const std::string runbook = content_of(HAIRNET_DEPLOY_DIR "/README.md");

@@ -16,7 +16,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-// Texts of etcd 3.4.23.
+// These are answers of etcd 3.4.23. Keys and values are in base64: "L2gvcg==" is "/h/r", and "bWU=" is "me".
 constexpr const char* kGrant =
     R"({"header":{"cluster_id":"324952591200643719","member_id":"3319814642761637952","revision":"1","raft_term":"2"},"ID":"2324035592752441093","TTL":"5"})";
 constexpr const char* kKeepAlive =
@@ -87,19 +87,19 @@ TEST(EtcdApi, refuses_every_truncation) {
 }
 
 TEST(EtcdApi, refuses_fields_of_wrong_type_and_range) {
-  const auto faults = [](const std::string& text) {
+  const auto errors = [](const std::string& text) {
     const auto answer = parse_grant(text);
     return answer ? "" : answer.error();
   };
-  EXPECT_THAT(faults("[]"), HasSubstr("not a JSON object"));
-  EXPECT_THAT(faults("{}"), HasSubstr("names no lease"));
-  EXPECT_THAT(faults(R"({"ID":"1"})"), HasSubstr("has no time"));
-  EXPECT_THAT(faults(R"({"ID":"-1","TTL":"5"})"), HasSubstr("ID is not a whole number"));
-  EXPECT_THAT(faults(R"({"ID":"9223372036854775808","TTL":"5"})"), HasSubstr("ID is not a whole number"));
-  EXPECT_THAT(faults(R"({"ID":18446744073709551615,"TTL":"5"})"), HasSubstr("ID is not a whole number"));
-  EXPECT_THAT(faults(R"({"ID":"1 ","TTL":"5"})"), HasSubstr("ID is not a whole number"));
-  EXPECT_THAT(faults(R"({"ID":"1","TTL":5.5})"), HasSubstr("TTL is not a whole number"));
-  EXPECT_THAT(faults(R"({"ID":{},"TTL":"5"})"), HasSubstr("ID is not a whole number"));
+  EXPECT_THAT(errors("[]"), HasSubstr("not a JSON object"));
+  EXPECT_THAT(errors("{}"), HasSubstr("names no lease"));
+  EXPECT_THAT(errors(R"({"ID":"1"})"), HasSubstr("has no time"));
+  EXPECT_THAT(errors(R"({"ID":"-1","TTL":"5"})"), HasSubstr("ID is not a whole number"));
+  EXPECT_THAT(errors(R"({"ID":"9223372036854775808","TTL":"5"})"), HasSubstr("ID is not a whole number"));
+  EXPECT_THAT(errors(R"({"ID":18446744073709551615,"TTL":"5"})"), HasSubstr("ID is not a whole number"));
+  EXPECT_THAT(errors(R"({"ID":"1 ","TTL":"5"})"), HasSubstr("ID is not a whole number"));
+  EXPECT_THAT(errors(R"({"ID":"1","TTL":5.5})"), HasSubstr("TTL is not a whole number"));
+  EXPECT_THAT(errors(R"({"ID":{},"TTL":"5"})"), HasSubstr("ID is not a whole number"));
   EXPECT_FALSE(parse_range(R"({"header":[]})"));
   EXPECT_FALSE(parse_range(R"({"header":{"revision":"3"},"kvs":{}})"));
   EXPECT_FALSE(parse_range(R"({"header":{"revision":"3"},"kvs":[7]})"));
@@ -125,6 +125,8 @@ TEST(EtcdApi, leaves_out_keys_and_values_that_are_too_long_and_reads_the_rest) {
     EXPECT_EQ(answer->entries.at(0).value.size(), answer->entries.at(0).is_too_long ? 0 : value_bytes);
     return answer->entries.at(0).is_too_long;
   };
+  // A key has at most 512 bytes (kKeyBytesMax) and a value 65 536 (kValueBytesMax). The lengths here are multiples of
+  // 3, which base64 writes without padding.
   EXPECT_FALSE(is_left_out(510, 65'535));
   EXPECT_TRUE(is_left_out(510, 65'538));
   EXPECT_TRUE(is_left_out(513, 3));

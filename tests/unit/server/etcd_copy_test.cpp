@@ -9,6 +9,9 @@
 namespace hairnet::server {
 namespace {
 
+// A watch is a stream of changes. When its connection dies silently, the server's copy of the fleet goes stale. With
+// somebody waiting, a watch that has been silent for 1 s is begun again (kAwaitedSilence_ns in etcd_copy.cpp); else
+// after two leases, 18 s.
 TEST_F(FleetOfTwo, a_watch_that_has_died_without_a_word_is_found_soon_where_somebody_waits) {
   for (const bool somebody_waits : {false, true}) {
     first_.directory.claim("hall", now_ns_);
@@ -37,6 +40,7 @@ TEST_F(FleetOfTwo, a_watch_that_has_died_without_a_word_is_found_within_two_leas
   EXPECT_EQ(kind(second_), Kind::elsewhere);
 }
 
+// The watch brings a change every 0.8 s, less than the 1 s after which it counts as silent.
 TEST_F(FleetOfTwo, keeps_a_watch_that_has_just_said_something_whoever_waits) {
   run(5);
   const std::uint64_t watches = second_.counters.watches.value();
@@ -53,6 +57,7 @@ TEST_F(FleetOfTwo, keeps_a_watch_that_has_just_said_something_whoever_waits) {
   EXPECT_EQ(second_.counters.watches.value(), watches + 1) << "it may be dead";
 }
 
+// etcd has dropped the history that the second server missed, so its watch cannot go on from where it was.
 TEST_F(FleetOfTwo, lists_again_after_a_compaction) {
   run(1);
   EXPECT_EQ(second_.counters.lists.value(), 1u);
@@ -74,7 +79,8 @@ TEST_F(FleetOfTwo, goes_on_with_an_etcd_that_has_lost_its_data) {
   EXPECT_EQ(kind(second_), Kind::elsewhere);
   etcd_.go_down();
   etcd_.lose_data();
-  run(20);  // longer than a lease
+  // An outage of 20 s is longer than a lease of 9 s.
+  run(20);
   etcd_.come_up(now_ns_);
   run(5);
   EXPECT_EQ(kind(first_), Kind::here) << "claimed anew";
@@ -88,6 +94,7 @@ TEST_F(FleetOfTwo, goes_on_with_an_etcd_that_has_lost_its_data) {
   EXPECT_EQ(kind(first_), Kind::elsewhere) << "hears of changes again";
 }
 
+// A page has 1000 entries (kListPage in etcd_copy.cpp), so that it fits in an answer.
 TEST_F(FleetOfTwo, lists_many_rooms_page_by_page) {
   for (int i = 0; i < 2500; ++i) etcd_.put("/hairnet/test/rooms/r" + std::to_string(i), "0000000000000009");
   run(1);
@@ -138,7 +145,8 @@ TEST_F(FleetOfTwo, skips_values_that_are_too_long_wherever_they_are) {
 }
 
 TEST_F(FleetOfTwo, skips_values_that_are_longer_than_an_answer_may_be) {
-  first_.answer_bytes_max = second_.answer_bytes_max = 2 * etcd::kValueBytesMax;  // long ones take time
+  // An answer may have 4 MiB (kAnswerBytesMax). This bound is smaller, since values of 4 MiB would take much time.
+  first_.answer_bytes_max = second_.answer_bytes_max = 2 * etcd::kValueBytesMax;
   const std::string value(first_.answer_bytes_max, 'x');
   run(1);
   for (const char* key : {"servers/0000000000000008", "kept/hall", "rooms/attic"})
@@ -171,6 +179,8 @@ TEST_F(FleetOfTwo, malformed_answers_are_counted_and_do_no_harm) {
   first_.answers_with = support::SimulatedEtcd::Answer{403, "no"};
   run(3);
   EXPECT_GT(first_.counters.requests_failed_refused.value(), 3u);
+  // Tries are up to 1 s apart (kBackoffMax_ns in etcd_calls.cpp); without pauses there would be one every 20 ms, 300 in
+  // 6 s.
   EXPECT_LT(first_.counters.requests.value(), 60u) << "it does not ask without pause";
   first_.answers_with.reset();
   run(2);

@@ -49,6 +49,7 @@ TEST(EtcdDirectory, that_never_knew_its_address_stops_at_once) {
 TEST_F(FleetOfTwo, requests_have_time_outs) {
   first_.is_silent = true;
   run(10);
+  // A request has 0.2 to 2 s (kRequestTimeoutMin_ns and kRequestTimeoutMax_ns in etcd_calls.cpp).
   EXPECT_GT(first_.counters.requests_failed_timeout.value(), 3u);
   EXPECT_LE(first_.directory.call_count(), 3u);
 }
@@ -60,11 +61,14 @@ TEST_F(FleetOfTwo, a_server_tells_its_load_at_most_once_a_second) {
     first_.directory.tell({.free_share = 0.5, .characters = static_cast<std::uint32_t>(i)});
     run(0.02);
   }
+  // The load changes in each of 250 steps, 5 s, and each write goes to all servers of the fleet: one a second may be
+  // written (kTellInterval_ns in etcd_entry.cpp).
   EXPECT_LE(etcd_.revision() - before, 6);
   EXPECT_GE(etcd_.revision() - before, 4);
   run(2);
   const std::int64_t quiet = etcd_.revision();
   for (int i = 0; i < 100; ++i) {
+    // The free share is announced in steps of 1/32 (kAnnouncedShareSteps), so a change of 0.001 is none.
     first_.directory.tell({.free_share = 0.5 + 1e-3 * (i % 2), .characters = 249});
     run(0.02);
   }
@@ -83,6 +87,7 @@ TEST_F(FleetOfTwo, a_server_that_stops_leaves_nothing) {
   EXPECT_EQ(second_.directory.servers().size(), 1u);
 }
 
+// Its requests still reach etcd, so the keys must vanish, though no answer confirms it.
 TEST_F(FleetOfTwo, a_server_that_stops_and_does_not_hear_etcd_leaves_nothing) {
   first_.directory.claim("hall", now_ns_);
   run(1);

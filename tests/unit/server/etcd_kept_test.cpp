@@ -9,7 +9,8 @@
 namespace hairnet::server {
 namespace {
 
-// What a room's new owner has found.
+// Returns the text of the room that the member found at its last claim: what an earlier owner has kept there for the
+// next one.
 std::string kept_of(const FleetMember& member) {
   std::string kept = "no claim";
   for (const FleetEvent& event : member.events)
@@ -25,7 +26,8 @@ TEST_F(FleetOfTwo, what_is_kept_of_a_room_moves_with_it_when_it_is_given_up) {
   run(1);
   EXPECT_EQ(etcd_.value("/hairnet/test/kept/hall"), "one");
   first_.directory.keep("hall", "two", now_ns_);
-  first_.directory.release("hall", now_ns_);  // with the newest in the same transaction
+  // The release and the newest text go to etcd in one transaction, so the next owner cannot find the older text.
+  first_.directory.release("hall", now_ns_);
   run(0.2);
   second_.directory.claim("hall", now_ns_);
   run(1);
@@ -102,6 +104,8 @@ TEST_F(FleetOfTwo, what_is_first_kept_after_a_lost_lease_is_removed_when_nothing
   EXPECT_EQ(etcd_.value("/hairnet/test/kept/hall"), "");
 }
 
+// The server sets up the room when it takes the event of the claim. A client that enters earlier would find an empty
+// room.
 TEST_F(FleetOfTwo, nobody_is_let_into_a_room_before_what_was_kept_of_it_is_told) {
   run(1);
   first_.directory.claim("hall", now_ns_);

@@ -60,6 +60,7 @@ TEST_F(FleetOfTwo, a_room_that_a_draining_server_gave_up_is_free_when_its_copy_s
   run(1);
   first_.directory.drain(now_ns_);
   first_.directory.release("hall", now_ns_);
+  // The watch is late: etcd has executed the release, and the server's copy does not show it yet.
   first_.holds_lines = true;
   first_.step(now_ns_);
   EXPECT_EQ(first_.directory.room_count(), 0u) << "etcd has confirmed it";
@@ -71,6 +72,7 @@ TEST_F(FleetOfTwo, a_room_that_a_draining_server_gave_up_is_free_when_its_copy_s
 
 TEST_F(FleetOfTwo, hears_of_the_grooms_of_a_server_that_drains) {
   run(1);
+  // A server names at most 64 grooms (kPassedGroomsMax).
   std::vector<ContentHash> grooms(70);
   for (std::size_t i = 0; i < grooms.size(); ++i) grooms[i][i % 32] = static_cast<std::uint8_t>(i);
   second_.directory.pass_on(grooms);
@@ -114,6 +116,7 @@ TEST_F(FleetOfTwo, a_room_whose_next_server_does_not_claim_it_is_free_again) {
   first_.directory.claim("hall", now_ns_);
   run(1);
   first_.directory.hand_over("hall", 2, now_ns_);
+  // The next owner has 5 s to claim the room (kHandOver_ns in etcd_rooms.cpp).
   run(4);
   EXPECT_EQ(kind(first_), Kind::elsewhere);
   run(2);
@@ -154,6 +157,7 @@ TEST_F(FleetOfTwo, a_room_that_is_claimed_while_it_is_released_is_claimed_again)
 
 TEST_F(FleetOfTwo, refuses_claims_with_wrong_names_beyond_its_bound_and_while_it_drains) {
   EXPECT_FALSE(first_.directory.claim("a/b", now_ns_));
+  // A name has at most 64 bytes (kRoomNameBytesMax), and a server of this test has at most 100 rooms.
   EXPECT_FALSE(first_.directory.claim(std::string(65, 'a'), now_ns_));
   for (int i = 0; i < 100; ++i) EXPECT_TRUE(first_.directory.claim("room-" + std::to_string(i), now_ns_));
   EXPECT_FALSE(first_.directory.claim("hall", now_ns_));

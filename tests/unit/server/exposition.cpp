@@ -25,7 +25,7 @@ std::optional<double> number(const std::string& text) {
   return std::strtod(text.c_str(), nullptr);
 }
 
-// {a="b",c="d"} from `at`, which is left behind the brace.
+// Reads labels like {a="b",c="d"} from `at`, and sets `at` to the character behind the closing brace.
 bool parse_labels(const std::string& line, std::size_t& at, std::map<std::string, std::string>& labels) {
   ++at;
   while (at < line.size() && line[at] != '}') {
@@ -67,7 +67,7 @@ bool parse_sample(const std::string& line, Exposition::Sample& sample) {
   return value.has_value();
 }
 
-std::string histogram_fault(const std::string& name, const Exposition::Family& family) {
+std::string histogram_error(const std::string& name, const Exposition::Family& family) {
   double bound = -std::numeric_limits<double>::infinity(), below = 0, count = -1;
   bool has_sum = false;
   for (const Exposition::Sample& s : family.samples) {
@@ -92,9 +92,9 @@ std::string histogram_fault(const std::string& name, const Exposition::Family& f
   return has_sum ? "" : "no sum";
 }
 
-std::string family_fault(const std::string& name, const Exposition::Family& family) {
+std::string family_error(const std::string& name, const Exposition::Family& family) {
   if (family.samples.empty()) return "no samples";
-  if (family.type == "histogram") return histogram_fault(name, family);
+  if (family.type == "histogram") return histogram_error(name, family);
   std::set<std::string> label_names;
   for (const Exposition::Sample& s : family.samples) {
     if (s.name != name) return "a sample of another name: " + s.name;
@@ -117,9 +117,9 @@ double Exposition::value(const std::string& name, const std::string& label, cons
   return std::nan("");
 }
 
-bool parse_exposition(const std::string& text, Exposition& exposition, std::string& fault) {
-  const auto refuse = [&fault](const std::string& what, const std::string& where) {
-    fault = what + ": " + where;
+bool parse_exposition(const std::string& text, Exposition& exposition, std::string& error) {
+  const auto refuse = [&error](const std::string& what, const std::string& where) {
+    error = what + ": " + where;
     return false;
   };
   if (text.empty() || text.back() != '\n') return refuse("the last line does not end", "");
@@ -152,7 +152,7 @@ bool parse_exposition(const std::string& text, Exposition& exposition, std::stri
     family->samples.push_back(std::move(sample));
   }
   for (const auto& [name, checked] : exposition.families) {
-    if (const std::string wrong = family_fault(name, checked); !wrong.empty()) return refuse(wrong, name);
+    if (const std::string wrong = family_error(name, checked); !wrong.empty()) return refuse(wrong, name);
   }
   return true;
 }

@@ -6,7 +6,7 @@
 
 namespace hairnet::server {
 
-// Prometheus' text format 0.0.4, read strictly.
+// Holds the metrics of a text in Prometheus' text format 0.0.4.
 struct Exposition {
   struct Sample {
     std::string name;
@@ -18,7 +18,8 @@ struct Exposition {
     std::vector<Sample> samples;
   };
   std::map<std::string, Family> families;
-  std::map<std::string, std::string> helps;  // by family
+  // Maps families to their help texts.
+  std::map<std::string, std::string> helps;
 
   // The value of a sample without labels, or with only this one; NaN when there is none.
   [[nodiscard]] double value(const std::string& name, const std::string& label = "",
@@ -27,7 +28,7 @@ struct Exposition {
 
 // Every line must be a comment of TYPE or HELP, or a sample of the family whose TYPE came last; no series twice; names
 // and labels as the format allows; counters finite and not negative; of each histogram cumulative buckets, rising
-// bounds up to +Inf, and a count equal to that. Otherwise returns false, and `fault` says what and where.
-bool parse_exposition(const std::string& text, Exposition& exposition, std::string& fault);
+// bounds up to +Inf, and a count equal to that. Otherwise returns false, and `error` says what and where.
+bool parse_exposition(const std::string& text, Exposition& exposition, std::string& error);
 
 }  // namespace hairnet::server

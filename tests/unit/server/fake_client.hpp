@@ -30,7 +30,7 @@ class FakeClient {
     hello.room = room;
     send(hello, now_ns);
   }
-  // Goes on with another's session.
+  // Resumes the session of a connection that broke.
   void resume(const wire::Welcome& welcome, std::int64_t now_ns) {
     wire::Hello hello;
     hello.session = welcome.session;
@@ -62,7 +62,8 @@ class FakeClient {
     Pose pose;
     // Belong to the finest level's nodes, in kStep_m; empty when the hair is at rest.
     std::vector<std::int16_t> displacements;
-    std::vector<float> coefficients;  // m
+    // Belong to the modes of the groom, in m.
+    std::vector<float> coefficients;
     // Measures the hair's RMS distance to that of another frame, m.
     [[nodiscard]] float distance_m(const SeenFrame& other) const {
       float squares = 0;
@@ -71,18 +72,19 @@ class FakeClient {
       return std::sqrt(squares);
     }
   };
+  // Is the unit of `displacements`.
   static constexpr float kStep_m = 0.5e-3f;
   [[nodiscard]] std::vector<SeenFrame> all_frames() const {
     FrameReader reader([](const wire::GroomHash& groom) { return BuiltModes::instance().of(groom); });
     std::vector<SeenFrame> seen;
-    std::vector<std::string> faults;
+    std::vector<std::string> errors;
     for (const wire::Envelope& envelope : connection->received) {
       if (const auto* added = std::get_if<wire::CharacterAdded>(&envelope.message)) reader.take(*added);
       if (const auto* joined = std::get_if<wire::MemberJoined>(&envelope.message)) reader.take(*joined);
       if (const auto* basis = std::get_if<wire::GroomBasis>(&envelope.message)) reader.take(*basis);
       const auto* batch = std::get_if<wire::FrameBatch>(&envelope.message);
       if (!batch) continue;
-      for (const ReadFrame& read : reader.take(*batch, faults)) {
+      for (const ReadFrame& read : reader.take(*batch, errors)) {
         const wire::Frame& f = read.frame;
         SeenFrame& one = seen.emplace_back(
             SeenFrame{read.tick, f.member, f.level, f.discontinuous, f.asleep, read.pose, {}, read.coefficients});
@@ -91,7 +93,7 @@ class FakeClient {
         }
       }
     }
-    EXPECT_TRUE(faults.empty()) << faults.size() << " faults, the first: " << faults.front();
+    EXPECT_TRUE(errors.empty()) << errors.size() << " errors, the first: " << errors.front();
     return seen;
   }
   [[nodiscard]] std::vector<SeenFrame> member_frames(std::uint32_t member) const {

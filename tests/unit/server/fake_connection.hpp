@@ -62,7 +62,8 @@ class FakeConnection final : public Connection {
   }
 
   struct Download {
-    std::size_t room = 2;  // for so many packets more
+    // The stream takes this many packets more.
+    std::size_t room = 2;
     std::vector<wire::GroomData> pieces;
     bool is_ended = false, was_reset = false;
     [[nodiscard]] std::size_t bytes() const {
@@ -75,7 +76,8 @@ class FakeConnection final : public Connection {
   std::size_t streams_left = 100;
   DownloadStream last_stream = 0;
   std::map<DownloadStream, Download> downloads;
-  std::optional<std::size_t> room;  // for so many packets more
+  // The connection takes this many packets more; none means any number.
+  std::optional<std::size_t> room;
   std::deque<wire::Envelope> received;
   std::size_t largest_packet_bytes = 0;
   double network_bytes_per_s = 0;

@@ -19,7 +19,7 @@ inline ServerStatus server_at(std::uint64_t id, std::string host, std::uint16_t 
   return status;
 }
 
-// A directory that says what the test wants. Claims and releases wait for decide().
+// Says what the test wants. A room that is claimed or released is pending until the test calls decide().
 class FakeDirectory final : public Directory {
  public:
   [[nodiscard]] Placement where(std::string_view room, std::int64_t) const override {

@@ -43,6 +43,8 @@ TEST_F(FleetLoad, gives_no_new_room_to_a_server_that_has_all_the_rooms_it_may_ha
   EXPECT_EQ(announced(true).free_characters, 0u);
 }
 
+// The tick wants five times the time it has. As long as coarser levels make room, the server announces
+// kAnnouncedShareMin and still takes rooms; 0 means that it takes none.
 TEST_F(FleetLoad, is_whole_while_not_even_the_coarsest_levels_fit) {
   metrics_.tick.gauges.budget_available_seconds.set(1);
   metrics_.tick.gauges.budget_wanted_seconds.set(5);

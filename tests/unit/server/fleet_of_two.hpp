@@ -17,7 +17,8 @@
 
 namespace hairnet::server {
 
-// A directory beside a simulated etcd that answers at the next step.
+// Is one server's directory of the fleet, beside a simulated etcd. Calls are executed and answered in step(); the
+// switches below make its line to etcd fail in several ways.
 class FleetMember final : public EtcdTransport {
  public:
   FleetMember(support::SimulatedEtcd& etcd, EtcdDirectoryDef def) : etcd_(&etcd), directory(def, *this, counters) {}
@@ -33,7 +34,7 @@ class FleetMember final : public EtcdTransport {
       last_body = call.body;
       if (cancelled.contains(call.id) || is_silent) continue;
       if (is_cut || etcd_->is_down()) {
-        directory.on_fault(call.id, EtcdFault::unreachable, now_ns);
+        directory.on_error(call.id, EtcdError::unreachable, now_ns);
       } else if (call.is_stream) {
         const std::uint64_t id = call.id;
         streams_[id] = etcd_->watch(call.body, [this, id](const std::string& line) { lines_.emplace_back(id, line); });
@@ -50,7 +51,7 @@ class FleetMember final : public EtcdTransport {
       answers_.pop_front();
       if (cancelled.contains(answer.call)) continue;
       if (answer.answer.body.size() > answer_bytes_max)
-        directory.on_fault(answer.call, EtcdFault::oversize, now_ns);
+        directory.on_error(answer.call, EtcdError::oversize, now_ns);
       else
         directory.on_answer(answer.call, answer.answer.status, answer.answer.body, now_ns);
     }
@@ -59,14 +60,14 @@ class FleetMember final : public EtcdTransport {
       lines_.pop_front();
       if (is_deaf) continue;
       if (line.size() > answer_bytes_max)
-        directory.on_fault(id, EtcdFault::oversize, now_ns);
+        directory.on_error(id, EtcdError::oversize, now_ns);
       else
         directory.on_line(id, line, now_ns);
     }
     if (!takes_events) return;
     for (FleetEvent& event : directory.take_events()) events.push_back(std::move(event));
   }
-  // Without a word: the directory hears nothing of it.
+  // Ends all watches at etcd. No error reaches the directory, as when a connection dies silently.
   void kill_watch() {
     for (const auto& [call, stream] : streams_) etcd_->end_watch(stream);
   }
@@ -75,12 +76,17 @@ class FleetMember final : public EtcdTransport {
         std::count_if(events.begin(), events.end(), [kind](const FleetEvent& event) { return event.kind == kind; }));
   }
 
+  // A call fails at once when cut, and is lost before etcd when silent. The lines of watches wait while they are held,
+  // and events stay in the directory unless taken.
   bool is_cut = false, is_silent = false, holds_lines = false, takes_events = true;
-  bool is_deaf = false;  // etcd hears it, and it hears nothing
+  // etcd hears a deaf member and executes its calls, but all answers, or those to keep-alives, are lost.
+  bool is_deaf = false;
   bool is_deaf_to_keep_alives = false;
-  std::int64_t late_ns = 0;  // by which answers come later
+  // Answers come later by this time.
+  std::int64_t late_ns = 0;
   std::size_t answer_bytes_max = etcd::kAnswerBytesMax;
-  std::optional<support::SimulatedEtcd::Answer> answers_with;  // instead of etcd's
+  // Takes the place of all answers of etcd.
+  std::optional<support::SimulatedEtcd::Answer> answers_with;
   std::vector<FleetEvent> events;
   std::set<std::uint64_t> cancelled;
   std::string last_body;
@@ -102,7 +108,8 @@ class FleetMember final : public EtcdTransport {
   EtcdDirectory directory;
 };
 
-// Two servers beside one etcd, and a room, the hall, that each of them may have.
+// Has two servers beside one etcd, and a room, the hall, that either may own. Leases last 9 s (lease_s of
+// EtcdDirectoryDef).
 class FleetOfTwo : public testing::Test {
  protected:
   using Kind = Placement::Kind;
@@ -116,7 +123,7 @@ class FleetOfTwo : public testing::Test {
     def.rooms_max = 100;
     return def;
   }
-  // In steps of 20 ms.
+  // Runs etcd and the servers in steps of 20 ms. The hall never has two owners.
   void run(double seconds, bool with_second = true) {
     const std::int64_t end_ns = now_ns_ + static_cast<std::int64_t>(seconds * 1e9);
     for (; now_ns_ < end_ns; now_ns_ += 20 * kMs) {
@@ -126,7 +133,8 @@ class FleetOfTwo : public testing::Test {
       EXPECT_FALSE(first_.directory.holds("hall", now_ns_) && second_.directory.holds("hall", now_ns_));
     }
   }
-  // The first server has the hall and its line goes bad: another one can have it two leases after frames have stopped.
+  // Expects that the first server, which has the hall and a bad line to etcd, stops. The second one can have the hall
+  // within two leases, 18 s, from then on.
   void expect_the_hall_to_move() {
     while (first_.directory.holds("hall", now_ns_)) run(0.02);
     const std::int64_t stopped_ns = now_ns_;
@@ -135,7 +143,7 @@ class FleetOfTwo : public testing::Test {
     run(0.1);
     EXPECT_EQ(kind(second_), Kind::here);
   }
-  // Its line is good again.
+  // Expects that the first server, whose line is good again, has lost the hall and can have another room.
   void expect_the_first_to_join_afresh() {
     run(4);
     EXPECT_EQ(first_.counters.leases_lost.value(), 1u);
@@ -146,7 +154,8 @@ class FleetOfTwo : public testing::Test {
     EXPECT_TRUE(first_.directory.holds("attic", now_ns_));
   }
   Kind kind(FleetMember& member) { return member.directory.where("hall", now_ns_).kind; }
-  // The lease of the room ends meanwhile.
+  // Lets etcd be away for 3 s while the first server keeps a text of the hall. The lease of the room has ended when
+  // etcd is back.
   void keep_while_etcd_is_away(const std::string& text) {
     etcd_.end_lease_of("/hairnet/test/rooms/hall");
     etcd_.go_down();

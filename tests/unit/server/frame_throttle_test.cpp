@@ -9,7 +9,9 @@ namespace {
 
 constexpr double kThrottledTick_s = 1.0 / 30;
 
-// Characters whose frames have 25 bytes of pose, and 80 of hair that a doubled error makes less by 0.65.
+// Simulates a connection at 30 ticks a second. A frame has 25 bytes of pose and 80 of hair; each doubling of the error
+// (an octave) leaves 0.65 of the bytes of hair. So a frame has 105 bytes as wanted, and 47 at the coarsest rung of
+// three octaves.
 class ThrottledRoom {
  public:
   explicit ThrottledRoom(int characters) : characters_(characters) {}
@@ -48,14 +50,18 @@ TEST(FrameThrottle, leaves_frames_as_wanted_without_a_bound) {
 }
 
 TEST(FrameThrottle, keeps_a_bound_that_it_can_keep_and_stays_there) {
+  // The coarsest rung also sends at every fourth tick only (kRungs in frame_throttle.cpp).
   const double wanted = 10 * 105 / kThrottledTick_s, least = 10 * 47 / kThrottledTick_s / 4;
   for (const double share : {0.9, 0.75, 0.6, 0.5, 0.4, 0.3, 0.2}) {
     const double bound = share * wanted;
     ASSERT_GT(bound, least);
     ThrottledRoom room(10);
+    // The throttle has 4 s, ten of its windows, to find its rung; then the rate of 20 s counts.
     room.run(4, bound);
     room.run(20, bound);
     EXPECT_LE(room.rate(), bound) << share;
+    // Rungs are up to a factor of 2 apart, and a finer one must fit with a reserve of 10 % (kReserve), so a part of the
+    // bound stays unused.
     EXPECT_GT(room.rate(), 0.4 * bound) << share;
     EXPECT_EQ(room.changes(), 0) << share;
   }
@@ -67,6 +73,7 @@ TEST(FrameThrottle, leaves_a_part_of_what_the_network_carries_to_others) {
     ThrottledRoom room(10);
     room.run(4, 0, share * wanted);
     room.run(20, 0, share * wanted);
+    // Frames may take 0.8 of what the network carries (kNetworkShare).
     EXPECT_LE(room.rate(), 0.81 * share * wanted) << share;
     EXPECT_GT(room.rate(), 0.3 * share * wanted) << share;
     EXPECT_EQ(room.changes(), 0) << share;
@@ -79,6 +86,8 @@ TEST(FrameThrottle, keeps_to_the_lesser_of_what_the_client_asks_for_and_the_netw
     ThrottledRoom room(10);
     room.run(4, is_client_less ? 0.4 * wanted : wanted, is_client_less ? 2 * wanted : 0.5 * wanted);
     room.run(10, is_client_less ? 0.4 * wanted : wanted, is_client_less ? 2 * wanted : 0.5 * wanted);
+    // Either the client asks for 0.4, or the network carries 0.5, of which frames may take 0.8: both bounds are 0.4 of
+    // what is wanted.
     EXPECT_LE(room.rate(), 0.41 * wanted);
   }
 }
@@ -119,6 +128,8 @@ TEST(FrameThrottle, sends_as_wanted_again_when_the_bound_is_gone) {
   EXPECT_EQ(room.throttle().stride(), 1);
 }
 
+// After a loss the connection is taken to carry 0.7 of what was sent (kLostShare). The estimate grows by 5 % in each
+// window of 0.4 s, so after 20 s frames are as wanted again.
 TEST(FrameThrottle, sends_less_than_what_a_connection_lost_and_then_tries_more_again) {
   ThrottledRoom room(10);
   room.run(2, 0);
@@ -132,6 +143,7 @@ TEST(FrameThrottle, sends_less_than_what_a_connection_lost_and_then_tries_more_a
   EXPECT_EQ(room.throttle().stride(), 1);
 }
 
+// Each loss makes frames coarser by a rung; six losses reach the last of six rungs.
 TEST(FrameThrottle, sends_least_while_a_connection_loses_frames_again_and_again) {
   ThrottledRoom room(10);
   for (int loss = 0; loss < 6; ++loss) {

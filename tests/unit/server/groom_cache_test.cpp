@@ -105,6 +105,8 @@ TEST_F(GroomCacheTest, a_file_that_has_gone_meanwhile_is_a_miss) {
   EXPECT_EQ(counters_.groom_cache_misses.value(), 1u);
 }
 
+// A pipe would block a reader, and a symbolic link could lead to any file of the machine. The cache must neither read,
+// count nor remove them.
 TEST_F(GroomCacheTest, what_is_no_file_of_its_own_is_neither_kept_nor_removed) {
   fs::create_directories(folder_);
   ASSERT_EQ(::mkfifo(path(one_.hash).c_str(), 0600), 0);
@@ -119,6 +121,8 @@ TEST_F(GroomCacheTest, what_is_no_file_of_its_own_is_neither_kept_nor_removed) {
   EXPECT_EQ(counters_.groom_cache_hits.value(), 0u);
 }
 
+// A partial file that is older than an hour was left by a server that died (kWriting in cache_folder.cpp). The cache
+// has room for one file.
 TEST_F(GroomCacheTest, half_written_files_of_a_dead_server_are_never_found_and_go_when_room_is_needed) {
   fs::create_directories(folder_);
   const fs::path part = path(one_.hash).string() + ".part-a1b2c3";
@@ -147,6 +151,7 @@ TEST_F(GroomCacheTest, what_was_used_least_lately_goes_first) {
 }
 
 TEST_F(GroomCacheTest, small_files_are_bounded_in_number) {
+  // The last number allows three files: without it, files of one byte would make each put list a folder of millions.
   CacheFolder folder({folder_, ".hngroom", kPlenty, kFileBytes, "write_failed", "grooms", 3},
                      counters_.groom_cache_written, counters_.groom_cache_writes_failed, counters_.groom_cache_evicted);
   for (std::uint8_t name = 1; name <= 5; ++name) {
@@ -160,7 +165,8 @@ TEST_F(GroomCacheTest, small_files_are_bounded_in_number) {
 }
 
 TEST_F(GroomCacheTest, a_folder_that_cannot_be_written_is_one_warning_and_no_failure) {
-  write(folder_, {1, 2, 3});  // a file: not even root may write within
+  // A file takes the folder's place: not even root may write within it.
+  write(folder_, {1, 2, 3});
   testing::internal::CaptureStdout();
   {
     GroomCache cache(folder_, kPlenty, counters_);
@@ -186,7 +192,8 @@ TEST_F(GroomCacheTest, servers_that_share_a_folder_find_whole_files_only) {
     servers.emplace_back([&] {
       GroomCache cache(folder_, 2 * kFileBytes, own);
       for (std::size_t round = 0; round < 60; ++round) {
-        const File& file = *files[round / 2 % 3];  // there is room for two
+        // There is room for two of the three, so servers also evict each other's files.
+        const File& file = *files[round / 2 % 3];
         const GroomCache::Bytes found = cache.find(file.hash);
         if (found && *found != file.bytes) ++wrong;
         if (!found) cache.put(file.hash, file.bytes);

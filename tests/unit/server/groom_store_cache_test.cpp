@@ -59,6 +59,8 @@ TEST_F(GroomStoreTest, a_groom_that_another_server_has_just_put_into_the_folder_
   EXPECT_TRUE(store_->ready(good_.hash));
 }
 
+// The builder has begun the first prepared groom when Anna asks for another one. Hers must come before the second
+// prepared one.
 TEST_F(GroomStoreTest, grooms_that_sessions_wait_for_come_before_prepared_ones) {
   const Upload other(wire::encode_groom(small_groom(2))), last(wire::encode_groom(small_groom(3)));
   make_with_cache({&good_, &other, &last});
@@ -91,6 +93,7 @@ TEST_F(GroomStoreTest, an_uploaded_groom_is_kept_for_the_next_server) {
   EXPECT_EQ(counters_.grooms_uploaded.value(), 1u);
 }
 
+// A client could otherwise fill the folder of all servers with junk.
 TEST_F(GroomStoreTest, a_groom_that_cannot_be_built_is_not_kept) {
   make_with_cache({});
   const Upload junk(std::vector<std::uint8_t>(500, 7));
@@ -143,6 +146,8 @@ TEST_F(GroomStoreTest, an_offer_of_the_wrong_length_does_not_corrupt_a_kept_groo
   EXPECT_EQ(states(kBert).back(), GroomState::ready);
 }
 
+// Grooms on disk hold no memory while they wait, so build_queue_max bounds uploaded ones only. Bert's upload must not
+// be refused because of the six grooms that Anna has on disk.
 TEST_F(GroomStoreTest, many_kept_grooms_at_once_leave_the_build_queue_to_uploads) {
   std::vector<Upload> kept;
   for (unsigned seed = 2; seed < 8; ++seed) kept.emplace_back(wire::encode_groom(small_groom(seed)));
@@ -205,6 +210,7 @@ TEST_F(GroomStoreTest, what_another_server_has_kept_is_found_after_a_while) {
   other.put(good_.hash, good_.bytes);
   build();
   EXPECT_FALSE(store_->is_cached(good_.hash));
+  // The folder is listed every 10 s (kRefreshInterval_ns in groom_store.cpp).
   now_ns_ += 11 * kSecond_ns;
   build();
   EXPECT_TRUE(store_->is_cached(good_.hash));

@@ -30,10 +30,14 @@ struct Upload {
   wire::GroomHash hash;
 };
 
+// Has a store and its builder without threads: chunks are taken at once, and levels are built in build(). Time stands
+// still unless a test moves now_ns_.
 class GroomStoreTest : public testing::Test {
  protected:
   GroomStoreTest() { make({}); }
   ~GroomStoreTest() override { std::filesystem::remove_all(folder_); }
+  // Starts with an empty store; a cache of make_with_cache() stays. The clock measures builds, which have no time limit
+  // without one.
   void make(const GroomStoreLimits& limits, ClockNs clock = nullptr) {
     GroomBuilderDef def;
     def.build.training = support::kQuickTraining;
@@ -57,13 +61,14 @@ class GroomStoreTest : public testing::Test {
     listener.revoke = [this](SessionId session, const wire::GroomHash&, std::int64_t) { lost_.push_back(session); };
     store_ = std::make_unique<GroomStore>(limits, *builder_, commands_, counters_, listener);
   }
-  // Makes a new store with a cache that contains these. The old memory is lost.
+  // Makes a new store with a cache on disk that contains these files.
   void make_with_cache(const std::vector<const Upload*>& kept, const GroomStoreLimits& limits = {}) {
     std::filesystem::remove_all(folder_);
     cache_.emplace(folder_, std::uint64_t{1} << 30, cache_counters_);
     for (const Upload* upload : kept) cache_->put(upload->hash, upload->bytes);
     make(limits);
   }
+  // Overwrites bytes 100 and 101 of every file of the cache.
   void corrupt_kept() const {
     for (const auto& file : std::filesystem::directory_iterator(folder_)) {
       std::fstream corrupted(file.path(), std::ios::in | std::ios::out | std::ios::binary);
@@ -83,7 +88,8 @@ class GroomStoreTest : public testing::Test {
     return chunk(session, upload, 0, upload.bytes.size());
   }
   void build() {
-    for (int round = 0; round < 10; ++round) {  // the store may have more for the builder by then
+    // The store gives the builder one groom at a time, so ten rounds build up to ten grooms.
+    for (int round = 0; round < 10; ++round) {
       while (builder_->poll()) {
       }
       store_->poll(now_ns_);

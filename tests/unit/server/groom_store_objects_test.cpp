@@ -29,16 +29,18 @@ std::string hex(const wire::GroomHash& hash) {
   return text;
 }
 
-// Names the levels that this build makes.
+// Returns the object name of a groom's levels, which has the version of the build: other versions' levels are not
+// valid.
 std::string levels_name(const wire::GroomHash& groom) {
   return hex(groom) + "-" + std::to_string(kBuildVersion) + ".hnlevels";
 }
 
-// A groom store with a cache and an object store behind it.
+// Tests a groom store with a cache on disk, and behind it an object store that all servers share. Its objects are in
+// memory.
 class GroomObjectsTest : public GroomStoreTest {
  protected:
   GroomObjectsTest() { start(); }
-  // A server whose folder is empty, unless it is kept.
+  // Replaces the server by another one. Its folder is empty unless keeps_folder is true; the objects stay.
   void start(bool keeps_folder = false, const GroomStoreLimits& limits = {}) {
     if (!keeps_folder) fs::remove_all(folder_);
     store_.reset();
@@ -104,6 +106,8 @@ TEST_F(GroomObjectsTest, a_prepared_groom_comes_from_the_store) {
   EXPECT_THAT(sent_, IsEmpty());
 }
 
+// Objects may be damaged, or written by somebody else. Their bytes must have the hash of the name, and an upload
+// replaces an object that has not.
 TEST_F(GroomObjectsTest, wrong_bytes_are_refused_and_replaced_after_the_upload) {
   std::vector<std::uint8_t> flipped = good_.bytes, longer = good_.bytes;
   flipped[good_.bytes.size() / 2] ^= 1;
@@ -135,6 +139,7 @@ TEST_F(GroomObjectsTest, without_an_answer_the_upload_is_asked_for_and_put_when_
     EXPECT_THAT(needs(kAnna), ElementsAre(0u));
   }
   EXPECT_EQ(object_counters_.rejected_size.value(), 1u);
+  // A store that failed lately is left alone for a while: is_open tells whether it takes calls.
   objects_.is_open = false;
   objects_.failure = Outcome::read;
   start();
@@ -203,11 +208,13 @@ TEST_F(GroomObjectsTest, a_slow_store_is_not_waited_for_longer_than_for_anothers
   objects_.objects[name()] = good_.bytes;
   offer(kAnna, good_);
   store_->poll(now_ns_);
+  // The limit is upload_patience_ns, 5 s.
   now_ns_ += 6 * kSecond_ns;
   store_->poll(now_ns_);
   EXPECT_THAT(needs(kAnna), ElementsAre(0u));
   chunk(kAnna, good_, 0, 10);
-  run();  // the store answers at last
+  // The store answers at last.
+  run();
   EXPECT_THAT(needs(kAnna), ElementsAre(0u)) << "and the upload goes on";
   chunk(kAnna, good_, 10, good_.bytes.size());
   run();
@@ -228,6 +235,7 @@ TEST_F(GroomObjectsTest, a_session_that_leaves_while_the_store_is_asked_takes_it
   run();
 }
 
+// Anyone can name a hash. A search for each name would let a client keep the store busy with grooms that do not exist.
 TEST_F(GroomObjectsTest, a_groom_that_no_session_offers_is_not_looked_for) {
   objects_.objects[name()] = good_.bytes;
   EXPECT_EQ(store_->retain(kAnna, good_.hash, now_ns_).reason, ErrorReason::groom_unknown);
@@ -243,6 +251,8 @@ TEST_F(GroomObjectsTest, chunks_that_come_while_the_store_is_asked_were_not_aske
 
 TEST_F(GroomObjectsTest, more_grooms_than_may_wait_for_the_store_are_uploaded) {
   std::vector<Upload> many;
+  // At most 64 grooms wait for the store (kWantedMax in object_sync.cpp); sessions with the other six are asked for
+  // their bytes at once.
   for (std::uint8_t i = 0; i < 70; ++i) many.emplace_back(std::vector<std::uint8_t>(10, i));
   for (SessionId i = 0; i < many.size(); ++i) EXPECT_EQ(offer(1 + i, many[i]), ErrorReason::none);
   EXPECT_EQ(object_counters_.finds_skipped.value(), 6u);
@@ -316,6 +326,8 @@ TEST_F(LevelObjectsTest, levels_that_are_not_valid_are_refused_and_replaced) {
   EXPECT_EQ(object_counters_.stored_levels.value(), 1u);
 }
 
+// A put keeps an object that exists, because another server has built the same levels. Levels with learnt hair are
+// worth more, so they replace it.
 TEST_F(LevelObjectsTest, levels_of_the_store_are_kept_and_those_with_learnt_hair_replace_them) {
   objects_.objects[levels_name(groom_)] = {1, 2, 3};
   const auto one = cache("one");

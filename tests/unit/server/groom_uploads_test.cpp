@@ -33,6 +33,8 @@ TEST_F(GroomStoreTest, a_second_offer_in_the_middle_resumes_there) {
   EXPECT_TRUE(store_->ready(good_.hash));
 }
 
+// Each session's bytes stay apart, since a session could spoil another's upload with wrong bytes. So the second one
+// begins with byte 0.
 TEST_F(GroomStoreTest, when_the_uploader_leaves_the_next_one_is_asked_for_all_bytes) {
   offer(kAnna, good_);
   offer(kBert, good_);
@@ -53,6 +55,7 @@ TEST_F(GroomStoreTest, an_unfinished_upload_goes_with_its_only_session) {
   EXPECT_EQ(store_->groom_count(), 0u);
 }
 
+// An upload must bring something within 30 s (upload_timeout_ns).
 TEST_F(GroomStoreTest, a_stalled_upload_is_dropped_or_passed_on) {
   offer(kAnna, good_);
   offer(kBert, good_);
@@ -68,6 +71,7 @@ TEST_F(GroomStoreTest, a_stalled_upload_is_dropped_or_passed_on) {
 
 TEST_F(GroomStoreTest, an_upload_that_trickles_has_stalled) {
   GroomStoreLimits limits;
+  // One byte every 4 s is less than 10 bytes a second over the 30 s of upload_timeout_ns.
   limits.upload_bytes_per_s_min = 10;
   make(limits);
   offer(kAnna, good_);
@@ -81,6 +85,8 @@ TEST_F(GroomStoreTest, an_upload_that_trickles_has_stalled) {
   EXPECT_EQ(counters_.grooms_refused_stalled.value(), 1u);
 }
 
+// Anna begins to upload a groom and stops. Bert, who has the same groom, must not wait for her longer than 5 s
+// (upload_patience_ns).
 TEST_F(GroomStoreTest, nobody_can_hold_the_groom_of_another_session) {
   offer(kAnna, good_);
   offer(kBert, good_);
@@ -99,6 +105,8 @@ TEST_F(GroomStoreTest, nobody_can_hold_the_groom_of_another_session) {
   EXPECT_EQ(store_->upload_bytes(), 0u);
 }
 
+// Nine sessions of subject 7 could each let Carl wait for 5 s, one after the other. One session of a subject is asked
+// at a time, so Carl, of subject 8, is the next.
 TEST_F(GroomStoreTest, nobody_waits_for_many_sessions_of_another_subject) {
   constexpr SessionId kCarl = 10;
   for (SessionId session = 1; session < kCarl; ++session) {
@@ -113,6 +121,8 @@ TEST_F(GroomStoreTest, nobody_waits_for_many_sessions_of_another_subject) {
   EXPECT_THAT(needs(kCarl), ElementsAre(good_.bytes.size(), 0u));
 }
 
+// All unfinished uploads have room for the large file and 100 bytes more. Bert's upload needs more, and Anna holds
+// most, so her upload ends.
 TEST_F(GroomStoreTest, when_bytes_are_scarce_the_session_that_holds_most_loses_an_upload) {
   const Upload large(wire::encode_groom(small_groom(2)));
   GroomStoreLimits limits;
@@ -143,6 +153,7 @@ TEST_F(GroomStoreTest, a_session_alone_that_sends_too_many_bytes_is_refused) {
   EXPECT_EQ(store_->upload_bytes(), 0u);
 }
 
+// Anna has all four places, which she cannot extend; Bert takes one of hers.
 TEST_F(GroomStoreTest, when_places_are_scarce_the_session_with_most_uploads_loses_one) {
   GroomStoreLimits limits;
   limits.groom_count_max = 4;
@@ -158,6 +169,8 @@ TEST_F(GroomStoreTest, when_places_are_scarce_the_session_with_most_uploads_lose
   EXPECT_EQ(store_->groom_count(), 4u);
 }
 
+// Anna and Carl are of subject 7, so their four uploads count together. Bert, of subject 8, takes places from them
+// until both subjects have two.
 TEST_F(GroomStoreTest, sessions_of_one_subject_have_one_share) {
   constexpr SessionId kCarl = 3;
   GroomStoreLimits limits;
@@ -181,6 +194,8 @@ TEST_F(GroomStoreTest, sessions_of_one_subject_have_one_share) {
   EXPECT_TRUE(store_->ready(good_.hash));
 }
 
+// A client sends one file after the other over one connection. The bytes of its first upload also count for the second:
+// 100 bytes in 29 s are more than 3 a second.
 TEST_F(GroomStoreTest, what_waits_for_another_upload_of_its_client_has_not_stalled) {
   GroomStoreLimits limits;
   limits.upload_bytes_per_s_min = 3;
@@ -214,12 +229,13 @@ TEST_F(GroomStoreTest, refuses_chunks_out_of_place) {
   EXPECT_TRUE(store_->ready(good_.hash));
 }
 
-TEST_F(GroomStoreTest, bytes_that_are_there_already_are_no_fault_but_not_wanted) {
+TEST_F(GroomStoreTest, bytes_that_are_there_already_are_no_error_but_not_wanted) {
   offer(kAnna, good_);
   const wire::GroomChunk first{good_.hash, 0, {good_.bytes.begin(), good_.bytes.begin() + 100}};
   EXPECT_TRUE(store_->chunk(kAnna, first, now_ns_).was_wanted);
-  store_->resend_states(kAnna, now_ns_);  // it has resumed, and
-  offer(kAnna, good_);                    // offers again: the server requests it again
+  // Anna's session resumes on a new connection and offers the groom again, so the server requests the rest again.
+  store_->resend_states(kAnna, now_ns_);
+  offer(kAnna, good_);
   EXPECT_THAT(needs(kAnna), ElementsAre(0u, 100u, 100u));
   const ChunkAnswer again = store_->chunk(kAnna, first, now_ns_);
   EXPECT_EQ(again.reason, ErrorReason::none);
@@ -231,6 +247,8 @@ TEST_F(GroomStoreTest, bytes_that_are_there_already_are_no_fault_but_not_wanted)
   EXPECT_EQ(states(kAnna).back(), GroomState::ready);
 }
 
+// resend_states() is called when a session resumes. The 30 s of upload_timeout_ns begin again then: no chunk could come
+// while the client was away.
 TEST_F(GroomStoreTest, an_upload_does_not_stall_while_its_client_is_away_for_its_grace) {
   offer(kAnna, good_);
   now_ns_ += 29 * kSecond_ns;
@@ -272,6 +290,8 @@ TEST_F(GroomStoreTest, bytes_of_another_hash_are_refused_and_do_not_block_the_gr
   EXPECT_EQ(counters_.grooms_refused_hash.value(), 1u);
 }
 
+// The bucket holds 1500 announced bytes and gains 100 a second. After the first 1000 it has 500 left; after 6 s more it
+// has 1100.
 TEST_F(GroomStoreTest, uploads_of_a_session_have_a_rate) {
   GroomStoreLimits limits;
   limits.upload_bytes_per_s = 100;

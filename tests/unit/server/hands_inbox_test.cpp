@@ -13,6 +13,7 @@ namespace {
 using testing::IsEmpty;
 using testing::SizeIs;
 
+// Makes a hand at x metres, with shapes of a radius of 2 cm. The number of its first shape is the name of a hand.
 Hand hand_at(double x, std::uint8_t first_number = 0, std::size_t shape_count = 2, bool has_jumped = false) {
   Hand hand{first_number, {Quat::Identity(), {x, 0, 0}}, has_jumped, {}};
   for (std::size_t i = 0; i < shape_count; ++i)
@@ -76,7 +77,9 @@ TEST_F(HandsInboxTest, a_fist_opens_as_the_later_sample_says) {
 }
 
 TEST_F(HandsInboxTest, a_mixture_of_far_and_near_hands_can_be_sent) {
-  // Every other half of the hands is far and has a large shape.
+  // Makes hands of one shape each, of which one half is as far away and as large as allowed. Between two samples with
+  // different halves, a hand has the place of one sample and the shape of the other, so the hands take more bytes than
+  // in each sample. A message must still hold them.
   const auto half_far = [](std::size_t which) {
     std::vector<Hand> hands;
     for (std::size_t i = 0; i < kHandShapesMax; ++i) {
@@ -102,6 +105,7 @@ TEST_F(HandsInboxTest, hands_stay_after_the_newest_sample_and_are_gone_half_a_se
   put(1, 0, {hand_at(0)});
   put(2, 20, {hand_at(0.2)});
   EXPECT_EQ(x(50), 0.2) << "they are not extrapolated";
+  // Hands stay for 500 ms (kGone_ns) after the newest sample, at 20 ms.
   EXPECT_EQ(x(520), 0.2);
   EXPECT_THAT(sample(521), IsEmpty());
   put(3, 1000, {hand_at(9)});
@@ -121,6 +125,7 @@ TEST_F(HandsInboxTest, a_hand_comes_and_goes_at_the_time_of_the_sample_that_says
   EXPECT_THAT(sample(60), IsEmpty());
 }
 
+// A hand whose shapes cannot be paired with those of the sample before must not move: it stays, and jumps.
 TEST_F(HandsInboxTest, a_hand_with_another_count_of_shapes_is_another_hand) {
   put(1, 0, {hand_at(0)});
   put(2, 20, {hand_at(1, 0, 5)});
@@ -161,8 +166,11 @@ TEST_F(HandsInboxTest, jumps_survive_a_full_inbox_and_samples_that_come_too_late
   put(1, 0, {hand_at(0)});
   EXPECT_FALSE(sample(0)[0].has_jumped);
   put(2, 1, {hand_at(5, 0, 2, true)});
+  // An inbox holds 32 samples (kSamplesMax), so the one with the jump is dropped before it is sampled.
   for (std::uint32_t i = 3; i < 60; ++i) put(i, i, {hand_at(5)});
   EXPECT_TRUE(sample(100)[0].has_jumped);
+  // Sample 65 tells of a jump and arrives after sample 70. Without its jump, the hand would move through all hair
+  // between 5 m and 9 m.
   put(70, 200, {hand_at(5)});
   EXPECT_FALSE(sample(200)[0].has_jumped);
   EXPECT_EQ(put(65, 190, {hand_at(9, 0, 2, true)}), Put::out_of_order);
@@ -170,6 +178,7 @@ TEST_F(HandsInboxTest, jumps_survive_a_full_inbox_and_samples_that_come_too_late
   EXPECT_TRUE(sample(210)[0].has_jumped);
 }
 
+// The tick samples at a time in the past. At 120 Hz, 25 samples cover 200 ms, which the inbox must still have.
 TEST_F(HandsInboxTest, hands_of_120_hz_are_there_200_ms_later) {
   const auto x_at = [](std::uint32_t i) { return 0.01 * i * i; };
   for (std::uint32_t i = 0; i <= 60; ++i) {
@@ -198,6 +207,7 @@ TEST_F(HandsInboxTest, rejects_samples_that_are_not_newer_and_takes_sequences_th
   EXPECT_EQ(put(0, 101, {}), Put::accepted);
 }
 
+// The limits are those of poses: kAgeMax_ns and kLeadMax_ns of pose_inbox.hpp.
 TEST_F(HandsInboxTest, rejects_samples_from_more_than_a_second_away) {
   const std::int64_t now_ns = kStart_ns + 10'000 * kMs;
   const auto at = [&](std::int64_t at_ms) { return wire::HandsSample{1, kStart_ns + at_ms * kMs, {}}; };
@@ -220,6 +230,7 @@ TEST_F(HandsInboxTest, any_valid_samples_give_valid_hands_at_any_times) {
       hand.place.position = kHandPlaceMax_m * Vec3(any(random), any(random), any(random));
       const Vec3 axis(any(random), any(random), any(random) + 2);
       hand.place.rotation = Quat(Eigen::AngleAxisd(4 * any(random), axis.normalized()));
+      // A rotation may be off unit length by 1e-3 (hand.hpp).
       hand.place.rotation.coeffs() *= 1 + 9e-4 * any(random);
       next += shape_count + random() % 3;
     }
@@ -232,6 +243,7 @@ TEST_F(HandsInboxTest, any_valid_samples_give_valid_hands_at_any_times) {
       hand_count += sampled.size();
     }
   }
+  // With few hands in the samples, the test would check nothing.
   EXPECT_GT(hand_count, 500u);
 }
 

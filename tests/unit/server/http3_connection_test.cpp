@@ -10,6 +10,8 @@
 namespace hairnet::http3 {
 namespace {
 
+// The client's bidirectional streams are 0, 4, 8 and so on, and its unidirectional ones 2, 6, 10. The server's first
+// unidirectional stream is 3 (RFC 9000, section 2.1).
 constexpr StreamId kOurControl = 3, kControl = 2, kEncoder = 6, kDecoder = 10, kOther = 14;
 constexpr StreamId kRequest = 0, kChannel = 4, kSecond = 8;
 
@@ -26,7 +28,7 @@ struct Http3Connection : testing::Test {
     open_session();
     connection.on_bytes(kChannel, channel_begin(kRequest), false);
   }
-  // The connection error after these bytes.
+  // Returns the connection error that these bytes cause on a fresh connection, or nothing.
   std::optional<ErrorCode> failure_of(StreamId id, const Bytes& bytes, bool is_last = false) {
     RecordingOwner fresh;
     Connection alone(fresh);
@@ -82,14 +84,19 @@ TEST_F(Http3Connection, waits_for_the_rest_at_every_truncation) {
   }
 }
 
+// The server serves no pages over HTTP/3, and each connection has one session.
 TEST_F(Http3Connection, answers_other_requests_with_404_and_a_second_session_with_429) {
   open_session();
   connection.on_bytes(
       kChannel, headers_frame({{":method", "GET"}, {":scheme", "https"}, {":authority", "a"}, {":path", "/"}}), true);
-  EXPECT_THAT(owner.sent[kChannel], testing::Contains('4'));
+  Bytes not_found, too_many;
+  put_frame(not_found, kHeadersFrame, encode_response(404, false));
+  put_frame(too_many, kHeadersFrame, encode_response(429, false));
+  EXPECT_EQ(owner.sent[kChannel], not_found);
   EXPECT_TRUE(owner.ended.contains(kChannel));
   EXPECT_EQ(owner.requests.size(), 1u);
   connection.on_bytes(kSecond, connect_request("localhost:7420", "/ws"), false);
+  EXPECT_EQ(owner.sent[kSecond], too_many);
   EXPECT_TRUE(owner.ended.contains(kSecond));
   EXPECT_EQ(owner.requests.size(), 1u);
   EXPECT_FALSE(owner.failure);
@@ -158,6 +165,8 @@ TEST_F(Http3Connection, tells_the_peer_why_it_closes_the_session) {
 TEST_F(Http3Connection, skips_unknown_frames_streams_and_capsules) {
   open_channel();
   Bytes grease;
+  // Frame types of the form 0x21 + 0x1f n are reserved (RFC 9114, section 7.2.8): peers send them to see that unknown
+  // ones are ignored. The connection must not store what it skips.
   put_frame(grease, 0x21 + 0x1f * 7, Bytes(5000, 1));
   connection.on_bytes(kControl, grease, false);
   Bytes capsule;
@@ -185,9 +194,11 @@ TEST_F(Http3Connection, fails_on_what_the_control_stream_may_not_have) {
     EXPECT_EQ(failure_of(kControl, wrong), ErrorCode::frame_unexpected) << type;
   }
   EXPECT_EQ(failure_of(kControl, control_stream({0x02, 0})), ErrorCode::settings_error);
+  // Settings have at most 1024 bytes (kSettingsBytesMax in connection.cpp).
   EXPECT_EQ(failure_of(kControl, control_stream(Bytes(2000, 0))), ErrorCode::excessive_load);
   EXPECT_EQ(failure_of(kControl, control_stream(), true), ErrorCode::closed_critical_stream);
-  EXPECT_EQ(failure_of(kControl, Bytes{0x01}), ErrorCode::stream_creation_error);  // a push
+  // Stream type 1 is a push, which only servers may open.
+  EXPECT_EQ(failure_of(kControl, Bytes{0x01}), ErrorCode::stream_creation_error);
   EXPECT_EQ(failure_of(kEncoder, Bytes{0x02, 0x3f, 0x01}), ErrorCode::encoder_stream_error);
   EXPECT_EQ(failure_of(kEncoder, Bytes{0x02, 0x20}), std::nullopt);
   EXPECT_EQ(failure_of(kDecoder, Bytes{0x03, 0x40}), std::nullopt);
@@ -201,7 +212,8 @@ TEST_F(Http3Connection, fails_on_second_critical_streams_and_on_lost_ones) {
   connection.on_bytes(kRequest, connect_request("localhost:7420", "/ws"), false);
   connection.on_datagram(Bytes{0});
   connection.close_session(0, "");
-  EXPECT_EQ(owner.calls, calls);  // nothing follows a failure
+  // The owner is told of nothing after a failure.
+  EXPECT_EQ(owner.calls, calls);
 
   RecordingOwner fresh;
   Connection alone(fresh);
@@ -215,7 +227,9 @@ TEST_F(Http3Connection, fails_on_wrong_requests) {
   put_frame(wrong, kDataFrame, {1});
   EXPECT_EQ(failure_of(kRequest, wrong), ErrorCode::frame_unexpected);
   wrong = connect_request("localhost:7420", "/ws");
-  wrong.insert(wrong.end(), wrong.begin(), wrong.end());  // fields twice
+  // The request has its fields twice.
+  const Bytes again = wrong;
+  wrong.insert(wrong.end(), again.begin(), again.end());
   EXPECT_EQ(failure_of(kRequest, wrong), ErrorCode::frame_unexpected);
   wrong = {};
   put_frame(wrong, kHeadersFrame, {0x02, 0x00, 0x80});
@@ -250,7 +264,7 @@ TEST_F(Http3Connection, drops_datagrams_of_no_session_and_fails_on_malformed_one
   EXPECT_TRUE(owner.datagrams.empty());
 }
 
-// Nothing can be sent there any more.
+// A client that sends STOP_SENDING reads no more of the stream. A session or channel there could not be answered.
 TEST_F(Http3Connection, makes_no_session_or_channel_of_a_stream_that_is_not_read) {
   connection.start(kOurControl);
   connection.on_bytes(kControl, control_stream(), false);
@@ -274,6 +288,7 @@ TEST_F(Http3Connection, makes_no_session_or_channel_of_a_stream_that_is_not_read
 
 TEST_F(Http3Connection, forgets_closed_streams) {
   open_channel();
+  // A thousand streams come and go; each leaves one byte of its type behind unless it is forgotten.
   for (StreamId id = kSecond; id < 4000; id += 4) {
     connection.on_bytes(id, Bytes{0x40}, false);
     connection.on_reset(id);

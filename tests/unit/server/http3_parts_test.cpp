@@ -30,7 +30,8 @@ TEST(Http3Varint, has_the_examples_of_rfc_9000) {
   EXPECT_THAT(encoded(494'878'333), ElementsAre(0x9d, 0x7f, 0x3e, 0x7d));
   EXPECT_THAT(encoded(15'293), ElementsAre(0x7b, 0xbd));
   EXPECT_THAT(encoded(37), ElementsAre(0x25));
-  EXPECT_EQ(read_varint(Bytes{0x40, 0x25}).value, 37u);  // not the shortest form
+  // A number need not have the shortest form.
+  EXPECT_EQ(read_varint(Bytes{0x40, 0x25}).value, 37u);
 }
 
 TEST(Http3Varint, comes_back_at_every_border_and_is_incomplete_when_cut) {
@@ -48,6 +49,7 @@ TEST(Http3Varint, comes_back_at_every_border_and_is_incomplete_when_cut) {
 TEST(Http3FrameReader, gives_the_same_frames_however_the_bytes_arrive) {
   Bytes stream;
   put_frame(stream, 0x00, Bytes(300, 7));
+  // This frame is empty, and the type of the next one takes two bytes.
   put_frame(stream, 0x21, {});
   put_frame(stream, 0x4000, Bytes{1, 2, 3});
   for (std::size_t piece_bytes = 1; piece_bytes <= stream.size(); ++piece_bytes) {
@@ -96,6 +98,8 @@ TEST(Http3Settings, are_those_that_browsers_ask_for) {
     settings.emplace_back(name.value, value.value);
     payload = payload.subspan(name.bytes + value.bytes);
   }
+  // These settings enable extended CONNECT and datagrams, and WebTransport by the names of drafts 2, 7 to 12, and 13
+  // and later (control_stream.cpp): browsers look for different ones.
   EXPECT_THAT(settings, ElementsAre(std::pair(0x08, 1), std::pair(0x33, 1), std::pair(0x2b603742, 1),
                                     std::pair(0xc671706a, 16), std::pair(0x14e9cd29, 16)));
 }
@@ -103,6 +107,7 @@ TEST(Http3Settings, are_those_that_browsers_ask_for) {
 TEST(Http3Settings, of_http2_and_repeated_or_cut_ones_are_not_valid) {
   EXPECT_TRUE(read_settings({}));
   EXPECT_TRUE(read_settings(Bytes{0x33, 1, 0x21, 9}));
+  // Names 2 to 5 are settings of HTTP/2, which HTTP/3 forbids (RFC 9114, section 7.2.4.1).
   EXPECT_FALSE(read_settings(Bytes{0x02, 1}));
   EXPECT_FALSE(read_settings(Bytes{0x05, 1}));
   EXPECT_FALSE(read_settings(Bytes{0x33, 1, 0x33, 1}));
@@ -119,20 +124,22 @@ std::vector<std::pair<std::string, std::string>> decoded(const Bytes& section) {
 }
 
 TEST(Http3Fields, decode_the_example_of_rfc_9204) {
-  // Appendix B.1: a literal value with a name of the static table.
+  // Appendix B.1 has a literal value with a name of the static table.
   Bytes section{0x00, 0x00, 0x51, 0x0b};
   put(section, "/index.html");
   EXPECT_THAT(decoded(section), ElementsAre(std::pair(":path", "/index.html")));
 }
 
 TEST(Http3Fields, decode_static_entries_and_huffman_strings) {
-  EXPECT_THAT(decoded({0x00, 0x00, 0xcf, 0xd7}),  // entries 15 and 23
+  // These are entries 15 and 23 of the static table.
+  EXPECT_THAT(decoded({0x00, 0x00, 0xcf, 0xd7}),
               ElementsAre(std::pair(":method", "CONNECT"), std::pair(":scheme", "https")));
-  // "www.example.com", in the Huffman code of RFC 7541, appendix C.4.1; entry 0 has the name.
+  // The value is "www.example.com" in the Huffman code of RFC 7541 (appendix C.4.1); entry 0 of the static table has
+  // the name.
   Bytes section{0x00, 0x00, 0x50, 0x8c};
   section.insert(section.end(), {0xf1, 0xe3, 0xc2, 0xe5, 0xf2, 0x3a, 0x6b, 0xa0, 0xab, 0x90, 0xf4, 0xff});
   EXPECT_THAT(decoded(section), ElementsAre(std::pair(":authority", "www.example.com")));
-  // "custom-key: custom-value", C.4.3, with a literal name.
+  // This is "custom-key: custom-value" of appendix C.4.3, with a literal name.
   section = {0x00, 0x00, 0x2f, 0x01};
   section.insert(section.end(), {0x25, 0xa8, 0x49, 0xe9, 0x5b, 0xa9, 0x7d, 0x7f, 0x89});
   section.insert(section.end(), {0x25, 0xa8, 0x49, 0xe9, 0x5b, 0xb8, 0xe8, 0xb4, 0xbf});
@@ -141,14 +148,22 @@ TEST(Http3Fields, decode_static_entries_and_huffman_strings) {
 
 TEST(Http3Fields, refuse_the_dynamic_table_and_wrong_huffman_codes) {
   for (const Bytes& section : std::vector<Bytes>{
-           {},                                                // no prefix
-           {0x02, 0x00, 0x80},                                // an entry that must have been inserted
-           {0x00, 0x00, 0x80},                                // dynamic entry 0
-           {0x00, 0x00, 0x10},                                // one past the base
-           {0x00, 0x00, 0xff, 0x80, 0x01},                    // static entry 191: there are 99
-           {0x00, 0x00, 0x50, 0x81, 0x00},                    // padding of zeros
-           {0x00, 0x00, 0x50, 0x84, 0xff, 0xff, 0xff, 0xff},  // the end of string within a string
-           {0x00, 0x00, 0x50, 0x7f, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x7f},  // a length beyond bounds
+           // The prefix is missing.
+           {},
+           // The prefix asks for an entry that must have been inserted before.
+           {0x02, 0x00, 0x80},
+           // This is entry 0 of the dynamic table, which is empty.
+           {0x00, 0x00, 0x80},
+           // This is the dynamic entry one past the base.
+           {0x00, 0x00, 0x10},
+           // Static entry 191 does not exist: there are 99.
+           {0x00, 0x00, 0xff, 0x80, 0x01},
+           // The padding is of zeros instead of ones.
+           {0x00, 0x00, 0x50, 0x81, 0x00},
+           // The code for the end of the string lies within the string.
+           {0x00, 0x00, 0x50, 0x84, 0xff, 0xff, 0xff, 0xff},
+           // The length is beyond all bounds.
+           {0x00, 0x00, 0x50, 0x7f, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x7f},
        })
     EXPECT_EQ(decode_fields(section).outcome, DecodedFields::Outcome::damaged) << testing::PrintToString(section);
 }
@@ -158,7 +173,8 @@ TEST(Http3Fields, are_damaged_when_they_are_cut_within_a_field) {
   for (std::size_t cut = 0; cut < section.size(); ++cut) {
     const DecodedFields found = decode_fields(std::span(section).first(cut));
     if (cut == 2)
-      EXPECT_TRUE(found.fields.empty());  // an empty section
+      // The two bytes of the prefix alone are an empty section.
+      EXPECT_TRUE(found.fields.empty());
     else
       EXPECT_EQ(found.outcome, DecodedFields::Outcome::damaged) << cut;
   }
@@ -166,10 +182,20 @@ TEST(Http3Fields, are_damaged_when_they_are_cut_within_a_field) {
 
 TEST(Http3Fields, that_are_too_many_or_grow_too_large_are_refused) {
   Bytes many{0, 0};
+  // Each byte 0xcf is a whole field, entry 15 of the static table.
   many.insert(many.end(), kFieldsMax + 1, 0xcf);
   EXPECT_EQ(decode_fields(many).outcome, DecodedFields::Outcome::too_many);
   many.pop_back();
   EXPECT_EQ(decode_fields(many).outcome, DecodedFields::Outcome::decoded);
+  // In Huffman's code a letter a has 5 bits, eight of them these five bytes, and two bytes name the 76 letters of the
+  // static table's entry 85. So 8 KiB can hold more than kFieldBytesMax.
+  Bytes large{0, 0, 0x21, 'a', 0xff, 0xc1, 0x3d};
+  for (int n = 0; n < 8000 / 5; ++n) large.insert(large.end(), {0x18, 0xc6, 0x31, 0x8c, 0x63});
+  for (int n = 0; n < 20; ++n) large.insert(large.end(), {0xff, 85 - 63});
+  EXPECT_EQ(decode_fields(large).outcome, DecodedFields::Outcome::decoded);
+  for (int n = 0; n < 40; ++n) large.insert(large.end(), {0xff, 85 - 63});
+  ASSERT_LE(large.size(), kFieldSectionBytesMax);
+  EXPECT_EQ(decode_fields(large).outcome, DecodedFields::Outcome::too_many);
 }
 
 TEST(Http3Fields, that_are_damaged_at_random_never_break_the_bounds) {
@@ -184,6 +210,7 @@ TEST(Http3Fields, that_are_damaged_at_random_never_break_the_bounds) {
 }
 
 TEST(Http3Response, has_the_bytes_that_a_browser_was_seen_to_take) {
+  // The last byte is entry 25 of the static table: ":status: 200".
   EXPECT_THAT(encode_response(200, false), ElementsAre(0x00, 0x00, 0xd9));
   EXPECT_THAT(decoded(encode_response(200, true)),
               ElementsAre(std::pair(":status", "200"), std::pair("sec-webtransport-http3-draft", "draft02")));

@@ -12,7 +12,7 @@ namespace {
 
 using testing::ElementsAre;
 
-// Members 1 to 5 along x; member 3, at the origin, is the observer's own; member 5 has had no pose.
+// Makes members 1 to 5 along x. Member 3, at the origin, belongs to the observer; member 5 has had no pose yet.
 std::vector<MemberHead> row() {
   return {{1, {-3, 0, 0}, false, true},
           {2, {-1, 0, 0}, false, true},
@@ -34,6 +34,7 @@ TEST(Interest, is_in_all_by_default) {
 TEST(Interest, in_the_nearest_is_measured_from_own_heads) {
   wire::Observe observe;
   observe.mode = wire::ObserveMode::nearest;
+  // The distances from the own head are 1 m for member 2, 2 m for member 4 and 3 m for member 1.
   for (const std::uint32_t count : {0u, 1u, 2u, 3u, 99u}) {
     observe.count = count;
     EXPECT_THAT(chosen(observe), ElementsAre(count >= 3, count >= 1, true, count >= 2, false)) << count;
@@ -74,7 +75,7 @@ TEST(Interest, without_head_and_place_is_in_the_lowest_numbers) {
   EXPECT_THAT(chosen(observe, heads), ElementsAre(true, true, false, false, false));
 }
 
-// The squared distance to the nearest own head, by a plain loop.
+// Returns the squared distance to the nearest own head, by a plain loop.
 double plain_distance2(const std::vector<MemberHead>& heads, const MemberHead& head) {
   double least = std::numeric_limits<double>::infinity();
   for (const MemberHead& own : heads) {
@@ -83,6 +84,8 @@ double plain_distance2(const std::vector<MemberHead>& heads, const MemberHead& h
   return least;
 }
 
+// A k-d tree searches many own heads, and a loop searches few (kTreePointsMin in interest.cpp). Both must find the same
+// as a plain loop.
 TEST(Interest, measured_from_many_own_heads_is_that_of_a_plain_loop) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> place(-20, 20);
@@ -110,6 +113,7 @@ TEST(Interest, measured_from_many_own_heads_is_that_of_a_plain_loop) {
   }
 }
 
+// A k-d tree cannot split points that are all equal, and must not fail on them.
 TEST(Interest, many_own_heads_may_be_in_one_place) {
   std::vector<MemberHead> heads;
   for (std::uint32_t member = 1; member <= 100; ++member) heads.push_back({member, {1, 2, 3}, true, true});

@@ -16,6 +16,8 @@ RoomLoad load_of(std::size_t room_characters, std::size_t characters, double wan
           .is_over = is_over};
 }
 
+// A tick wants 0.9 of its time, and the room has this part of the characters. A room that needs the server keeps its
+// need until it wants less than 0.8 of the share of 0.5 (kFallsBelow in largest_room.cpp): 0.4.
 TEST(LargestRoomOfServer, needs_the_server_alone_when_it_wants_more_than_its_share) {
   LargestRoom room(0.5);
   room.observe(load_of(50, 100, 0.9), 1);
@@ -39,6 +41,7 @@ TEST(LargestRoomOfServer, that_is_not_measured_needs_nothing) {
   EXPECT_EQ(room.overloaded(), "");
 }
 
+// A room takes clients again when the server has not been over for 5 s (kFitsAfter_ns).
 TEST(LargestRoomOfServer, overloads_it_when_not_even_the_coarsest_levels_fit_and_fits_again_after_a_while) {
   LargestRoom room(0.5);
   room.observe(load_of(90, 100, 3), kSecond);

@@ -10,6 +10,7 @@
 namespace hairnet::server {
 namespace {
 
+// Has four grooms in memory: with one user, with two, without any, and one that has learnt hair already.
 struct LearningTurnsTest : testing::Test {
   static constexpr wire::GroomHash kOneUser{1}, kTwoUsers{2}, kUnused{3}, kLearnt{4};
   static std::size_t user_count(const wire::GroomHash& groom) {
@@ -38,6 +39,8 @@ TEST_F(LearningTurnsTest, nothing_is_learnt_until_time_has_been_short_for_a_whil
   LearningTurns learning = turns(Learning::when_short);
   EXPECT_EQ(learning.next(user_count, 0), std::nullopt);
   is_short_ = false;
+  // Time must be short for 5 s without a break (kShortFor_ns in learning_turns.cpp): here it is at 0 s, not at 4 s, and
+  // again from 5 s to 10 s.
   EXPECT_EQ(learning.next(user_count, 4'000'000'000), std::nullopt);
   is_short_ = true;
   EXPECT_EQ(learning.next(user_count, 5'000'000'000), std::nullopt);

@@ -16,7 +16,7 @@
 #include "tests/support/quick_training.hpp"
 #include "tests/unit/server/small_groom.hpp"
 
-// The processes of the builds are this program.
+// A build's process is this program, started again with kLevelBuildFlag.
 int main(int argc, char** argv) {
   hairnet::ignore_broken_pipes();
   if (argc == 2 && std::string_view(argv[1]) == hairnet::server::kLevelBuildFlag)
@@ -28,10 +28,12 @@ int main(int argc, char** argv) {
 namespace hairnet::server {
 namespace {
 
-BuildFault always() {
-  return BuildFault::none;
+// Lets a build go on to its end.
+BuildError always() {
+  return BuildError::none;
 }
 
+// Has all that a build needs, for one groom.
 struct Ordered {
   explicit Ordered(const Groom& g)
       : file(wire::encode_groom(g)), groom(wire::decode_groom(file).value()), hash(wire::hash_groom(file)) {
@@ -46,6 +48,7 @@ struct Ordered {
   wire::GroomHash hash;
 };
 
+// Returns true while a child process of this one exists: none may be left behind.
 bool has_children() {
   return ::waitpid(-1, nullptr, WNOHANG) >= 0;
 }
@@ -65,7 +68,7 @@ TEST(LevelBuildProcess, gives_the_bits_of_a_build_in_this_process) {
   order.def.thread_count = 2;
   const LevelBuild own = order.build(),
                    here = build_levels_in_process(order.def, order.hash, order.file, order.groom, always);
-  ASSERT_EQ(own.fault, BuildFault::none) << own.detail;
+  ASSERT_EQ(own.error, BuildError::none) << own.detail;
   ASSERT_TRUE(own.levels && here.levels);
   support::expect_equal(*here.levels, *own.levels);
   EXPECT_FALSE(has_children());
@@ -75,7 +78,7 @@ TEST(LevelBuildProcess, of_bytes_that_are_no_groom_says_so) {
   Ordered order(small_groom());
   order.file.assign(500, 7);
   const LevelBuild build = order.build();
-  EXPECT_EQ(build.fault, BuildFault::invalid);
+  EXPECT_EQ(build.error, BuildError::invalid);
   EXPECT_FALSE(build.detail.empty());
   EXPECT_FALSE(build.levels);
 }
@@ -85,60 +88,67 @@ TEST(LevelBuildProcess, that_takes_too_much_memory_ends_alone) {
   Ordered order(support::make_zigzag(40'000));
   order.def.memory_bytes_max = 16 << 20;
   const LevelBuild build = order.build();
-  EXPECT_EQ(build.fault, BuildFault::memory) << build.detail;
+  EXPECT_EQ(build.error, BuildError::memory) << build.detail;
   EXPECT_THAT(build.detail, testing::HasSubstr("16 MiB"));
   EXPECT_FALSE(has_children());
 }
 
 TEST(LevelBuildProcess, ends_when_it_may_not_go_on) {
-  for (const BuildFault fault : {BuildFault::time, BuildFault::dropped}) {
+  for (const BuildError error : {BuildError::time, BuildError::dropped}) {
+    // The strand needs so many springs that its build lasts for more looks than four; the parent looks every 20 ms
+    // (kLookPeriod_ms).
     Ordered order(support::make_zigzag(10'000));
     int looks = 0;
-    EXPECT_EQ(order.build([&] { return ++looks > 3 ? fault : BuildFault::none; }).fault, fault);
+    EXPECT_EQ(order.build([&] { return ++looks > 3 ? error : BuildError::none; }).error, error);
     EXPECT_EQ(looks, 4) << "it is not asked again";
     EXPECT_FALSE(has_children());
   }
 }
 
-TEST(LevelBuildProcess, without_descriptors_or_processes_is_a_fault_of_the_server) {
+TEST(LevelBuildProcess, without_descriptors_or_processes_is_an_error_of_the_server) {
   const Ordered order(small_groom());
   for (const auto resource : {RLIMIT_NOFILE, RLIMIT_NPROC}) {
-    if (resource == RLIMIT_NPROC && ::geteuid() == 0) continue;  // it does not bind root
+    // The limit on processes does not bind root.
+    if (resource == RLIMIT_NPROC && ::geteuid() == 0) continue;
     rlimit limit{};
     ASSERT_EQ(::getrlimit(resource, &limit), 0);
     const rlimit none{0, limit.rlim_max};
     ASSERT_EQ(::setrlimit(resource, &none), 0);
     const LevelBuild build = order.build();
     ASSERT_EQ(::setrlimit(resource, &limit), 0);
-    EXPECT_EQ(build.fault, BuildFault::server) << build.detail;
+    EXPECT_EQ(build.error, BuildError::server) << build.detail;
     EXPECT_THAT(build.detail, testing::StartsWith("no "));
   }
 }
 
-TEST(LevelBuildProcess, that_aborts_is_no_fault_of_the_server_as_it_would_again) {
+// A failed assertion aborts, and would do so at each try with the same groom. The server would try an error of its own
+// again.
+TEST(LevelBuildProcess, that_aborts_is_no_error_of_the_server_as_it_would_again) {
   Ordered order(support::make_zigzag(10'000));
   int looks = 0;
   const LevelBuild aborted = order.build([&] {
     if (++looks == 3) {
       EXPECT_EQ(::kill(child_of_this_process(), SIGABRT), 0);
     }
-    return BuildFault::none;
+    return BuildError::none;
   });
-  EXPECT_EQ(aborted.fault, BuildFault::crash);
+  EXPECT_EQ(aborted.error, BuildError::crash);
 }
 
-TEST(LevelBuildProcess, that_is_killed_is_a_fault_of_that_build_only) {
+// The kernel kills a process when the machine is out of memory: this is an error of the server, and the groom may be
+// built later.
+TEST(LevelBuildProcess, that_is_killed_is_an_error_of_that_build_only) {
   Ordered order(support::make_zigzag(10'000));
   int looks = 0;
   const LevelBuild killed = order.build([&] {
     if (++looks == 3) {
       EXPECT_EQ(::kill(child_of_this_process(), SIGKILL), 0);
     }
-    return BuildFault::none;
+    return BuildError::none;
   });
-  EXPECT_EQ(killed.fault, BuildFault::server);
+  EXPECT_EQ(killed.error, BuildError::server);
   EXPECT_THAT(killed.detail, testing::HasSubstr("signal 9"));
-  EXPECT_EQ(Ordered(small_groom()).build().fault, BuildFault::none);
+  EXPECT_EQ(Ordered(small_groom()).build().error, BuildError::none);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ class LevelCacheTest : public testing::Test {
   [[nodiscard]] std::size_t file_count() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
   }
-  // Sets the last use to that many hours ago.
+  // Sets the last use to this many hours ago: the cache takes the time of modification for it.
   void age(const fs::path& file, int hours) {
     fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(hours));
   }
@@ -80,8 +80,10 @@ TEST_F(LevelCacheTest, counts_what_it_cannot_use_by_reason_and_puts_good_levels_
     bytes[at] ^= 0x40;
     return bytes;
   };
+  // This file has a correct checksum, and behind the header a payload that cannot be read.
   std::vector<std::uint8_t> invalid = corrupted(wire::kLevelFileHeaderBytes);
   wire::set_level_file_checksum(invalid);
+  // Byte 0 is in the magic number, and byte 12 in the version of the build (level_file.hpp).
   const std::vector<std::pair<std::vector<std::uint8_t>, const Counter*>> cases{
       {{}, &counters_.level_cache_rejected_damaged},
       {{good.begin(), good.begin() + 1000}, &counters_.level_cache_rejected_damaged},
@@ -117,7 +119,8 @@ TEST_F(LevelCacheTest, a_pipe_or_a_folder_in_a_files_place_neither_blocks_nor_fa
 }
 
 TEST_F(LevelCacheTest, a_folder_that_cannot_be_written_is_one_warning_and_no_failure) {
-  write(folder_, {1, 2, 3});  // a file: not even root may write within
+  // A file takes the folder's place: not even root may write within it.
+  write(folder_, {1, 2, 3});
   testing::internal::CaptureStdout();
   {
     LevelCache cache(folder_, kPlenty, counters_);
@@ -142,7 +145,8 @@ TEST_F(LevelCacheTest, keeps_within_its_bytes_by_removing_what_was_used_least_la
     age(path(hash(n)), 10 - n);
   }
   EXPECT_EQ(counters_.level_cache_evicted.value(), 0u);
-  EXPECT_TRUE(cache.find(hash(1)));  // now the one used last
+  // A find is a use, so the oldest file is now the most recently used one.
+  EXPECT_TRUE(cache.find(hash(1)));
   cache.put(hash(4), levels());
   EXPECT_EQ(counters_.level_cache_evicted.value(), 1u);
   EXPECT_TRUE(fs::exists(path(hash(1))));
@@ -160,6 +164,9 @@ TEST_F(LevelCacheTest, levels_larger_than_the_whole_cache_are_not_kept) {
   EXPECT_EQ(file_count(), 0u);
 }
 
+// No write takes an hour (kWriting in cache_folder.cpp), so a partial file of 2 hours is removed, and one of now is
+// left to its writer. Files that the cache has not named are never touched, though they fill the folder beyond its
+// bound.
 TEST_F(LevelCacheTest, removes_partial_files_of_a_dead_server_and_no_other_files) {
   LevelCache cache(folder_, file_bytes(), counters_);
   const fs::path part = path(hash(1)).string() + ".part-a1b2c3";
@@ -180,7 +187,8 @@ TEST_F(LevelCacheTest, removes_partial_files_of_a_dead_server_and_no_other_files
   for (const fs::path& other : others) EXPECT_EQ(read(other), bytes);
 }
 
-// Readers and writers of one groom in one folder that is nearly full: every file that is found is complete.
+// Four servers read, write and evict three grooms in a folder that has room for two. A file that is found must be
+// complete, and each miss must be followed by a write that succeeds.
 TEST_F(LevelCacheTest, servers_that_share_a_folder_find_whole_files_only) {
   std::vector<std::thread> servers;
   std::vector<LevelCacheCounters> counters(4);
@@ -218,6 +226,7 @@ TEST_F(LevelCacheTest, a_builder_takes_from_it_what_another_has_built) {
     }
     return result.levels;
   };
+  // Levels must not depend on the cache, nor on the number of threads.
   const auto without = built(nullptr, 1);
   LevelCache cache(folder_, kPlenty, counters_);
   const auto first = built(&cache, 2), second = built(&cache, 2);

@@ -22,6 +22,8 @@ using testing::IsEmpty;
 constexpr std::int64_t kMs = 1'000'000, kS = 1'000'000'000;
 constexpr std::size_t kReserve_bytes = std::size_t{1} << 20;
 
+// Allocations of this program fail as a test wishes (tests/support/own_allocator.hpp): one that is counted down to, or
+// all above a size.
 class MemoryReserveTest : public testing::Test {
  protected:
   ~MemoryReserveTest() override {
@@ -35,6 +37,7 @@ TEST_F(MemoryReserveTest, an_allocation_that_fails_takes_the_reserve_and_succeed
   MemoryReserve reserve(kReserve_bytes);
   EXPECT_FALSE(reserve.is_spent());
   own_allocator::until_failure = 1;
+  // The reserve is given up when an allocation fails, and the second try finds its memory free.
   EXPECT_NO_THROW(allocate(100));
   EXPECT_TRUE(reserve.is_spent());
   EXPECT_TRUE(reserve.refill());
@@ -74,7 +77,7 @@ TEST_F(MemoryReserveTest, another_thread_waits_until_there_is_memory) {
       has_got = false;
     }
   });
-  // Beyond the failure that took the reserve and the try after it.
+  // The first two failures are those that take the reserve and try again. More show that the thread waits.
   while (own_allocator::failure_count < failures + 5) std::this_thread::yield();
   own_allocator::failing_bytes = std::numeric_limits<std::size_t>::max();
   other.join();
@@ -115,6 +118,8 @@ TEST_F(MemoryWatchTest, memory_is_full_from_the_bound_until_it_is_well_below) {
     EXPECT_EQ(metrics_.program.memory_full.value(), watch.is_full() ? 1 : 0);
     return watch.is_full();
   };
+  // Memory that is full stays so until it is below 0.95 of the bound (MemoryWatch::kRefillShare), or the state would
+  // flicker at the bound.
   EXPECT_FALSE(is_full_at(999));
   EXPECT_TRUE(is_full_at(1000));
   EXPECT_TRUE(is_full_at(960));
@@ -131,6 +136,8 @@ TEST_F(MemoryWatchTest, without_a_bound_memory_is_never_full) {
 }
 
 TEST_F(MemoryWatchTest, unused_memory_is_given_back_after_a_peak_and_not_again_and_again) {
+  // Memory that was freed is given back to the system when it exceeds 32 MiB (MemoryWatch::kGiveBack_bytes). `kept_` is
+  // the part that the allocator cannot give back: trying again every two seconds would cost time for nothing.
   constexpr std::size_t kMib = std::size_t{1} << 20;
   MemoryWatch watch = make(0);
   std::int64_t now_ns = 0;
@@ -146,12 +153,14 @@ TEST_F(MemoryWatchTest, unused_memory_is_given_back_after_a_peak_and_not_again_a
   allocated_ = 500 * kMib;
   resident_ = 510 * kMib;
   EXPECT_EQ(poll_for_a_minute(), 0);
-  allocated_ = 20 * kMib;  // freed, but the allocator keeps it
-  kept_ = 60 * kMib;       // some of it cannot be given back
+  // The program frees 480 MiB, which the allocator keeps; 60 MiB of these cannot be given back.
+  allocated_ = 20 * kMib;
+  kept_ = 60 * kMib;
   EXPECT_EQ(poll_for_a_minute(), 1);
   EXPECT_EQ(resident_, 80 * kMib);
   kept_ = 0;
-  resident_ = 25 * kMib;  // it has become free by itself
+  // The allocator has given memory back by itself.
+  resident_ = 25 * kMib;
   EXPECT_EQ(poll_for_a_minute(), 0);
   resident_ = 90 * kMib;
   EXPECT_EQ(poll_for_a_minute(), 1);
@@ -163,6 +172,7 @@ class ServerMemoryTest : public MemoryReserveTest {
     Config config;
     config.workers = 1;
     ProcessMemory memory;
+    // The program's memory is what the test writes into `resident_`: 10 is little, and 1000 is full.
     memory.bytes_max = 1000;
     memory.resident_bytes = [this] { return resident_; };
     memory.reserve = &reserve_;
@@ -241,7 +251,8 @@ TEST_F(ServerMemoryTest, full_memory_evicts_unused_grooms_and_ends_uploads_and_s
   EXPECT_EQ(metrics_.session.sessions_closed_by_server_memory.value(), 0u);
 }
 
-// Each allocation of a session's life fails once, one in each life. No failure may reach another session.
+// A session lives again and again; in its n-th life the n-th allocation fails. No failure may reach another session.
+// The loop ends with the life that needs fewer allocations than n.
 TEST_F(ServerMemoryTest, whichever_allocation_fails_only_the_session_that_asked_for_memory_ends) {
   FakeClient bystander(*server_, now_ns_);
   upload_and_add(bystander);
@@ -274,9 +285,10 @@ TEST_F(ServerMemoryTest, whichever_allocation_fails_only_the_session_that_asked_
     ASSERT_GT(bystander.connection->all<wire::FrameBatch>().size(), frames_before);
     ASSERT_EQ(server_->session_count(), 1u);
     ASSERT_FALSE(server_->is_memory_full());
-    if (own_allocator::failure_count == failures) break;  // it needed no more allocations
+    if (own_allocator::failure_count == failures) break;
     ++failed;
   }
+  // A life needs more than a hundred allocations, and some failures end the session: the loop has not ended early.
   EXPECT_GT(failed, 100);
   EXPECT_GT(ended, 10);
   EXPECT_EQ(lives, failed + 1);

@@ -18,8 +18,8 @@ namespace {
 
 Exposition exposition_of(const Metrics& metrics) {
   Exposition exposition;
-  std::string fault;
-  EXPECT_TRUE(parse_exposition(prometheus_text(metrics), exposition, fault)) << fault;
+  std::string error;
+  EXPECT_TRUE(parse_exposition(prometheus_text(metrics), exposition, error)) << error;
   return exposition;
 }
 
@@ -44,6 +44,7 @@ TEST(Metrics, every_counter_gauge_and_histogram_is_a_series_of_its_own) {
   metrics.session.sessions_closed.add(9);
   metrics.level_cache.level_cache_rejected_damaged.add(4);
   metrics.tick.step_ns_total.add(2'500'000'000);
+  // Doubles are exact up to 2^53; the text must not round this number.
   metrics.transport.bytes_read.add(std::uint64_t{1} << 52);
   const Exposition exposition = exposition_of(metrics);
   EXPECT_EQ(exposition.value("hairnet_clients"), 3);
@@ -63,7 +64,8 @@ TEST(Metrics, a_histogram_counts_each_value_in_the_first_bucket_that_contains_it
   Metrics metrics;
   Histogram& seconds = metrics.tick.histograms.tick_seconds;
   seconds.observe(0);
-  seconds.observe(0.001);  // a bound belongs to its own bucket
+  // This value equals the bound of a bucket, and belongs to this bucket.
+  seconds.observe(0.001);
   seconds.observe(0.0011);
   seconds.observe(1000);
   const Exposition exposition = exposition_of(metrics);
@@ -104,7 +106,8 @@ TEST(Metrics, tallies_of_several_threads_add_up) {
   std::thread other(work);
   work();
   other.join();
-  // 0 1 2 3 0 1 2 3 0 1: six within 1, two within 2, two above.
+  // Each round of each thread tallies 0 1 2 3 0 1 2 3 0 1: six values within 1, two within 2, and two above. The sum is
+  // 13, and one more value of 2 is observed without a tally.
   EXPECT_EQ(histogram.count(0), 200u * 6);
   EXPECT_EQ(histogram.count(1), 200u * 2 + 200);
   EXPECT_EQ(histogram.count(2), 200u * 2);
@@ -153,7 +156,8 @@ TEST(Metrics, every_family_has_one_sentence_of_help) {
 
 TEST(Metrics, every_family_is_shown_with_its_help) {
   Metrics metrics;
-  metrics.tick.gauges.characters[LevelIndex::low].set(7);  // not the one that has the family's help
+  // The help of a family stands at its first member, which is not set here.
+  metrics.tick.gauges.characters[LevelIndex::low].set(7);
   const Exposition exposition = exposition_of(metrics);
   EXPECT_TRUE(exposition.families.contains("hairnet_characters"));
   for (const auto& [family, shown] : exposition.families) EXPECT_TRUE(exposition.helps.contains(family)) << family;
@@ -188,8 +192,8 @@ TEST(Metrics, the_process_is_measured) {
 TEST(Exposition, the_parser_refuses_what_is_not_the_format) {
   const auto refused = [](const std::string& text) {
     Exposition exposition;
-    std::string fault;
-    return !parse_exposition(text, exposition, fault);
+    std::string error;
+    return !parse_exposition(text, exposition, error);
   };
   EXPECT_FALSE(refused("# TYPE a counter\na 1\n"));
   EXPECT_FALSE(refused("# TYPE a counter\na{b=\"c\\\\\\\"\\n\"} 1\n"));

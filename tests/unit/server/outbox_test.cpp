@@ -8,9 +8,10 @@ namespace {
 
 using Packets = std::vector<FramePacket>;
 
+// This many bytes of messages may wait; the packets of frames do not count.
 constexpr std::size_t kControlBytes = 4096;
 
-// `packet_count` packets of one tick's frames, one frame each.
+// Makes this many packets of one tick's frames, with one frame in each.
 Packets frames_of(std::uint64_t tick, std::size_t packet_count = 1) {
   Packets packets;
   for (std::size_t p = 0; p < packet_count; ++p) {
@@ -24,7 +25,7 @@ Packets frames_of(std::uint64_t tick, std::size_t packet_count = 1) {
 
 class OutboxTest : public testing::Test {
  protected:
-  // The next message; the envelope contains a Hello when none waits.
+  // Returns the next message, or a Hello when none waits: servers never send one.
   wire::Message take(std::int64_t now_ns = 0) {
     std::vector<std::uint8_t> packet;
     if (!outbox_.take(packet, may_be_lost_, now_ns)) return wire::Hello{};
@@ -67,6 +68,8 @@ TEST_F(OutboxTest, says_which_packets_may_be_lost) {
 }
 
 TEST_F(OutboxTest, packets_that_may_be_lost_need_not_wait_for_others) {
+  // Each of three ticks has a message, a packet that must arrive and two that may be lost. While the channel is
+  // blocked, datagrams can still be sent.
   Outbox outbox(kControlBytes, counters_, 1024);
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) {
     Packets frames = frames_of(tick, 3);
@@ -96,6 +99,7 @@ TEST_F(OutboxTest, only_the_newest_change_of_a_member_waits_and_after_what_came_
   outbox_.push(wire::MemberChanged{6, "b", {}}, 0);
   outbox_.push(wire::MemberLeft{5}, 0);
   outbox_.push(wire::MemberJoined{.member = 5}, 0);
+  // A thousand changes would exceed kControlBytes.
   for (int i = 0; i < 1000; ++i) outbox_.push(wire::MemberChanged{5, "newest", {}}, 0);
   EXPECT_FALSE(outbox_.overflowed());
   EXPECT_EQ(std::get<wire::MemberChanged>(take()).tag, "b");
@@ -103,6 +107,7 @@ TEST_F(OutboxTest, only_the_newest_change_of_a_member_waits_and_after_what_came_
   EXPECT_EQ(std::get<wire::MemberJoined>(take()).member, 5u);
   EXPECT_EQ(std::get<wire::MemberChanged>(take()).tag, "newest");
   EXPECT_TRUE(is_empty());
+  // All changes of member 5 but the last are cancelled: the "a", and 999 of the thousand.
   EXPECT_EQ(counters_.messages_cancelled.value(), 1000u);
 }
 
@@ -132,6 +137,7 @@ TEST_F(OutboxTest, only_the_newest_word_of_who_may_touch_a_member_waits_and_none
   outbox_.push(wire::MemberTouch{5, TouchAudience::everyone, {}}, 0);
   outbox_.push(wire::MemberLeft{5}, 0);
   EXPECT_TRUE(is_empty());
+  // A thousand messages give way to a newer one, and three to the member's end.
   EXPECT_EQ(counters_.messages_cancelled.value(), 1003u);
 }
 
@@ -186,6 +192,7 @@ TEST_F(OutboxTest, sets_the_clock_of_every_packet_when_it_is_taken) {
 }
 
 TEST_F(OutboxTest, makes_way_only_when_as_many_ticks_wait_as_may) {
+  // The connection takes nothing, so the frames of kTicksWaitingMax ticks (3) may wait before the queue drops them.
   outbox_.mark_blocked();
   for (std::uint64_t tick = 1; tick < Outbox::kTicksWaitingMax; ++tick) {
     EXPECT_FALSE(outbox_.drop_if_congested());
@@ -220,6 +227,7 @@ TEST_F(OutboxTest, a_tick_waits_until_its_last_packet_is_taken) {
 }
 
 TEST_F(OutboxTest, ticks_without_an_attempt_to_send_are_no_sign_of_a_slow_client) {
+  // A late server runs several ticks before its I/O thread sends again, so kTicksUnseenMax ticks (8) may wait.
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksUnseenMax; ++tick) {
     EXPECT_FALSE(outbox_.drop_if_congested()) << tick;
     outbox_.push_frames(frames_of(tick));
@@ -248,6 +256,7 @@ TEST_F(OutboxTest, frames_that_make_way_leave_messages_where_they_are) {
 }
 
 TEST_F(OutboxTest, overflows_when_messages_exceed_their_bound) {
+  // A thousand errors exceed kControlBytes.
   for (int i = 0; i < 1000 && !outbox_.overflowed(); ++i)
     outbox_.push(wire::Error{wire::ErrorReason::malformed, 0, {}, "x"}, 0);
   ASSERT_TRUE(outbox_.overflowed());
@@ -258,6 +267,7 @@ TEST_F(OutboxTest, overflows_when_messages_exceed_their_bound) {
 }
 
 TEST_F(OutboxTest, a_member_that_leaves_before_a_slow_client_was_told_leaves_no_trace) {
+  // Members that come and go while a client does not read must not fill its queue, or a lively room would end it.
   outbox_.push(wire::MemberLeft{1}, 0);
   outbox_.mark_blocked();
   for (int i = 0; i < 1000; ++i) {
@@ -311,6 +321,8 @@ TEST_F(OutboxTest, frames_of_a_member_that_the_client_never_hears_of_are_dropped
 }
 
 TEST_F(OutboxTest, a_message_is_overdue_after_its_wait_and_the_time_of_those_before_it) {
+  // A message may wait for a second, and longer by the time that the messages before it take at kReadLeast_bytes_per_s.
+  // So a long queue does not make a client slow that reads well.
   constexpr std::int64_t kSecond_ns = 1'000'000'000;
   EXPECT_FALSE(outbox_.is_overdue(100 * kSecond_ns, kSecond_ns)) << "nothing waits";
   outbox_.push_frames(frames_of(1));

@@ -19,9 +19,10 @@ using Clock = std::chrono::steady_clock;
 using testing::EndsWith;
 using testing::HasSubstr;
 
-// Far more than it takes: nothing here waits for it unless it fails.
+// No test waits as long as this, unless it fails.
 constexpr std::chrono::seconds kLong{60};
 
+// A pipe whose reader is the test. The system's pipe takes `bytes_max` before a write blocks.
 struct Pipe {
   Pipe() {
     std::array<int, 2> ends{};
@@ -70,13 +71,14 @@ TEST_F(OutputThreadTest, writes_texts_in_their_order) {
 TEST_F(OutputThreadTest, a_reader_who_stalls_costs_the_oldest_texts_and_is_told_how_many) {
   Pipe pipe;
   const std::string line(99, 'x');
-  // The pipe is full already, or its room would decide how often texts are lost.
+  // The pipe is full before the first text, so its size does not decide how many texts are lost.
   const std::string full = std::string(pipe.bytes_max - 1, 'x') + "\n";
   ASSERT_EQ(::write(pipe.write->get(), full.data(), full.size()), static_cast<ssize_t>(full.size()));
   std::size_t count = 0;
   {
     OutputThread output(def(pipe.write->get()));
-    for (; count < 1000; ++count) output.put(line + "\n");  // more than the queue holds
+    // The queue has room for 1000 bytes (bytes_max), which are ten of these lines.
+    for (; count < 1000; ++count) output.put(line + "\n");
     EXPECT_GT(lost_, 0u);
     output.put("newest\n");
     std::thread finish([&output] { output.finish(Clock::now() + kLong); });
@@ -87,7 +89,7 @@ TEST_F(OutputThreadTest, a_reader_who_stalls_costs_the_oldest_texts_and_is_told_
       text += c;
     }
     finish.join();
-    // Twice at most: the first text may have left before any was lost, or after.
+    // The loss is announced once or twice, since the first text may leave the queue before any text is lost, or after.
     std::size_t announced = 0, lost = 0;
     for (std::size_t at = text.find("lost "); at != std::string::npos; at = text.find("lost ", at + 1)) {
       ++announced;
@@ -101,14 +103,16 @@ TEST_F(OutputThreadTest, a_reader_who_stalls_costs_the_oldest_texts_and_is_told_
 }
 
 TEST_F(OutputThreadTest, its_end_does_not_wait_for_a_reader_who_never_reads) {
-  auto pipe = std::make_unique<Pipe>();
+  // The thread writes until the reader's end wakes it, which may be after this test: the pipe's other end stays open.
+  static Pipe* const pipe = std::make_unique<Pipe>().release();
   {
     OutputThread output(def(pipe->write->get()));
     for (std::size_t i = 0; i < pipe->bytes_max; ++i) output.put("0123456789");
     output.finish(Clock::now() + std::chrono::milliseconds(20));
     output.put("too late");
   }
-  pipe->read->close();  // ends the write that blocks
+  // The end of the reader also ends the write that blocks.
+  pipe->read->close();
 }
 
 TEST_F(OutputThreadTest, a_reader_who_is_gone_and_a_full_disk_lose_every_text_and_nothing_else) {
@@ -122,6 +126,7 @@ TEST_F(OutputThreadTest, a_reader_who_is_gone_and_a_full_disk_lose_every_text_an
     for (int i = 0; i < 10; ++i) output.put("line\n");
     output.lose();
     output.finish(Clock::now() + kLong);
+    // Ten texts and one more that lose() reports are lost.
     EXPECT_EQ(lost_, 11u);
   }
 }

@@ -22,7 +22,7 @@ inline Pose moving_pose(std::int64_t at_ns, double phase_s = 0) {
   return rigid_pose({Quat(Eigen::AngleAxisd(0.6 * std::sin(5 * t), Vec3::UnitY())), {0.1 * std::sin(3 * t), 1.6, 0}});
 }
 
-// The whole server without a socket. Tests set the time.
+// The whole server on the test's thread, without a socket. Time passes only in run_ms().
 class PollTest : public testing::Test {
  protected:
   // Ends the server that runs, and starts one.
@@ -42,7 +42,7 @@ class PollTest : public testing::Test {
       server_->poll(now_ns_);
     }
   }
-  // Adds character 1.
+  // Joins the room, uploads the small groom and adds character 1. The character has no frames before its first pose.
   void add(FakeClient& client, LevelIndex level = LevelIndex::low, const std::string& room = "") {
     client.hello(now_ns_, room);
     client.upload(bytes_, hash_, now_ns_);
@@ -55,7 +55,8 @@ class PollTest : public testing::Test {
   }
 
   BuildLevels build_ = build_quickly;
-  LearnHair learn_ = learn_hair_in_process;  // where Config says so
+  // Hair is learnt only where Config says so.
+  LearnHair learn_ = learn_hair_in_process;
   Metrics metrics_;
   std::int64_t now_ns_ = kStart_ns;
   std::vector<std::uint8_t> bytes_ = wire::encode_groom(small_groom());

@@ -18,6 +18,8 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
+// An observer's end of the tick: it decodes and counts what the Publisher pushes. `full` makes the next call of
+// drop_if_congested() report a slow connection.
 class FakeObserverSink final : public ObserverSink {
  public:
   void push(const wire::Message& message, std::int64_t) override { messages.push_back(message); }
@@ -40,7 +42,7 @@ class FakeObserverSink final : public ObserverSink {
   [[nodiscard]] bool takes_frame_datagrams() const override { return knows_frame_datagrams; }
   [[nodiscard]] double bytes_per_s() const override { return network_bytes_per_s; }
 
-  // The frames of the newest tick, by member.
+  // Returns the frames of this tick in the order in which they came.
   std::vector<wire::Frame> newest(std::uint64_t tick) const {
     std::vector<wire::Frame> frames;
     for (const wire::FrameBatch& batch : batches) {
@@ -56,7 +58,7 @@ class FakeObserverSink final : public ObserverSink {
   bool full = false, knows_frame_datagrams = false;
 };
 
-// Rigid characters that move with every tick: frames are poses.
+// The characters are rigid and move with every tick, so each frame is a pose without hair.
 class PublishTest : public testing::Test {
  protected:
   std::shared_ptr<FakeObserverSink> open(SessionId session) {
@@ -98,6 +100,7 @@ TEST_F(PublishTest, everyone_gets_everyone_coded_once) {
   add(2, 5);
   for (int t = 0; t < 5; ++t) tick();
   for (const auto& sink : {first, second}) {
+    // Three characters have a frame in each of five ticks.
     EXPECT_EQ(sink->frames_announced, 15u);
     std::vector<std::uint32_t> members;
     for (const wire::Frame& frame : sink->newest(5)) members.push_back(frame.member);
@@ -115,14 +118,15 @@ TEST_F(PublishTest, a_late_joiner_reads_the_first_frame_that_it_gets) {
   tick();
   FrameReader reader;
   reader.take(wire::MemberJoined{.member = 1});
-  std::vector<std::string> faults;
+  std::vector<std::string> errors;
   ASSERT_EQ(late->batches.size(), 1u);
-  EXPECT_EQ(reader.take(late->batches[0], faults).size(), 1u);
-  EXPECT_THAT(faults, IsEmpty());
+  EXPECT_EQ(reader.take(late->batches[0], errors).size(), 1u);
+  EXPECT_THAT(errors, IsEmpty());
   EXPECT_EQ(early->frames_announced, 6u);
 }
 
-// Frames of rigid characters do not become smaller, so they go at fewer ticks.
+// An observer whose connection was full once gets fewer bytes, and later all again. FrameThrottle first makes the hair
+// of frames coarser; these frames have no hair, so it can only send fewer of them.
 TEST_F(PublishTest, a_slow_connection_restarts_with_fewer_frames) {
   const auto slow = open(1), other = open(2);
   add(1, 1);
@@ -136,6 +140,8 @@ TEST_F(PublishTest, a_slow_connection_restarts_with_fewer_frames) {
     ticks.push_back(t);
     EXPECT_EQ(frames[0].discontinuous, t == 6) << "it may have missed one";
   }
+  // Two seconds after the loss, at 30 ticks a second, half of the 30 ticks of a second have a frame. FrameThrottle
+  // supposes that a connection carries twice as much after 6 s, so after 20 s every tick has a frame again.
   const auto begin = std::ranges::lower_bound(ticks, 60u), end = std::ranges::lower_bound(ticks, 90u);
   EXPECT_LE(end - begin, 16) << "every second tick";
   EXPECT_EQ(ticks.back() - ticks[ticks.size() - 2], 1u) << "the stride comes back";
@@ -148,11 +154,15 @@ TEST_F(PublishTest, an_observers_stride_is_kept) {
   rooms_.observer(1)->observe.stride = 4;
   add(1, 1);
   for (int t = 0; t < 13; ++t) tick();
+  // With a stride of 4 the frames are those of the ticks 1, 5, 9 and 13.
   EXPECT_EQ(sink->frames_announced, 4u);
   EXPECT_EQ(sink->newest(13).size(), 1u);
 }
 
 TEST_F(PublishTest, every_frame_can_be_read_for_any_change_of_strides) {
+  // Three observers change their stride, error and view at random, and lose frames. A frame must never depend on
+  // another one that its observer did not get. The percentages make each change happen about a hundred times in 3000
+  // ticks.
   std::mt19937 random(7);
   const auto chance = [&](unsigned percent) { return random() % 100 < percent; };
   struct Peer {
@@ -166,7 +176,7 @@ TEST_F(PublishTest, every_frame_can_be_read_for_any_change_of_strides) {
   for (Peer& peer : peers) {
     for (std::uint32_t member = 1; member <= 2; ++member) peer.reader.take(wire::MemberJoined{.member = member});
   }
-  std::vector<std::string> faults;
+  std::vector<std::string> errors;
   std::size_t read = 0;
   for (int t = 0; t < 3000; ++t) {
     for (SessionId s = 1; s <= peers.size(); ++s) {
@@ -180,14 +190,16 @@ TEST_F(PublishTest, every_frame_can_be_read_for_any_change_of_strides) {
     tick();
     for (Peer& peer : peers) {
       for (; peer.batches_read < peer.sink->batches.size(); ++peer.batches_read) {
-        for (const ReadFrame& frame : peer.reader.take(peer.sink->batches[peer.batches_read], faults)) {
+        for (const ReadFrame& frame : peer.reader.take(peer.sink->batches[peer.batches_read], errors)) {
           ++read;
+          // A pose is rounded by half a step of kHeadPositionStep_m (1/8192 m) along each axis, 0.11 mm in all.
           EXPECT_LT((frame.pose.head().position - pose().head().position).norm(), 2e-4);
         }
       }
     }
   }
-  EXPECT_THAT(faults, IsEmpty());
+  EXPECT_THAT(errors, IsEmpty());
+  // Most of 18 000 frames are out of view or skipped by strides; this many show that the test reads frames at all.
   EXPECT_GT(read, 3000u);
 }
 
@@ -195,6 +207,7 @@ TEST_F(PublishTest, a_reused_slot_is_another_member_to_everyone) {
   const auto sink = open(1);
   add(1, 1);
   for (int t = 0; t < 5; ++t) tick();
+  // The first character leaves, and the second gets its slot and with this its number in frames.
   inputs_.removed.push_back(character_key(1, 1));
   rooms_.remove(character_key(1, 1), 0);
   Character& next = add(1, 2);
@@ -222,6 +235,7 @@ TEST_F(PublishTest, many_frames_are_cut_into_packets_of_the_bound) {
   for (std::uint32_t c = 1; c <= 800; ++c) add(1, c);
   tick();
   EXPECT_EQ(sink->newest(1).size(), 800u);
+  // 800 frames exceed three packets of PublishDef::packet_bytes_max, which is 4096 here.
   EXPECT_GT(sink->batches.size(), 3u);
   EXPECT_EQ(sink->unreliable_frames, 0u) << "the connection has no datagrams";
 }
@@ -233,6 +247,7 @@ TEST_F(PublishTest, frames_that_newer_ones_replace_are_cut_into_datagrams_of_the
     const auto sink = open(++session);
     sink->datagram_max = bytes_max;
     sink->knows_frame_datagrams = knows_frame_datagrams;
+    // Each round adds an observer with datagrams of another kind or size, and 100 characters more.
     for (std::uint32_t c = 1; c <= 100; ++c) add(session, c);
     tick();
     tick();
@@ -240,6 +255,7 @@ TEST_F(PublishTest, frames_that_newer_ones_replace_are_cut_into_datagrams_of_the
     EXPECT_GT(sink->unreliable_frames, 0u);
     ASSERT_FALSE(sink->datagram_bytes.empty());
     EXPECT_LE(std::ranges::max(sink->datagram_bytes), bytes_max);
+    // A datagram that is less than two thirds full would have had room for more frames.
     EXPECT_GT(std::ranges::max(sink->datagram_bytes), bytes_max * 2 / 3);
   }
 }
@@ -257,13 +273,16 @@ TEST_F(PublishTest, more_frames_fit_a_datagram_without_an_envelope) {
 }
 
 TEST_F(PublishTest, frames_in_datagrams_name_the_generation_of_their_member_and_others_do_not) {
+  // A late datagram may show a member that has gone while another has its number. The generation of a number tells the
+  // two apart. Packets of a channel come in order, and need none.
   const auto near = open(1), far = open(2), knowing = open(3);
   far->datagram_max = knowing->datagram_max = 1024;
   knowing->knows_frame_datagrams = true;
   for (std::uint32_t c = 1; c <= 3; ++c) add(1, c);
   tick();
   rooms_.remove(character_key(1, 2), 1);
-  add(1, 4);  // has the number of the second
+  // The new character gets the member number 2, whose generation is now 2.
+  add(1, 4);
   tick();
   near->batches.clear();
   far->batches.clear();
@@ -280,6 +299,7 @@ TEST_F(PublishTest, frames_in_datagrams_name_the_generation_of_their_member_and_
 
 TEST_F(PublishTest, frames_are_fewer_where_the_network_carries_less) {
   const auto wide = open(1), narrow = open(2);
+  // This network carries 200 bytes for each tick of 30 Hz, too few for the poses of 20 characters.
   narrow->network_bytes_per_s = 30 * 200;
   for (std::uint32_t c = 1; c <= 20; ++c) add(1, c);
   for (int t = 0; t < 150; ++t) tick();
@@ -289,9 +309,12 @@ TEST_F(PublishTest, frames_are_fewer_where_the_network_carries_less) {
 }
 
 TEST_F(PublishTest, a_frame_that_sleeps_or_jumps_or_exceeds_a_datagram_is_never_lost) {
+  // A frame that marks a jump or sleep must not be lost, since no later frame repeats the mark. A frame that fits no
+  // datagram goes by the reliable channel, too.
   const auto sink = open(1), narrow = open(2);
   sink->datagram_max = 1024;
-  narrow->datagram_max = 120;  // less than a packet with one frame
+  // A packet with one frame is larger.
+  narrow->datagram_max = 120;
   sink->knows_frame_datagrams = true;
   Character& character = add(1, 1);
   add(1, 2);
@@ -299,7 +322,7 @@ TEST_F(PublishTest, a_frame_that_sleeps_or_jumps_or_exceeds_a_datagram_is_never_
   const std::size_t before = sink->reliable_frames;
   tick();
   EXPECT_EQ(sink->reliable_frames, before);
-  // Without new poses they come to rest, fall asleep, and say so once.
+  // Without new poses both characters fall asleep within 400 ticks, and each has one frame that says so.
   std::size_t asleep = 0;
   for (int t = 0; t < 400; ++t) {
     ++inputs_.tick;
@@ -336,7 +359,10 @@ class PublishLearntTest : public PublishTest {
     EXPECT_EQ(frames.size(), 1u);
     return frames.size() == 1 && frames[0].evaluated;
   }
-  // Ticks from the next one on, until the observer gets no coefficients.
+  // Learnt hair follows from the poses alone, so a client with the network can evaluate it itself and needs no
+  // coefficients. The network forgets its start within kLearntSettled_ticks (60, two seconds at 30 Hz); until then the
+  // client's hair may differ, so the server sends coefficients.
+  // Counts the ticks, from the next one on, in which the observer gets coefficients; 200 stand for no end.
   int ticks_with_coefficients() {
     for (int count = 0; count < 200; ++count) {
       tick();
@@ -386,6 +412,8 @@ TEST_F(PublishLearntTest, has_coefficients_for_two_seconds_after_a_gap_that_a_ne
     for (int t = 0; t < ticks; ++t) tick();
     observer().views[0].in_view = true;
   };
+  // Poses are interpolated over a gap of at most kLearntGapMax_ticks (8); after a longer one the client's network
+  // begins again.
   look_away(kLearntGapMax_ticks - 1);
   EXPECT_EQ(ticks_with_coefficients(), 0);
   look_away(kLearntGapMax_ticks);
@@ -405,6 +433,7 @@ TEST_F(PublishLearntTest, has_coefficients_for_two_seconds_after_another_level) 
 
 TEST_F(PublishLearntTest, has_coefficients_in_wind_and_for_two_seconds_after_it) {
   settle();
+  // Clients evaluate learnt hair in still air, so hair in wind needs coefficients.
   rooms_.room(character_->room).wind.mean_m_per_s = {1, 0, 0};
   EXPECT_EQ(ticks_with_coefficients(), 200);
   rooms_.room(character_->room).wind = {};

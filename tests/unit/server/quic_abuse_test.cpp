@@ -13,15 +13,17 @@ namespace hairnet::quic {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
-// The destination's connection ID begins here in a packet with a long header.
+// A packet with a long header has its flags, four bytes of version and the length of the destination's connection ID
+// before this ID.
 constexpr std::size_t kIdAt = 6;
 
-// An address of no client.
+// Returns an address that no client has: the clients of QuicNetwork are on host 1, and these hosts begin at 2.
 Address spoofed(std::uint32_t number) {
   return loopback(static_cast<std::uint16_t>(1 + number % 60'000), static_cast<std::uint8_t>(2 + number / 60'000));
 }
 
-std::size_t heap_bytes() {  // 0 under a sanitizer
+// Returns 0 under a sanitizer, whose allocator does not count for mallinfo2().
+std::size_t heap_bytes() {
   return mallinfo2().uordblks;
 }
 
@@ -31,7 +33,7 @@ class QuicAbuse : public testing::Test {
   void inject(const Address& from, std::span<const std::uint8_t> packet) {
     network_->endpoint.receive({loopback(QuicNetwork::kPort), from}, 0, packet, network_->now_ns);
   }
-  // What a new client sends first. It hears nothing.
+  // Returns the first packet of a client that receives no answer.
   Bytes initial(const QuicClient::Options& options = {}) {
     QuicClient client({loopback(9), loopback(QuicNetwork::kPort)}, network_->now_ns, options);
     return client.write(network_->now_ns).at(0);
@@ -97,14 +99,16 @@ std::shared_ptr<const Credentials> huge_credentials() {
   return loaded ? *loaded : nullptr;
 }
 
-// What an attacker sends in the victim's name, one packet a moment.
+// The packets that an attacker sends with the victim's address as their source, a quarter of a millisecond apart. A
+// server that answers with more bytes than it receives would flood the victim for the attacker.
 struct Lure {
   const char* name;
   std::vector<Bytes> (*packets)(const std::function<Bytes(const QuicClient::Options&)>& initial);
 };
 
 std::vector<Bytes> small_packets_behind(const Bytes& first, std::uint8_t kind) {
-  // The smallest that belong to the same connection: no source ID, and nothing behind.
+  // Each small packet ends after the connection ID of `first` and a source ID of no bytes: no shorter packet names the
+  // connection.
   Bytes small(first.begin(), first.begin() + kIdAt + first[kIdAt - 1]);
   small[0] = kind;
   small.push_back(0);
@@ -115,11 +119,13 @@ std::vector<Bytes> small_packets_behind(const Bytes& first, std::uint8_t kind) {
 
 QuicClient::Options other_protocol() {
   QuicClient::Options options;
+  // The server knows HTTP/3 alone, so it refuses the handshake with a packet.
   options.protocol = "hq-interop";
   return options;
 }
 QuicClient::Options other_version() {
   QuicClient::Options options;
+  // This version is reserved for tests of version negotiation (RFC 9000, section 15).
   options.version = 0x1a2a3a4a;
   return options;
 }
@@ -153,11 +159,13 @@ constexpr Lure kLures[] = {
        for (int n = 0; n < 200; ++n) packets.push_back(initial({}));
        return packets;
      }},
+    // The first byte says the kind of packet: 0xc0 is an Initial, and 0xe0 a Handshake packet.
     {"refused", [](Initial initial) { return small_packets_behind(initial(other_protocol()), 0xc0); }},
     {"refused_again", [](Initial initial) { return std::vector<Bytes>(50, initial(other_protocol())); }},
     {"small_initials_behind", [](Initial initial) { return small_packets_behind(initial({}), 0xc0); }},
     {"handshakes_behind", [](Initial initial) { return small_packets_behind(initial({}), 0xe0); }},
     {"other_version", [](Initial initial) { return std::vector<Bytes>(50, initial(other_version())); }},
+    // A first byte of 0x40 means a short header, which only packets of existing connections have.
     {"of_no_connection", [](Initial) { return std::vector<Bytes>(50, Bytes(60, 0x40)); }},
 };
 
@@ -178,7 +186,8 @@ class QuicAmplification : public QuicAbuse, public testing::WithParamInterface<L
       network_->now_ns += kMs / 4;
       expect_bounded();
     }
-    for (int n = 0; n < 100; ++n) {  // all of the server's time-outs
+    // The server may repeat its packets until the handshake's time-out of 5 s (ConnectionOptions); 10 s pass.
+    for (int n = 0; n < 100; ++n) {
       network_->now_ns += 100 * kMs;
       expect_bounded();
     }
@@ -190,6 +199,7 @@ class QuicAmplification : public QuicAbuse, public testing::WithParamInterface<L
 
 TEST_P(QuicAmplification, is_three_times_at_most_for_an_address_that_has_not_answered) {
   const auto huge = huge_credentials();
+  // A server with room begins a handshake; one that allows no unverified connection answers with a Retry.
   for (const std::size_t unverified_max : {EndpointOptions().unverified_max, std::size_t{0}}) {
     EndpointOptions options;
     options.unverified_max = unverified_max;
@@ -202,27 +212,32 @@ INSTANTIATE_TEST_SUITE_P(Of, QuicAmplification, testing::ValuesIn(kLures),
                          [](const auto& one) { return std::string(one.param.name); });
 
 TEST_F(QuicAbuse, of_ten_thousand_half_open_handshakes_leaves_memory_bounded_and_lets_an_honest_client_in) {
+  // The attacker sends a first packet from another address each millisecond, and answers nothing. An honest client
+  // tries in between. Without the bound on unverified connections each of these packets would cost the memory of a
+  // handshake.
   constexpr std::uint32_t kSpoofed = 10'000;
   const std::size_t unverified_max = EndpointOptions().unverified_max;
   const std::size_t heap_before = heap_bytes();
-  std::size_t heap_most = heap_before, unverified_most = 0;
+  std::size_t heap_max = heap_before, unverified_max_seen = 0;
   QuicClient* honest = nullptr;
   std::int64_t session = -1, channel = -1;
   for (std::uint32_t n = 0; n < kSpoofed; ++n) {
     inject(spoofed(n), initial());
-    unverified_most = std::max(unverified_most, network_->endpoint.unverified_count());
+    unverified_max_seen = std::max(unverified_max_seen, network_->endpoint.unverified_count());
     if (n % 10 != 9) continue;
     if (n == 999) honest = &network_->add_client();
     network_->deliver();
     if (honest && honest->is_ready() && session < 0) session = honest->open_session();
     if (session >= 0 && channel < 0 && !honest->received[session].empty()) channel = honest->open_channel(session);
-    heap_most = std::max(heap_most, heap_bytes());
+    heap_max = std::max(heap_max, heap_bytes());
     network_->now_ns += 10 * kMs;
   }
-  EXPECT_LE(unverified_most, unverified_max);
+  EXPECT_LE(unverified_max_seen, unverified_max);
   EXPECT_EQ(network_->endpoint.unverified_count(), unverified_max);
+  // The one connection more is the honest client's.
   EXPECT_EQ(network_->endpoint.connection_count(), unverified_max + 1);
-  EXPECT_LT(heap_most - heap_before, std::size_t{16} << 20);
+  // About 8 MB were measured (server/quic/README.md); twice as much is allowed.
+  EXPECT_LT(heap_max - heap_before, std::size_t{16} << 20);
   ASSERT_EQ(network_->sinks.size(), 1u) << "the honest client is let in";
   expect_carries(*honest, channel, 0);
   EXPECT_EQ(network_->admitted.size(), 1u);
@@ -233,11 +248,15 @@ TEST_F(QuicAbuse, of_ten_thousand_half_open_handshakes_leaves_memory_bounded_and
       counters.retries_sent.value() + counters.closed_handshake_timeout.value() + network_->endpoint.unverified_count(),
       kSpoofed + 1);
   EXPECT_GT(counters.closed_handshake_timeout.value(), 0u);
+  // The last handshakes time out after 5 s (ConnectionOptions::handshake_timeout_ns).
   network_->run(6);
   EXPECT_EQ(network_->endpoint.connection_count(), 1u);
 }
 
 TEST_F(QuicAbuse, by_mutated_first_packets_leaves_no_connection_and_harms_none) {
+  // Bits of real first packets are flipped, bytes are overwritten and ends cut off. A first packet is encrypted with a
+  // key that follows from its connection ID, so the server finds the damage only after it has begun a handshake; this
+  // state must go.
   const auto [client, channel] = network_->join();
   std::vector<Bytes> firsts;
   for (int n = 0; n < 20; ++n) firsts.push_back(initial());
@@ -252,6 +271,7 @@ TEST_F(QuicAbuse, by_mutated_first_packets_leaves_no_connection_and_harms_none) 
       const std::size_t begin = random() % (packet.size() - 8);
       for (std::size_t i = begin; i < begin + 8; ++i) packet[i] = static_cast<std::uint8_t>(random());
     }
+    // A second flip of the same bit may have restored the packet.
     if (std::ranges::count(firsts, packet) > 0) continue;
     inject(spoofed(n % 1000), packet);
     if (n % 20 != 0) continue;
@@ -262,6 +282,7 @@ TEST_F(QuicAbuse, by_mutated_first_packets_leaves_no_connection_and_harms_none) 
   }
   flush();
   EXPECT_LT(heap_bytes(), heap_before + (std::size_t{1} << 20));
+  // The two counters show that enough packets took each of the two ways: a failed handshake, and no handshake at all.
   EXPECT_GT(network_->counters.closed_quic_error.value(), 1000u) << "were tried as handshakes";
   EXPECT_GT(network_->counters.dropped_unknown.value(), 1000u);
   EXPECT_EQ(network_->counters.handshakes_done.value(), 1u);
@@ -280,6 +301,7 @@ TEST_F(QuicAbuse, by_first_packets_that_are_no_handshake_is_not_answered) {
 
 TEST_F(QuicAbuse, by_first_packets_in_short_datagrams_costs_no_handshake) {
   Bytes packet = initial();
+  // A client's first datagram has 1200 bytes or more, and a server drops a smaller one (RFC 9000, section 14.1).
   packet.resize(1199);
   inject(spoofed(1), packet);
   flush();
@@ -289,6 +311,8 @@ TEST_F(QuicAbuse, by_first_packets_in_short_datagrams_costs_no_handshake) {
 }
 
 TEST_F(QuicAbuse, by_replayed_packets_of_a_client_changes_nothing_for_it) {
+  // The attacker copies every packet of a client from the handshake on, and sends the copies again in any order, from
+  // the client's address and from others.
   std::vector<Bytes> overheard;
   QuicClient& client = network_->add_client();
   const auto run = [&](int turns) {
@@ -331,13 +355,16 @@ TEST_F(QuicAbuse, by_replayed_packets_of_a_client_changes_nothing_for_it) {
 
 TEST_F(QuicAbuse, by_a_retry_token_that_has_expired_is_refused) {
   EndpointOptions options;
+  // Without room for unverified connections every client gets a Retry first.
   options.unverified_max = 0;
   make(options);
+  // A token is valid for 10 s (kRetryTokenLife_ns in endpoint.cpp).
   for (const std::int64_t wait_ns : {9 * kSecond_ns, 11 * kSecond_ns}) {
     auto [client, packet] = client_with_token();
     network_->now_ns += wait_ns;
     inject(client.path().local, packet);
     EXPECT_EQ(network_->counters.refused_token.value(), wait_ns > 10 * kSecond_ns ? 1u : 0u);
+    // Only the first of the two clients is admitted.
     EXPECT_EQ(network_->admitted.size(), 1u);
     flush();
   }
@@ -345,11 +372,14 @@ TEST_F(QuicAbuse, by_a_retry_token_that_has_expired_is_refused) {
 
 TEST_F(QuicAbuse, by_a_retry_token_that_has_been_used_is_refused) {
   EndpointOptions options;
+  // Without room for unverified connections every client gets a Retry first. Its token lets a client in before the
+  // handshake, so an attacker who has read one could begin many connections with it.
   options.unverified_max = 0;
   make(options);
   auto [client, packet] = client_with_token();
   inject(client.path().local, packet);
-  inject(client.path().local, packet);  // belongs to the same connection
+  // The repeated packet belongs to the connection that the first has made.
+  inject(client.path().local, packet);
   EXPECT_EQ(network_->endpoint.connection_count(), 1u);
   EXPECT_TRUE(network_->run(1, [&, &c = client] { return c.is_ready(); }));
   client.close(network_->now_ns);
@@ -363,10 +393,13 @@ TEST_F(QuicAbuse, by_a_retry_token_that_has_been_used_is_refused) {
 }
 
 TEST_F(QuicAbuse, by_packets_of_unknown_connections_gets_shorter_answers_that_are_not_answered_again) {
+  // The answer to a packet of an unknown connection is a stateless reset. Two servers must not answer each other's
+  // resets without end.
   QuicNetwork other;
   std::size_t answers = 0;
   for (std::size_t bytes = 1; bytes <= 1450; ++bytes) {
-    network_->now_ns += 10 * kMs;  // the rate of answers is bounded
+    // A server answers 200 of these packets in a second at most (kStatelessPerS in endpoint.cpp); here 100 come.
+    network_->now_ns += 10 * kMs;
     Bytes packet(bytes, 0x55);
     packet[0] = 0x40;
     inject(spoofed(1), packet);
@@ -379,10 +412,12 @@ TEST_F(QuicAbuse, by_packets_of_unknown_connections_gets_shorter_answers_that_ar
     }
     other.endpoint.flush(network_->now_ns);
   }
+  // All packets of more than 41 bytes are answered (kResetBytesMin in endpoint.cpp).
   EXPECT_GT(answers, 1000u);
   EXPECT_TRUE(other.in_flight.empty());
   const std::uint64_t before = network_->counters.resets_sent.value();
   for (std::uint32_t n = 0; n < 10'000; ++n) inject(spoofed(n), Bytes(100, 0x40));
+  // No time passes, so no more than the burst is answered (kStatelessBurst in endpoint.cpp).
   EXPECT_LE(network_->counters.resets_sent.value(), before + 200);
 }
 
@@ -395,6 +430,8 @@ TEST_F(QuicAbuse, by_forged_resets_ends_no_connection) {
   inject(client.path().local, overheard);
   std::mt19937 random(13);
   for (int n = 0; n < 2000; ++n) {
+    // A reset ends with a token that only the two ends know; the attacker has to guess it. Shorter packets are never
+    // resets (kResetBytesMin in endpoint.cpp).
     Bytes forged(41 + random() % 400);
     for (std::uint8_t& byte : forged) byte = static_cast<std::uint8_t>(random());
     forged[0] = static_cast<std::uint8_t>(0x40 | (forged[0] & 0x3f));
@@ -417,13 +454,16 @@ TEST_F(QuicAbuse, by_datagrams_of_no_session_or_another_one_drops_and_counts_the
   ASSERT_TRUE(network_->run(2, [&] { return !client.received[session].empty(); }));
   const std::int64_t channel = client.open_channel(session);
   ASSERT_TRUE(network_->run(2, [&] { return network_->sinks.size() == 1; }));
-  // Quarter stream IDs of one to eight bytes.
+  // A datagram begins with a quarter of its session's stream ID, in one to eight bytes. The session here has number 0,
+  // so none of these four belongs to a session.
   for (const Bytes& other : {Bytes{1, 7}, Bytes{0x40, 9, 7}, Bytes{0x80, 1, 0, 0, 7},
                              Bytes{0xcf, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 7}})
     client.send_datagram(other);
-  client.send_datagram(Bytes{0x40, 0, 8});  // the right one, written longer than need be
-  client.send_datagram(Bytes{0});           // empty
-  Bytes largest(1101, 5);                   // more than our own ends send
+  // The three datagrams of the session: a 0 in two bytes where one would do, no content, and more content than
+  // kDatagramBytesMax (1024), which Hairnet's own clients keep to.
+  client.send_datagram(Bytes{0x40, 0, 8});
+  client.send_datagram(Bytes{0});
+  Bytes largest(1101, 5);
   largest[0] = 0;
   client.send_datagram(largest);
   network_->run(0.5);

@@ -67,6 +67,7 @@ TEST_F(QuicAcknowledgement, of_packets_that_were_never_sent_ends_the_connection_
   run(client, 20, [&](std::span<std::uint8_t> frames) {
     const std::span<std::uint8_t> frame = first_acknowledgement(frames);
     if (frame.empty() || forged > 0 || frame[1] >= 0x3f) return;
+    // The server has sent fewer than 63 packets, so the frame now acknowledges one that does not exist.
     frame[1] = 0x3f;
     ++forged;
   });
@@ -92,7 +93,8 @@ TEST_F(QuicAcknowledgement, that_never_comes_lets_a_bounded_number_of_bytes_wait
   Connection& connection = *network_.connections[0];
   const std::size_t before = network_.server_bytes;
   std::size_t taken = 0;
-  for (int n = 0; n < 4000; ++n) {  // 20 s, in which it says that it lives
+  // Each turn lasts 5 ms: 20 s pass, and the client sends a byte ten times in each second.
+  for (int n = 0; n < 4000; ++n) {
     for (int k = 0; k < 10 && connection.is_writable(); ++k, ++taken) connection.send(Bytes(1000));
     if (n % 20 == 0) client.send(channel, Bytes{1});
     run(client, 1, remove);

@@ -16,7 +16,7 @@
 
 namespace hairnet::quic {
 
-// A session that stores what it is told.
+// A session that stores every call of its connection.
 class RecordingSink final : public SessionSink {
  public:
   void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t) override {
@@ -63,7 +63,7 @@ class QuicNetwork : public Gate {
     const Path path{loopback(static_cast<std::uint16_t>(10'000 + clients.size()), host), loopback(kPort)};
     return *clients.emplace_back(std::make_unique<QuicClient>(path, now_ns, options));
   }
-  // Runs for a while, or until `done`. Packets to the server arrive at once, but for those that `loses` names.
+  // Runs for this time, or until `done`. Packets to the server arrive at once, unless `loses` returns true for them.
   bool run(
       double seconds, const std::function<bool()>& done = [] { return false; }) {
     const std::int64_t end_ns = now_ns + static_cast<std::int64_t>(seconds * 1e9);
@@ -75,6 +75,7 @@ class QuicNetwork : public Gate {
     }
   }
   void deliver() {
+    // The two ends answer each other until both are quiet. Fifty turns bound ends that never are.
     for (int turn = 0; turn < 50; ++turn) {
       bool is_quiet = true;
       for (const auto& [local, session] : sessions) {

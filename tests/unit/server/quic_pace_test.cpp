@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t kDatagramBytes = 700;
 constexpr std::int64_t kTrip_ns = 30'000'000, kTick_ns = 33'333'333, kStep_ns = 500'000;
 
+// The share of packets that the line loses, and the datagrams that the server sends in each tick.
 struct Pace {
   double lost;
   std::size_t datagrams_a_tick;
@@ -79,13 +80,17 @@ class QuicPace : public testing::TestWithParam<Pace> {
 
 TEST_P(QuicPace, of_frames_is_kept_when_packets_get_lost) {
   constexpr double kRun_s = 60;
-  run(1);  // round trips are measured
+  // In the first second the connection measures its round trips.
+  run(1);
   bytes_per_s_least_ = 1e9;
   run(kRun_s);
   const auto [lost, datagrams_a_tick] = GetParam();
   EXPECT_GE(sent_ns_.size(), datagrams_a_tick * 30 * static_cast<std::size_t>(kRun_s)) << "some were refused";
+  // Lost datagrams are not sent again, and 3 % more may be on their way or lost by chance.
   EXPECT_GT(static_cast<double>(client_->datagrams.size()), (0.97 - lost) * static_cast<double>(sent_ns_.size()));
   EXPECT_LT(held_back_ns_max_, kTick_ns);
+  // Frames may take 0.8 of what the network carries (kNetworkShare in frame_throttle.cpp), so it must carry more than
+  // 1.25 times their bytes.
   EXPECT_GT(bytes_per_s_least_, 1.3 * 30 * static_cast<double>(datagrams_a_tick * kDatagramBytes))
       << "frames would become coarser";
 }

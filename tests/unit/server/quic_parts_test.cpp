@@ -21,6 +21,8 @@ constexpr std::int64_t kNow_s = 1'800'000'000, kDay_s = OwnCertificates::kDay_s;
 
 TEST(QuicDatagramQueue, goes_first_but_lets_every_fourth_packet_be_a_streams) {
   DatagramQueue queue;
+  // A stream always waits, so after three datagrams in a row (kInARowMax) a packet is a stream's: three of fifteen
+  // packets.
   for (std::uint8_t n = 0; n < 12; ++n) queue.push({n});
   std::vector<bool> order;
   while (!queue.empty()) {
@@ -44,6 +46,7 @@ TEST(QuicDatagramQueue, is_full_by_its_bytes_and_gives_what_came_first) {
   DatagramQueue queue;
   EXPECT_FALSE(queue.is_next(false));
   for (std::uint8_t n = 0; !queue.is_full(); ++n) queue.push(std::vector<std::uint8_t>(1000, n));
+  // The queue is full from kBytesMax (8192 bytes) on, which the ninth datagram of 1000 bytes exceeds.
   EXPECT_EQ(queue.bytes(), 9000u);
   EXPECT_EQ(queue.front()[0], 0);
   EXPECT_EQ(queue.pop()[0], 0);
@@ -87,6 +90,7 @@ TEST(QuicAnswerDelay, holds_nothing_that_is_urgent_or_much_until_it_has_been_sen
 TEST(QuicAnswerDelay, of_a_client_is_shorter_on_a_long_line) {
   constexpr std::int64_t kMilli_ns = 1'000'000;
   EXPECT_EQ(AnswerDelay::of_client(0), AnswerDelay::kDelay_ns);
+  // Round trip and delay together last 60 ms (AnswerDelay::kTogether_ns), between the bounds of the delay.
   EXPECT_EQ(AnswerDelay::of_client(40 * kMilli_ns), 20 * kMilli_ns);
   EXPECT_EQ(AnswerDelay::of_client(500 * kMilli_ns), AnswerDelay::kDelay_ns_min);
   AnswerDelay answer;
@@ -109,12 +113,14 @@ TEST(QuicOwnCertificates, tell_the_next_hash_a_day_before_they_change) {
   std::vector<CertificateHash> announced;
   std::shared_ptr<const Credentials> shown = first;
   int changes = 0;
+  // The server is polled every hour for 60 days, and each certificate is shown for 9 or 10 days.
   for (std::int64_t now_s = kNow_s; now_s < kNow_s + 60 * kDay_s; now_s += 3600) {
     ASSERT_TRUE(own.poll(now_s));
     EXPECT_LE(own.hashes().size(), 2u);
     if (own.current() != shown) {
       ++changes;
-      EXPECT_THAT(announced, testing::Contains(own.current()->hash()));  // an hour ago it was already told
+      // The hash of the new certificate was announced an hour ago, so clients that have read it can connect.
+      EXPECT_THAT(announced, testing::Contains(own.current()->hash()));
       shown = own.current();
     }
     announced = own.hashes();
@@ -124,6 +130,7 @@ TEST(QuicOwnCertificates, tell_the_next_hash_a_day_before_they_change) {
 }
 
 TEST(QuicOwnCertificates, are_made_anew_when_the_clock_jumps) {
+  // A machine may start with a wrong clock, which is then set forwards or back by more than a certificate is valid.
   for (const std::int64_t jump_s : {-400 * kDay_s, 400 * kDay_s}) {
     OwnCertificates own = OwnCertificates::make(kNow_s).value();
     const auto before = own.current();
@@ -160,7 +167,8 @@ TEST(QuicSendBuffer, gives_each_byte_once_and_keeps_it_until_it_is_acknowledged)
   EXPECT_EQ(peeked(buffer), (std::vector<std::uint8_t>{5}));
   EXPECT_EQ(buffer.kept_bytes(), 5u);
   buffer.acknowledge(2);
-  EXPECT_EQ(buffer.kept_bytes(), 5u);  // a part of the first piece
+  // Two of the three bytes of the first piece are acknowledged, and a piece is freed as a whole.
+  EXPECT_EQ(buffer.kept_bytes(), 5u);
   buffer.acknowledge(4);
   EXPECT_EQ(buffer.kept_bytes(), 2u);
   EXPECT_EQ(peeked(buffer), (std::vector<std::uint8_t>{5}));
@@ -174,6 +182,7 @@ TEST(QuicSendBuffer, gives_each_byte_once_and_keeps_it_until_it_is_acknowledged)
 }
 
 TEST(QuicSendBuffer, of_a_stream_that_was_reset_keeps_what_was_sent_in_its_place) {
+  // QUIC may repeat the bytes that it has been given, also after the reset, so those 15 must stay where they are.
   SendBuffer buffer;
   buffer.push(Bytes(10, 1));
   buffer.push(Bytes(10, 2));
@@ -205,7 +214,8 @@ TEST(QuicSendBuffer, sends_an_end_without_bytes) {
 }
 
 TEST(QuicOutgoing, joins_packets_of_one_path_and_size_and_ends_a_burst_at_a_shorter_one) {
-  std::vector<std::pair<std::size_t, std::size_t>> bursts;  // bytes, segment
+  // Each burst has its bytes and the size of its segments, all of which but the last are equally large.
+  std::vector<std::pair<std::size_t, std::size_t>> bursts;
   Outgoing out([&](std::span<const Burst> all) {
     for (const Burst& burst : all) bursts.emplace_back(burst.bytes.size(), burst.segment_bytes);
   });

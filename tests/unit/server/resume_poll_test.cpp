@@ -60,6 +60,7 @@ TEST_F(ResumePollTest, a_session_not_resumed_leaves_after_its_grace) {
   const auto other = join();
   run_ms(300, {first.get(), other.get()});
   first->break_connection(now_ns_);
+  // A session outlives its connection by 10 s (SessionLimits::resume_grace_ns).
   run_ms(10'100, {other.get()});
   EXPECT_EQ(other->connection->all<wire::MemberLeft>().size(), 1u);
   EXPECT_EQ(server_->session_count(), 1u);
@@ -93,6 +94,8 @@ TEST_F(ResumePollTest, hair_brought_is_not_shown_rigid_while_its_levels_are_made
   const auto client = join();
   run_ms(700, {client.get()});
   const auto last = client->frames(1).back();
+  // A hair state waits 2 s for levels (kStateWait_s in scheduler.cpp), and then the character enters rigid. The groom
+  // arrives before this time, and then after it.
   for (const int upload_ms : {1000, 2500}) {
     start();
     FakeClient again(*server_, now_ns_);
@@ -134,6 +137,7 @@ TEST_F(ResumePollTest, hair_states_wait_for_their_levels_within_a_bound) {
   FakeClient client(*server_, now_ns_);
   client.hello(now_ns_);
   client.send(wire::GroomOffer{hash_, bytes_.size()}, now_ns_);
+  // Each state has 30 integers of 2 bytes, so two of them exceed state_bytes_max.
   const wire::HairState state{5e-4f, std::vector<std::int16_t>(30), {}};
   for (const std::uint32_t character : {1u, 2u})
     client.send(wire::AddCharacter{character, hash_, LevelIndex::low, state}, now_ns_);
@@ -153,7 +157,8 @@ TEST_F(ResumePollTest, after_a_restart_nothing_is_uploaded_or_built_again) {
   ASSERT_EQ(before->frames(1).back().level, LevelIndex::low);
   const std::uint64_t uploaded = metrics_.groom.groom_bytes_received.value();
   ASSERT_EQ(uploaded, bytes_.size());
-  start(keeping());  // the one before had no time for anything
+  // The former server ends at once, without draining.
+  start(keeping());
   const auto offering = join();
   FakeClient silent(*server_, now_ns_);
   silent.hello(now_ns_);

@@ -69,14 +69,14 @@ TEST_F(RevokedTokensFileTest, keeps_its_names_while_it_cannot_be_read_or_is_empt
   write("alice\n");
   RevokedTokensFile file(file_);
   file.poll(tokens_, 0);
-  const std::vector<std::function<void()>> faults{[] {},  // absent
+  const std::vector<std::function<void()>> errors{[] {},  // absent
                                                   [this] { write(""); },
                                                   [this] { ASSERT_EQ(::mkfifo(file_.c_str(), 0600), 0); },
                                                   [this] { std::filesystem::create_directory(file_); }};
   std::int64_t now_ns = 0;
-  for (const auto& make_fault : faults) {
+  for (const auto& make_error : errors) {
     std::filesystem::remove_all(file_);
-    make_fault();
+    make_error();
     EXPECT_NE(file.poll(tokens_, now_ns += kSecond_ns), "");
     EXPECT_TRUE(revokes("alice"));
   }

@@ -7,7 +7,7 @@
 #include "server/tick/recorder.hpp"
 #include "tests/unit/server/touch_fixture.hpp"
 
-// What others are told of hands, and what a recording has of them.
+// The messages in which people see the hands of others, and the hands in a recording.
 namespace hairnet::server {
 namespace {
 
@@ -115,6 +115,7 @@ TEST_F(TouchTest, hands_of_many_are_cut_into_datagrams_and_bounded) {
     for (const wire::RoomHands& shown : sink->hands) {
       for (const auto& person : shown.people) sessions.push_back(person.session);
     }
+    // A session gets the hands of 64 others at most (kPeopleShownMax in touch.cpp); here 100 have some.
     EXPECT_THAT(sessions, SizeIs(64));
     EXPECT_TRUE(std::ranges::is_sorted(sessions));
   }
@@ -176,7 +177,8 @@ TEST_F(TouchTest, a_recording_with_touch_replays_to_the_same_hashes_and_says_not
   EXPECT_EQ(releases, 1u);
   EXPECT_GT(touched, 60u);
   EXPECT_EQ(without_bodies, 1u);
-  // A prop, a hand, and its three ways.
+  // Bodies change in 62 ticks: one places the prop, one brings the hand, and the hand moves three times for 20 ticks.
+  // In the last 20 the hand may touch its owner alone.
   EXPECT_EQ(with_bodies, 62u);
   EXPECT_EQ(confined, 20u);
 }

@@ -30,6 +30,7 @@ TEST_F(RoomsPollTest, all_sessions_in_a_room_see_the_same_hair_and_no_other) {
   EXPECT_EQ(members_seen(*c).size(), 1u);
   const auto own = a->frames(1);
   const auto others = b->member_frames(own.back().member);
+  // There are 21 ticks in 700 ms; some pass before the levels are built and the members announced.
   ASSERT_GE(others.size(), 15u);
   std::size_t compared = 0;
   for (const auto& frame : own) {
@@ -49,6 +50,8 @@ TEST_F(RoomsPollTest, a_late_joiner_gets_all_members_and_sees_sleepers_at_once) 
   start();
   const auto sleeper = join();
   sleeper->pose(1, rigid_pose({}), now_ns_);
+  // A character falls asleep when its head and its hair have been still for 4.5 s (kSleepAfter_s); the hair moves a
+  // little before.
   run_ms(9000);
   ASSERT_TRUE(sleeper->frames(1).back().asleep);
   const auto late = join();
@@ -109,6 +112,7 @@ TEST_F(RoomsPollTest, observers_choose_members_and_detail) {
   run_ms(1000, {a.get(), b.get()});
   auto frames = watcher.all_frames();
   frames.erase(frames.begin(), frames.begin() + static_cast<std::ptrdiff_t>(before));
+  // A stride of 2 leaves 15 of the 30 ticks of a second.
   EXPECT_NEAR(static_cast<double>(frames.size()), 15, 1);
   for (const auto& frame : frames) EXPECT_EQ(frame.member, joined[1].member);
   const auto theirs = b->frames(1);
@@ -123,7 +127,8 @@ TEST_F(RoomsPollTest, an_unseen_character_is_not_stepped_and_continues_when_it_i
   run_ms(500, {client.get()});
   const std::uint32_t member = client->frames(1).back().member;
   client->send(wire::ReportImportance{{{member, 0, false}}}, now_ns_);
-  run_ms(1300, {client.get()});  // longer than the time before an unseen character is suspended
+  // An unseen character is not stepped after a second (kSuspendAfter_s).
+  run_ms(1300, {client.get()});
   const std::size_t before = client->all_frames().size();
   const std::uint64_t stepped = metrics_.tick.characters_stepped.value();
   run_ms(1000, {client.get()});
@@ -167,6 +172,8 @@ TEST_F(RoomsPollTest, a_groom_of_more_strands_than_the_client_may_have_takes_its
 TEST_F(RoomsPollTest, rooms_that_stay_empty_for_their_grace_count_as_rooms) {
   Config config;
   config.sessions.room_count_max = 3;
+  // With a grace of an hour, only the bound of three rooms can close the empty ones. Of 20 rooms that people leave, the
+  // server keeps the last two beside the room that is in use.
   config.room_grace_ns = 3'600'000 * kMs;
   start(config);
   const auto stays = join("first");
@@ -181,6 +188,7 @@ TEST_F(RoomsPollTest, rooms_that_stay_empty_for_their_grace_count_as_rooms) {
 
 TEST_F(RoomsPollTest, a_wind_lasts_as_long_as_the_session_that_has_set_it) {
   Config config;
+  // A session whose connection breaks may come back within half a second; until then its wind lasts.
   config.sessions.resume_grace_ns = 500 * kMs;
   start(config);
   wire::SetWind set;
@@ -255,6 +263,8 @@ TEST_F(RoomsPollTest, a_large_room_is_announced_over_several_ticks_and_frames_fo
   late.hello(now_ns_, "hall");
   crowd->send(wire::RemoveCharacter{kCount}, now_ns_);
   crowd->send(wire::AddCharacter{kCount + 1, hash_, LevelIndex::rigid}, now_ns_);
+  // One tick passes in 34 ms. A tick announces 512 members to a new session (kAnnouncementsMax in
+  // scheduler_commands.cpp), and a member has no frames before it is announced.
   run_ms(34);
   EXPECT_EQ(late.connection->all<wire::MemberJoined>().size(), 512u);
   EXPECT_EQ(members_seen(late).size(), 512u);
@@ -274,6 +284,8 @@ TEST_F(RoomsPollTest, a_storm_of_resumes_announces_no_more_than_a_tick_has_time_
     crowd->send(wire::AddCharacter{character, hash_, LevelIndex::rigid}, now_ns_);
   run_ms(100);
   const wire::Welcome welcome = crowd->connection->all<wire::Welcome>().at(0);
+  // A hundred resumes of a session with 400 characters ask for 40 000 announcements. One tick makes 4096 at most
+  // (kAnnouncementsOfAllMax in scheduler_commands.cpp).
   std::vector<std::unique_ptr<FakeClient>> resumed;
   for (int i = 0; i < 100; ++i) {
     resumed.push_back(std::make_unique<FakeClient>(*server_, now_ns_));
@@ -294,6 +306,8 @@ TEST_F(RoomsPollTest, members_are_chosen_by_place_a_few_times_a_second_and_the_n
   run_ms(300, {a.get(), b.get()});
   wire::Observe observe;
   observe.mode = wire::ObserveMode::nearest;
+  // The client changes its place every millisecond for a second, which has 30 ticks. The server chooses by place every
+  // 8 ticks (kInterestTicks in scheduler.cpp), so about four times.
   for (int i = 0; i < 1000; ++i) {
     observe.from = Vec3f(static_cast<float>(i), 0, 0);
     observe.count = i < 999 ? 2 : 0;
@@ -324,6 +338,8 @@ TEST_F(RoomsPollTest, a_member_that_joins_waits_for_the_next_choice_by_place) {
     a->pose(character, moving_pose(now_ns_), now_ns_);
     run_ms(34, {a.get()});
   }
+  // Ten ticks pass, and the server chooses by place every 8 ticks (kInterestTicks in scheduler.cpp). A choice for each
+  // new member would make a crowd that arrives expensive.
   EXPECT_LE(metrics_.tick.place_choices.value() - choices, 2u);
   EXPECT_THAT(watcher.all_frames(), IsEmpty());
 }
@@ -332,6 +348,7 @@ TEST_F(RoomsPollTest, the_wind_that_blows_already_wakes_nobody) {
   start();
   const auto sleeper = join();
   sleeper->pose(1, rigid_pose({}), now_ns_);
+  // A character falls asleep when its head and its hair have been still for 4.5 s (kSleepAfter_s).
   run_ms(9000);
   ASSERT_TRUE(sleeper->frames(1).back().asleep);
   const std::size_t before = sleeper->all_frames().size();
@@ -355,6 +372,8 @@ TEST_F(RoomsPollTest, a_wind_changes_a_few_times_a_second_and_the_newest_wins) {
     client->send(set, now_ns_);
     run_ms(10);
   }
+  // A room's wind changes four times in a second at most (kWindChangesPer_s in scheduler.cpp), and once more at the
+  // start of this second.
   EXPECT_LE(metrics_.tick.winds_changed.value() - before, 5u);
   set.wind.mean_m_per_s = {6, 0, 0};
   client->send(set, now_ns_);
@@ -365,6 +384,8 @@ TEST_F(RoomsPollTest, a_wind_changes_a_few_times_a_second_and_the_newest_wins) {
 
 TEST_F(RoomsPollTest, a_crowd_that_comes_and_goes_before_many_observers_is_spread_over_ticks) {
   start();
+  // Each character that comes or goes is a message to 100 sessions. One tick sends 32 768 of these at most
+  // (kCharacterMessagesMax in scheduler_commands.cpp), which is 328 characters; the others wait for the next tick.
   std::vector<std::unique_ptr<FakeClient>> observers;
   for (int i = 0; i < 99; ++i) {
     observers.push_back(std::make_unique<FakeClient>(*server_, now_ns_));

@@ -27,6 +27,7 @@ using Existing = ObjectStore::Existing;
 using Outcome = ObjectAnswer::Outcome;
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
+// Each object of these tests is smaller.
 constexpr std::size_t kPlenty = 1 << 20;
 
 std::vector<std::uint8_t> some_bytes(std::size_t count = 100'000) {
@@ -35,7 +36,8 @@ std::vector<std::uint8_t> some_bytes(std::size_t count = 100'000) {
   return bytes;
 }
 
-// A store that talks to a server of the test, at a time that the test sets.
+// A store with a server of the test. A call fails after 0.3 s without an answer, and then the store rests for 5 s of
+// now_ns_, which a test moves.
 class S3StoreTest : public testing::Test {
  protected:
   S3StoreTest() { connect({"test-access", "test-secret"}); }
@@ -53,7 +55,8 @@ class S3StoreTest : public testing::Test {
                               .pause_ns = 5 * kSecond_ns},
                    *client_, counters_);
   }
-  // What a get answers when the server behaves so; afterwards the store is asked again, and answers.
+  // Returns the answer to a get while the server behaves in this way. Later, after the store's pause of 5 s and with a
+  // server that behaves well, a get must succeed.
   ObjectAnswer get_while(S3Behaviour behaviour) {
     server_.behaviour = behaviour;
     ObjectAnswer answer = store_->get("a.hngroom", kPlenty);
@@ -95,6 +98,7 @@ TEST_F(S3StoreTest, keeps_an_object_that_is_there_unless_it_is_to_be_replaced) {
 }
 
 TEST_F(S3StoreTest, goes_on_over_a_new_connection_when_the_kept_one_has_ended) {
+  // The server ends each connection after one response, as real ones do after a while.
   server_.behaviour = S3Behaviour::closes_idle;
   for (int i = 0; i < 3; ++i) EXPECT_EQ(store_->get("a", kPlenty).outcome, Outcome::absent);
   EXPECT_EQ(server_.connections, 3u);
@@ -134,6 +138,7 @@ TEST_F(S3StoreTest, reads_an_object_of_as_many_bytes_as_are_taken_and_no_larger_
 }
 
 TEST_F(S3StoreTest, is_denied_with_another_secret_key_region_or_time) {
+  // The last server's clock is an hour behind the client's, and S3 allows a quarter of an hour.
   for (const auto& [keys, region, clock_error_s, code] : std::vector<std::tuple<S3Keys, std::string, int, std::string>>{
            {{"test-access", "other"}, "us-east-1", 0, "SignatureDoesNotMatch"},
            {{"other", "test-secret"}, "us-east-1", 0, "InvalidAccessKeyId"},
@@ -146,6 +151,7 @@ TEST_F(S3StoreTest, is_denied_with_another_secret_key_region_or_time) {
       EXPECT_THAT(answer.reason, testing::Not(HasSubstr(keys.secret)));
     }
   }
+  // Each of four cases has a get and a put.
   EXPECT_EQ(server_.wrong_signatures, 8u);
   EXPECT_TRUE(server_.objects().empty());
 }
@@ -174,6 +180,7 @@ TEST_F(S3StoreTest, a_failure_costs_one_time_out_and_then_the_store_is_left_alon
   EXPECT_EQ(counters_.requests.value(), 1u);
   EXPECT_EQ(counters_.requests_skipped.value(), 1001u);
   server_.behaviour = S3Behaviour::right;
+  // The pause of 5 s is over.
   now_ns_ += 6 * kSecond_ns;
   EXPECT_TRUE(store_->takes_gets());
   EXPECT_EQ(store_->get("a", kPlenty).outcome, Outcome::absent);
@@ -188,7 +195,7 @@ TEST_F(S3StoreTest, nobody_at_the_port_is_unreachable) {
   }
   const auto client = *BlockingHttpClient::create({.host = "127.0.0.1", .port = port});
   const ExchangeAnswer answer = client->call({.target = "/"}, 10);
-  EXPECT_EQ(answer.fault, ExchangeFault::unreachable);
+  EXPECT_EQ(answer.error, ExchangeError::unreachable);
   EXPECT_NE(answer.detail, "");
 }
 
@@ -200,9 +207,9 @@ TEST_F(S3StoreTest, a_call_under_way_ends_when_it_is_cancelled_and_later_ones_at
     while (server_.gets == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     client_->cancel();
   });
-  EXPECT_EQ(client_->call({.target = "/bucket/a"}, 10).fault, ExchangeFault::cancelled);
+  EXPECT_EQ(client_->call({.target = "/bucket/a"}, 10).error, ExchangeError::cancelled);
   canceller.join();
-  EXPECT_EQ(client_->call({.target = "/bucket/a"}, 10).fault, ExchangeFault::cancelled);
+  EXPECT_EQ(client_->call({.target = "/bucket/a"}, 10).error, ExchangeError::cancelled);
   EXPECT_EQ(server_.gets, 1u);
 }
 
@@ -288,6 +295,7 @@ TEST(S3Endpoint, has_its_bucket_in_the_path_or_in_the_name) {
         "http://a/b/../c", "http://a/./b", "http://a/b?x=1", "http://a/b c", "http://a/b%20c", "http://a/b#c",
         "http://user:secret@a/b", "http://minio:9000", "http://minio/", "http://192.0.2.1:9000", "http://[::1]:9000/"})
     EXPECT_FALSE(parse_s3_endpoint(wrong)) << wrong;
+  // A path has 512 bytes at most (kPathBytesMax in s3_endpoint.cpp).
   EXPECT_FALSE(parse_s3_endpoint("http://a/" + std::string(600, 'b')));
   EXPECT_THAT(parse_s3_endpoint("http://minio:9000").error(), HasSubstr("names no bucket"));
 }

@@ -104,8 +104,8 @@ TEST_F(Pages, metrics_are_valid_and_show_readiness) {
     EXPECT_EQ(answer.status, 200);
     EXPECT_THAT(answer.content_type, testing::HasSubstr("version=0.0.4"));
     Exposition exposition;
-    std::string fault;
-    ASSERT_TRUE(parse_exposition(answer.body, exposition, fault)) << fault;
+    std::string error;
+    ASSERT_TRUE(parse_exposition(answer.body, exposition, error)) << error;
     EXPECT_EQ(exposition.value("hairnet_ready"), draining ? 0 : 1);
   }
 }

@@ -27,6 +27,7 @@ class ServerPollTest : public PollTest {};
 
 TEST_F(ServerPollTest, two_clients_of_one_groom_upload_it_once_and_both_get_its_frames) {
   start();
+  // The clock of the second client is 5 s behind the server's.
   FakeClient first(*server_, now_ns_), second(*server_, now_ns_, -5'000'000'000);
   add(first);
   add(second);
@@ -38,6 +39,7 @@ TEST_F(ServerPollTest, two_clients_of_one_groom_upload_it_once_and_both_get_its_
     ASSERT_FALSE(client->connection->all<wire::GroomStatus>().empty());
     EXPECT_EQ(client->connection->all<wire::GroomStatus>().back().state, wire::GroomState::ready);
     const auto frames = client->frames(1);
+    // There are 15 ticks of 30 Hz in 500 ms; the first may come before the first pose.
     ASSERT_GE(frames.size(), 14u);
     const std::size_t nodes = BuiltModes::instance().of(hash_)->basis.node_count;
     EXPECT_EQ(frames.back().level, LevelIndex::low);
@@ -57,6 +59,7 @@ TEST_F(ServerPollTest, a_frame_names_the_pose_and_time_that_the_step_used) {
   run_ms(1000, {&client});
   const auto batches = client.connection->all<wire::FrameBatch>();
   const auto frames = client.frames(1);
+  // There are 30 ticks in a second; some pass before the first pose. The comparison skips ten more frames.
   ASSERT_GE(batches.size(), 25u);
   ASSERT_EQ(frames.size(), batches.size());
   for (std::size_t i = 10; i < batches.size(); ++i) {
@@ -73,7 +76,8 @@ TEST_F(ServerPollTest, gauges_and_histograms_show_the_current_load) {
   start();
   FakeClient client(*server_, now_ns_);
   add(client);
-  client.send(wire::AddCharacter{2, hash_, LevelIndex::high}, now_ns_);  // never has a pose
+  // This character never has a pose, so it waits.
+  client.send(wire::AddCharacter{2, hash_, LevelIndex::high}, now_ns_);
   run_ms(1500, {&client});
   TickGauges& tick = metrics_.tick.gauges;
   EXPECT_EQ(metrics_.session.gauges.clients.value(), 1);
@@ -109,6 +113,7 @@ TEST_F(ServerPollTest, a_client_that_falls_silent_is_no_late_client) {
   const Histogram& age = metrics_.tick.histograms.pose_age_seconds;
   EXPECT_EQ(age.count(age.bound_count()), 0u);
   EXPECT_GT(age.count(age.bound_count() - 1), 0u);
+  // There are 90 ticks in the silent 3 s; a pose is stale after 50 ms (PoseInbox::kExtrapolationMax_ns).
   EXPECT_GT(metrics_.room.poses_stale.value(), 80u);
 }
 
@@ -156,7 +161,9 @@ TEST_F(ServerPollTest, switching_levels_announces_one_basis_and_hair_goes_on) {
   for (const LevelIndex level : {LevelIndex::ether, LevelIndex::low, LevelIndex::rigid, LevelIndex::ether}) {
     const std::size_t before = client.frames(1).size();
     client.send(wire::SetLevel{1, level}, now_ns_);
-    run_ms(1000, {&client});  // longer than a level is kept at least, and than the lattice eases into the rigid one
+    // A second exceeds the time for which a character keeps a level (kLodDwell_s, 0.5 s), and the time in which its
+    // hair eases into the rigid shape.
+    run_ms(1000, {&client});
     const auto frames = client.frames(1);
     ASSERT_GT(frames.size(), before + 1);
     EXPECT_EQ(frames.back().level, level);
@@ -204,6 +211,7 @@ TEST_F(ServerPollTest, a_leaving_client_removes_its_own_characters_only) {
   EXPECT_EQ(server_->scheduler().simulation().character_count(), 1u);
   const std::size_t before = stays.frames(1).size();
   run_ms(100, {&stays});
+  // Three ticks pass in 100 ms.
   EXPECT_GE(stays.frames(1).size(), before + 2);
 }
 
@@ -213,6 +221,7 @@ TEST_F(ServerPollTest, a_teleport_marks_one_frame_and_leaves_the_lattice_where_i
   add(client, LevelIndex::low);
   run_ms(300);
   client.pose(1, rigid_pose({}), now_ns_);
+  // The head does not move, so the hair comes to hang in a shape that the teleport must not disturb.
   run_ms(500);
   const auto rest = client.frames(1).back();
   client.pose(1, rigid_pose({Quat::Identity(), {50, 0, 0}}), now_ns_, true);
@@ -223,6 +232,7 @@ TEST_F(ServerPollTest, a_teleport_marks_one_frame_and_leaves_the_lattice_where_i
   for (std::size_t i = before; i < frames.size(); ++i) marked += frames[i].discontinuous;
   EXPECT_EQ(marked, 1);
   EXPECT_EQ(frames.back().pose.head().position.x(), 50);
+  // The hair may still settle by less than 2 mm. A teleport of 50 m that swept it along would move it far more.
   for (std::size_t i = 0; i < rest.displacements.size(); ++i)
     EXPECT_NEAR(frames.back().displacements[i] * kStep_m, rest.displacements[i] * kStep_m, 2e-3);
 }
@@ -234,6 +244,7 @@ TEST_F(ServerPollTest, the_last_pose_stays_when_a_client_sends_no_more) {
   run_ms(300, {&client});
   run_ms(1000);
   const auto frames = client.frames(1);
+  // The client has been silent for a second, and the last ten frames cover a third of a second.
   EXPECT_EQ(frames.back().pose.head().position, frames[frames.size() - 10].pose.head().position);
   EXPECT_GT(metrics_.room.poses_stale.value(), 10u);
   EXPECT_FALSE(client.connection->closed);
@@ -244,6 +255,7 @@ TEST_F(ServerPollTest, draining_sends_goodbye_to_every_client_and_accepts_no_new
   FakeClient client(*server_, now_ns_);
   add(client);
   run_ms(100, {&client});
+  // With no time to drain, clients get their goodbye at once.
   server_->drain(0, now_ns_);
   ASSERT_EQ(client.connection->all<wire::Goodbye>().size(), 1u);
   EXPECT_EQ(client.connection->all<wire::Goodbye>()[0].reason, wire::GoodbyeReason::server_draining);
@@ -270,6 +282,8 @@ TEST_F(ServerPollTest, the_wind_blows_on_all_hair_of_a_room_and_the_last_to_set_
     for (std::size_t i = 0; i < frame.displacements.size(); i += 3) sum += frame.displacements[i];
     return sum * kStep_m / static_cast<double>(frame.displacements.size() / 3);
   };
+  // Hair that hangs without wind has no mean displacement along x: a tenth of a millimetre is allowed. A wind of 3 m/s
+  // must move it by more than 2 mm.
   EXPECT_NEAR(blown_m(first), 0, 1e-4);
   const auto blow = [&](FakeClient& client, double x) {
     wire::SetWind set;
@@ -297,6 +311,8 @@ TEST_F(ServerPollTest, the_wind_of_one_room_leaves_the_others_calm) {
   windy.pose(1, rigid_pose({}), now_ns_);
   calm.pose(1, rigid_pose({}), now_ns_);
   run_ms(1000);
+  // Displacements count in steps of 0.5 mm (FakeClient::kStep_m): some node has moved by more than 2 mm, and in the
+  // other room none.
   EXPECT_THAT(windy.frames(1).back().displacements, testing::Contains(testing::Gt(4)));
   EXPECT_THAT(calm.frames(1).back().displacements, Each(0));
 }
@@ -308,7 +324,7 @@ TEST_F(ServerPollTest, a_material_is_one_characters_and_outlives_its_levels) {
   FakeClient plain(*server_, now_ns_), gelled(*server_, now_ns_);
   add(plain);
   add(gelled);
-  // Before its first pose, and so before it is in the world.
+  // The material comes before the character's first pose, and so before the character is in the World.
   gelled.send(wire::SetMaterial{1, {.gel_per_s2 = 2000}}, now_ns_);
   plain.pose(1, rigid_pose({}), now_ns_);
   gelled.pose(1, rigid_pose({}), now_ns_);
@@ -319,6 +335,8 @@ TEST_F(ServerPollTest, a_material_is_one_characters_and_outlives_its_levels) {
     for (const std::int16_t d : frame.displacements) most = std::max(most, std::abs(int{d}));
     return most * kStep_m;
   };
+  // Gel of 2000 1/s^2 pulls hair to its shape so strongly that the wind moves it less than a third as far. The factors
+  // of 0.3 and 0.5 only tell gelled from plain hair.
   EXPECT_LT(largest_m(gelled), 0.3 * largest_m(plain));
   gelled.send(wire::SetLevel{1, LevelIndex::medium}, now_ns_);
   run_ms(1500);
@@ -330,6 +348,8 @@ TEST_F(ServerPollTest, a_material_is_one_characters_and_outlives_its_levels) {
 }
 
 TEST_F(ServerPollTest, a_recording_steps_again_to_the_same_hash_every_tick) {
+  // The recording has everything that a tick may bring: characters, levels, materials, winds, a teleport and a removal.
+  // A replay from it must have the same state after each tick, or nobody could find an error by replaying it.
   const std::string path = testing::TempDir() + "hairnet_server_poll_test.hairrec";
   Config config;
   config.record = path;
@@ -398,6 +418,7 @@ TEST_F(ServerPollTest, levels_that_a_server_built_before_give_the_same_bits) {
   std::filesystem::remove_all(folder);
   std::vector<std::vector<FakeClient::SeenFrame>> runs;
   std::vector<std::uint64_t> hashes;
+  // The first server builds the levels and writes them into the cache; the second reads them from there.
   for (const std::uint64_t hits : {0u, 1u}) {
     Metrics metrics;
     Config config;
@@ -411,7 +432,8 @@ TEST_F(ServerPollTest, levels_that_a_server_built_before_give_the_same_bits) {
     FakeClient client(*server_, now_ns_);
     add(client, LevelIndex::high);
     run_ms(300, {&client});
-    client.send(wire::SetLevel{1, LevelIndex::low}, now_ns_);  // by the maps, which are no part of the file
+    // A change of levels uses the maps between levels, which are not in the cached file but made again.
+    client.send(wire::SetLevel{1, LevelIndex::low}, now_ns_);
     run_ms(300, {&client});
     EXPECT_EQ(metrics.level_cache.level_cache_hits.value(), hits);
     EXPECT_EQ(metrics.level_cache.level_cache_misses.value(), 1 - hits);
@@ -433,6 +455,8 @@ TEST_F(ServerPollTest, levels_that_a_server_built_before_give_the_same_bits) {
 
 TEST_F(ServerPollTest, the_worker_count_changes_no_bit) {
   std::vector<std::vector<FakeClient::SeenFrame>> runs;
+  // Nine characters are enough that four workers share them. A sum whose order depends on the workers would change its
+  // last bits.
   for (const std::uint32_t workers : {1u, 4u}) {
     Metrics metrics;
     Config config;

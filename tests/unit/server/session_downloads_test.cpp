@@ -33,9 +33,10 @@ TEST_F(SessionTest, a_groom_on_disk_is_sent_once_it_has_been_read_and_others_wai
   EXPECT_THAT(groom_service_.fetched, ElementsAre(7u));
   EXPECT_THAT(connection_->all<wire::GroomData>(), IsEmpty());
   const auto read = std::make_shared<const std::vector<std::uint8_t>>(500, std::uint8_t{3});
-  session_.on_groom_read(wire::GroomHash{9}, read, now_ns_);  // not asked for
+  // Nobody has asked for the first of these files, and the last comes a second time: both are ignored.
+  session_.on_groom_read(wire::GroomHash{9}, read, now_ns_);
   session_.on_groom_read(groom_service_.kept, read, now_ns_);
-  session_.on_groom_read(groom_service_.kept, read, now_ns_);  // nor that again
+  session_.on_groom_read(groom_service_.kept, read, now_ns_);
   const auto sent = connection_->all<wire::GroomData>();
   ASSERT_GT(sent.size(), 2u);
   EXPECT_EQ(sent[0].hash, groom_service_.kept);
@@ -117,6 +118,8 @@ TEST_F(SessionTest, a_groom_arrives_though_frames_always_wait) {
   const std::vector<std::uint8_t> content(2000);
   batch.frames.emplace_back().content = content;
   const std::vector<std::uint8_t> packet = wire::encode_packet({1, batch});
+  // A download gets a piece when everything else has had three times as many bytes (Downloads), so a quarter of all.
+  // After four times its own size it is complete; the fifth is a reserve.
   while (counters_.bytes_sent.value() < 5 * groom_service_.file->size()) {
     session_.outbox().drop_if_congested();
     session_.outbox().push_frames({{packet, 1}, {packet, 1}});
@@ -129,14 +132,14 @@ TEST_F(SessionTest, a_groom_arrives_though_frames_always_wait) {
   EXPECT_EQ(got_bytes, groom_service_.file->size());
 }
 
-// A session whose downloads have streams.
+// A session over a connection like WebTransport, in which each download has a stream beside the messages.
 struct SessionDownloads : SessionTest {
   SessionDownloads() {
     connection_->has_streams = true;
     hello();
   }
   FakeConnection::Download& stream(DownloadStream number) { return connection_->downloads.at(number); }
-  // A file of one piece, or another size, from the disk.
+  // Brings the file of `kept` from the disk. By default it fits one piece (Downloads::kPiece_bytes, 16 KiB).
   void read(std::size_t bytes = 500) {
     session_.on_groom_read(groom_service_.kept, std::make_shared<const std::vector<std::uint8_t>>(bytes), now_ns_);
   }
@@ -214,6 +217,8 @@ TEST_F(SessionDownloads, that_are_never_read_are_given_up) {
     send(wire::PoseBatch{});
     session_.poll(now_ns_);
   };
+  // A stream may have no room for 30 s (SessionLimits::download_stalled_ns). The empty batches of poses keep the
+  // session itself alive.
   live(29);
   EXPECT_FALSE(stream(1).was_reset);
   stream(1).room = 1;
@@ -233,6 +238,8 @@ TEST_F(SessionDownloads, that_are_never_read_are_given_up) {
 }
 
 TEST_F(SessionDownloads, share_the_sessions_bytes_a_second_and_are_not_stalled_by_that) {
+  // The session may have one piece of 16 KiB in a second. Its own limit, and not the client, makes the stream wait for
+  // more than 30 s.
   context_.limits.download_bytes_per_s = 16'384;
   Session slow(8, connection_, context_, now_ns_);
   slow.on_message({now_ns_, wire::Hello{wire::kProtocolVersion, "test", "", "", wire::Role::participant, 0, {}}},

@@ -17,7 +17,7 @@ namespace hairnet::server {
 
 inline constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-// One groom in memory and one on disk; no chunk is wanted.
+// A store of grooms with `known` in memory and `kept` on disk. It refuses every uploaded chunk.
 class FakeGroomService final : public GroomService {
  public:
   void open(SessionId session, const GroomShare& share, std::int64_t) override {
@@ -46,8 +46,9 @@ class FakeGroomService final : public GroomService {
   void release(SessionId session, std::int64_t) override { released.push_back(session); }
 
   std::vector<wire::GroomHash> used;
-  wire::GroomHash known{1}, kept{2};                                                 // in memory, on disk
-  std::map<wire::GroomHash, std::shared_ptr<const std::vector<std::uint8_t>>> more;  // in memory, too
+  wire::GroomHash known{1}, kept{2};
+  // More grooms in memory, beside `known`.
+  std::map<wire::GroomHash, std::shared_ptr<const std::vector<std::uint8_t>>> more;
   std::vector<SessionId> released, resent, fetched;
   std::map<SessionId, std::uint64_t> strands_max;
   std::map<SessionId, std::uint32_t> token_holders;
@@ -55,7 +56,8 @@ class FakeGroomService final : public GroomService {
       std::make_shared<const std::vector<std::uint8_t>>(200'000, std::uint8_t{7});
 };
 
-// A session over a fake connection, with small limits, in the test's time.
+// A session over a fake connection. Its limits are small, so that tests reach them, and time passes only when a test
+// adds to now_ns_.
 class SessionTest : public testing::Test {
  protected:
   void send(const wire::Message& message) { session_.on_message({now_ns_, message}, now_ns_); }
@@ -70,7 +72,8 @@ class SessionTest : public testing::Test {
     for (const auto& goodbye : connection_->all<wire::Goodbye>()) reasons.push_back(goodbye.reason);
     return reasons;
   }
-  // All that a client asked for with such a message.
+  // Returns the messages of type T that the session has passed on to the tick since the last call. The other commands
+  // that waited are dropped.
   template <class T>
   std::vector<T> requests() {
     std::vector<T> found;
@@ -79,6 +82,7 @@ class SessionTest : public testing::Test {
     }
     return found;
   }
+  // Does the same for commands of type T.
   template <class T>
   std::vector<T> commands() {
     std::vector<Command> taken;
@@ -104,7 +108,8 @@ class SessionTest : public testing::Test {
     return {{{character, 1, at_ns, false, pose}}};
   }
 
-  std::vector<std::unique_ptr<Session>> kept_;  // others', as they stay open
+  // Further sessions that a test opens stay open until its end.
+  std::vector<std::unique_ptr<Session>> kept_;
   SessionCounters counters_;
   CommandQueue commands_{1000};
   FakeGroomService groom_service_;

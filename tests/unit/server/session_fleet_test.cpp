@@ -21,6 +21,8 @@ auto sent_to(const std::string& host, std::uint16_t port) {
   return Field(&wire::Redirect::to, Optional(wire::ServerAt{host, port}));
 }
 
+// Sessions of the server hair-1 in a fleet, whose directory does what the test says. A claim or a release of a room is
+// undecided until decide() or put_elsewhere().
 class SessionInFleet : public SessionTest {
  protected:
   SessionInFleet() {
@@ -31,6 +33,7 @@ class SessionInFleet : public SessionTest {
     std::shared_ptr<FakeConnection> connection = std::make_shared<FakeConnection>();
     PacketSink* sink = nullptr;
   };
+  // Opens a connection and sends the Hello. Whether the client gets a Welcome depends on the directory.
   Client join(wire::Hello hello = {}) {
     Client client;
     client.sink = registry_.open(client.connection, now_ns_);
@@ -68,6 +71,7 @@ TEST_F(SessionInFleet, who_asks_for_a_room_of_another_server_is_sent_there) {
 
 TEST_F(SessionInFleet, a_client_that_knows_no_redirect_reads_the_address_in_its_goodbye) {
   fleet_.put_elsewhere("hall", kOtherId, {"hair-2", 7421, ""});
+  // A client says in its Hello which messages it knows; Redirect has a higher number than 28.
   const Client client = join({.client_name = "", .room = "hall", .message_max = 28});
   EXPECT_THAT(redirects(client), IsEmpty());
   EXPECT_THAT(goodbye(client).detail, HasSubstr("hair-2, port 7421"));
@@ -108,6 +112,7 @@ TEST_F(SessionInFleet, one_who_was_sent_here_is_not_sent_back) {
 }
 
 TEST_F(SessionInFleet, a_client_that_servers_send_on_and_on_is_counted) {
+  // A client follows four redirects in a row (kRedirectsMax in entry.cpp); with the fifth, servers send it in a circle.
   fleet_.put_elsewhere("hall", kOtherId, {"hair-2", 7421, ""});
   join({.client_name = "", .room = "hall", .redirects = 3});
   EXPECT_EQ(counters_.redirect_loops.value(), 0u);
@@ -141,17 +146,20 @@ TEST_F(SessionInFleet, a_second_hello_does_not_pass_by_the_first_that_waits) {
 }
 
 TEST_F(SessionInFleet, a_client_that_goes_before_its_welcome_leaves_no_claim_behind) {
+  // Clients who make up names of rooms and leave must not fill the directory.
   for (int i = 0; i < 50; ++i) {
     const Client client = join({.client_name = "", .room = "made-up-" + std::to_string(i)});
     client.sink->on_closed("gone", now_ns_);
   }
   for (const std::string& room : fleet_.claimed) fleet_.decide(room, Placement::Kind::here);
+  // Empty rooms are looked for once in a second; 4 s pass.
   for (int i = 0; i < 20; ++i) pass(kSecond_ns / 5);
   EXPECT_THAT(fleet_.released, UnorderedElementsAreArray(fleet_.claimed))
       << "before the grace of a room that somebody was in";
 }
 
 TEST_F(SessionInFleet, waiting_is_not_counted_as_asking_again) {
+  // The client asks for session 77, which does not exist, so it gets a new one once its room is claimed.
   const Client client = join({.client_name = "", .room = "hall", .session = 77});
   for (int i = 0; i < 10; ++i) pass(kSecond_ns / 50);
   EXPECT_EQ(counters_.sessions_not_resumed.value(), 1u);
@@ -164,6 +172,7 @@ TEST_F(SessionInFleet, nobody_is_sent_to_an_owner_that_drains) {
   fleet_.put_elsewhere("hall", kOtherId, {"hair-2", 7421, ""});
   const Client client = join({.client_name = "", .room = "hall"});
   EXPECT_THAT(redirects(client), IsEmpty());
+  // The draining server has given the room up, so this server claims it.
   fleet_.decide("hall", Placement::Kind::unowned);
   pass(kSecond_ns / 50);
   EXPECT_THAT(fleet_.claimed, ElementsAre("hall"));
@@ -173,6 +182,7 @@ TEST_F(SessionInFleet, nobody_is_sent_to_an_owner_that_drains) {
 }
 
 TEST_F(SessionInFleet, a_restarted_server_sends_nobody_to_itself) {
+  // The directory still names the server's former life, with another ID at the same address, hair-1:7420.
   fleet_.put_elsewhere("hall", 99, {"hair-1", 7420, ""});
   const Client client = join({.client_name = "", .room = "hall", .redirects = 1});
   pass(kSecond_ns / 50);
@@ -180,6 +190,7 @@ TEST_F(SessionInFleet, a_restarted_server_sends_nobody_to_itself) {
   EXPECT_THAT(client.connection->all<wire::Goodbye>(), IsEmpty());
 }
 
+// A client is in the room hall of this server, and another server, hair-2, could take it.
 class SessionInOwnRoom : public SessionInFleet {
  protected:
   SessionInOwnRoom() {
@@ -197,6 +208,7 @@ class SessionInOwnRoom : public SessionInFleet {
 };
 
 TEST_F(SessionInOwnRoom, frames_stop_while_the_lease_is_not_safe_and_go_on_after_it) {
+  // A server whose lease may have ended must send no frames, since another server may have the room by now.
   push_frame();
   EXPECT_EQ(frames(), 1u);
   fleet_.is_open = false;
@@ -228,7 +240,8 @@ TEST_F(SessionInOwnRoom, a_room_that_overloads_the_server_takes_no_late_joiners_
   EXPECT_EQ(counters_.sessions_refused_overloaded.value(), 1u);
 }
 
-// A room that another server had, whose moderator has banned mallory, muted loud, and locked it while alice was in it.
+// A room that another server had. Its moderator has banned mallory, muted loud, and locked the room while alice, loud
+// and mallory were in it. The ban of "old" has expired.
 class SessionInMovedRoom : public SessionInFleet {
  protected:
   SessionInMovedRoom() {
@@ -270,6 +283,7 @@ TEST_F(SessionInMovedRoom, bans_and_the_lock_hold_but_for_those_who_were_in_it) 
   EXPECT_EQ(welcomes(enter("alice")), 1u);
   EXPECT_TRUE(context_.rules.is_muted("hall", "sub:loud"));
   EXPECT_FALSE(context_.rules.is_banned("hall", "sub:old", now_ns_));
+  // People of a moved room have 60 s to come back (RoomKeeper::kReturn_ns).
   pass(61 * kSecond_ns);
   EXPECT_EQ(goodbye(enter("loud")).reason, wire::GoodbyeReason::room_refused) << "it has had a minute to come back";
   EXPECT_EQ(welcomes(enter("boss", true)), 1u);
@@ -292,6 +306,7 @@ TEST_F(SessionInMovedRoom, what_changes_is_kept_for_the_next_server) {
       wire::encode_packet({now_ns_, wire::Moderate{wire::ModerateAction::unmute, 0, "sub:loud", 0, ""}}), now_ns_);
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::SetWind{{.mean_m_per_s = {4, 0, 0}}}}), now_ns_);
   const RoomKept now = kept();
+  // A second has passed in kept(): mallory's ban of 100 s has 99 left, and eve's ban of 50 s has 49.
   EXPECT_THAT(now.bans,
               ElementsAre(RoomKept::Ban{"sub:mallory", unix_s_ + 99}, RoomKept::Ban{"sub:eve", unix_s_ + 49}));
   EXPECT_THAT(now.mutes, IsEmpty());
@@ -322,12 +337,14 @@ TEST_F(SessionInMovedRoom, a_wind_moves_with_the_room_of_a_server_that_drains) {
 TEST_F(SessionInMovedRoom, as_many_props_as_a_room_may_have_go_on_for_the_first_who_comes_to_the_next_server) {
   const Client boss = enter("boss", true);
   wire::SetProps set;
+  // The room has kPropsMax props (128), and then number 5 is removed.
   for (unsigned i = 0; i < wire::kPropsMax; ++i)
     set.props.push_back({static_cast<std::uint8_t>(i), sphere(0.25), {Quat::Identity(), {0.1 * i, -1.7, 0.3}}});
   boss.sink->on_packet(wire::encode_packet({now_ns_, set}), now_ns_);
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::SetProps{{}, {5}}}), now_ns_);
   kept();
   EXPECT_EQ(counters_.kept_left_out.value(), 0u);
+  // The room moves to another server and back, with what the directory keeps of it.
   const std::string text = fleet_.kept["hall"];
   fleet_.put_elsewhere("hall", kOtherId, {"hair-2", 7421, ""});
   registry_.on_room_lost("hall", now_ns_);
@@ -354,6 +371,7 @@ TEST_F(SessionInMovedRoom, props_of_a_room_that_all_have_left_are_kept_no_longer
   EXPECT_FALSE(kept().props.empty());
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}}), now_ns_);
   EXPECT_FALSE(kept().props.empty()) << "the empty room exists for a while";
+  // The room's grace of 2 s ends; 8 s pass.
   for (int i = 0; i < 40; ++i) pass(kSecond_ns / 5);
   EXPECT_THAT(fleet_.released, ElementsAre("hall"));
   EXPECT_THAT(parse_kept(fleet_.kept["hall"]).value().props, IsEmpty());
@@ -386,6 +404,7 @@ TEST_F(SessionInMovedRoom, a_lock_ends_when_those_who_were_in_the_room_do_not_co
 TEST_F(SessionInMovedRoom, a_room_that_all_have_left_keeps_its_bans_only) {
   const Client boss = enter("boss", true);
   boss.sink->on_packet(wire::encode_packet({now_ns_, wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}}), now_ns_);
+  // The room's grace of 2 s ends; 8 s pass.
   for (int i = 0; i < 40; ++i) pass(kSecond_ns / 5);
   EXPECT_THAT(fleet_.released, ElementsAre("hall"));
   const RoomKept left = parse_kept(fleet_.kept["hall"]).value();
@@ -416,6 +435,7 @@ TEST_F(SessionInMovedRoom, a_text_that_is_not_valid_is_refused_and_counted) {
   registry_.on_room_claimed("hall", to_value({.is_locked = true, .wind = {1, 2, 3}}, left_out), now_ns_);
   EXPECT_EQ(counters_.rooms_kept_refused.value(), 2u);
   EXPECT_TRUE(context_.rules.is_locked("hall")) << "its wind alone is not valid";
+  // A prop's size may be 100 m at most (kTouchSizeMax_m).
   const std::vector<std::uint8_t> too_large = wire::encode_packet({0, wire::SetProps{{{1, sphere(101), {}}}}});
   registry_.on_room_claimed("hall", to_value({.is_locked = true, .props = too_large}, left_out), now_ns_);
   EXPECT_EQ(counters_.rooms_kept_refused.value(), 3u);
@@ -429,6 +449,7 @@ TEST_F(SessionInMovedRoom, more_than_the_server_may_have_is_left_out_and_counted
   for (int i = 0; i < 5; ++i) kept.bans.push_back({"sub:" + std::to_string(i), unix_s_ + 10});
   std::size_t left_out = 0;
   registry_.on_room_claimed("hall", to_value(kept, left_out), now_ns_);
+  // Five bans, two mutes and the lock are eight entries, and bans_max bounds all of them.
   EXPECT_EQ(context_.rules.entry_count(), 3u);
   EXPECT_EQ(counters_.kept_left_out.value(), 5u);
 }
@@ -473,6 +494,7 @@ TEST_F(SessionInOwnRoom, a_detached_session_ends_with_its_room) {
 
 TEST_F(SessionInOwnRoom, a_draining_server_gives_its_rooms_up_and_then_sends_their_sessions_on) {
   registry_.drain(kSecond_ns, now_ns_);
+  // Rooms are given up half a second after the drain begins (kNotice_ns in session_registry.cpp).
   pass(kSecond_ns / 2);
   EXPECT_THAT(fleet_.released, ElementsAre("hall"));
   pass(kSecond_ns / 50);
@@ -483,6 +505,8 @@ TEST_F(SessionInOwnRoom, a_draining_server_gives_its_rooms_up_and_then_sends_the
 }
 
 TEST_F(SessionInOwnRoom, a_draining_server_leaves_others_time_to_prepare_the_grooms_of_its_rooms) {
+  // Other servers hear which grooms they need. They have half a second (kNotice_ns in session_registry.cpp) before the
+  // room is given up.
   groom_service_.used = {wire::GroomHash{7}, wire::GroomHash{8}};
   registry_.drain(2 * kSecond_ns, now_ns_);
   EXPECT_EQ(fleet_.passed_on, groom_service_.used);
@@ -508,6 +532,8 @@ TEST_F(SessionInOwnRoom, a_draining_server_gives_up_a_room_that_it_wins_late) {
 
 TEST_F(SessionInOwnRoom, a_detached_session_keeps_its_room_until_its_grace_ends) {
   session_of(client_).on_closed("broken", now_ns_);
+  // A detached session lives for 10 s (resume_grace_ns), and its empty room for 2 s more. Nine seconds pass, and then
+  // six.
   for (int i = 0; i < 90; ++i) pass(kSecond_ns / 10);
   EXPECT_EQ(context_.session_count, 1u);
   EXPECT_THAT(fleet_.released, IsEmpty());
@@ -534,6 +560,7 @@ TEST_F(SessionInOwnRoom, a_draining_server_says_goodbye_where_no_other_takes_the
 TEST_F(SessionInOwnRoom, a_room_that_all_have_left_is_given_up_after_its_grace) {
   client_.sink->on_packet(wire::encode_packet({now_ns_, wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}}),
                           now_ns_);
+  // The grace is 2 s, so the room still exists after 2 s; after 3 s more it does not.
   for (int i = 0; i < 20; ++i) pass(kSecond_ns / 10);
   EXPECT_THAT(fleet_.released, IsEmpty());
   for (int i = 0; i < 30; ++i) pass(kSecond_ns / 10);

@@ -17,7 +17,7 @@ using wire::ErrorReason;
 using wire::GoodbyeReason;
 using enum wire::ModerateAction;
 
-// A moderator, and others in the same room and in another one.
+// A moderator is in the lobby. A test adds clients there and in another room, the attic.
 class ModerationTest : public SubjectTest {
  protected:
   ModerationTest() {
@@ -34,7 +34,7 @@ class ModerationTest : public SubjectTest {
     hello.room = room;
     return hello;
   }
-  // Sends it as the moderator; none: it was not refused.
+  // Sends the request as the moderator. Returns the error of a refused request, or else none.
   std::optional<ErrorReason> moderate(const wire::Moderate& request) { return moderate_as(moderator_, request); }
   std::optional<ErrorReason> moderate_as(Client& client, const wire::Moderate& request) {
     const std::size_t before = client.errors().size();
@@ -79,6 +79,7 @@ TEST_F(ModerationTest, a_banned_subject_enters_the_room_again_when_its_time_is_o
   Client mallory = join(claims("mallory"), "192.0.2.1");
   EXPECT_EQ(moderate({remove, 0, "sub:mallory", 60}), std::nullopt);
   EXPECT_THAT(mallory.goodbyes(), ElementsAre(GoodbyeReason::removed));
+  // The ban lasts 60 s.
   now_ns_ += 59 * kSecond_ns;
   registry_.poll(now_ns_);
   EXPECT_EQ(counters_.gauges.bans.value(), 1);
@@ -127,6 +128,7 @@ TEST_F(ModerationTest, the_newest_token_makes_a_moderator_or_not) {
   Client bob = join(claims("bob")), carol = join(claims("carol"));
   bob = resume(bob, hello_with(moderator_claims("bob")));
   EXPECT_EQ(moderate_as(bob, {mute, session_of(carol), ""}), std::nullopt);
+  // A session may resume once in a second (SessionLimits::resume_interval_ns).
   now_ns_ += 2 * kSecond_ns;
   bob = resume(bob, hello_with(claims("bob")));
   EXPECT_EQ(moderate_as(bob, {unmute, session_of(carol), ""}), ErrorReason::not_allowed);
@@ -157,6 +159,8 @@ TEST_F(ModerationTest, who_is_not_in_the_room_is_unknown) {
 }
 
 TEST_F(ModerationTest, of_an_exempt_address_only_one_session_is_removed) {
+  // All clients of exempt addresses without a subject in their token share the name "exempt". A ban or a mute of this
+  // name would hit all of them.
   Client first = join(claims("")), second = join(claims(""));
   ASSERT_EQ(registry_.find(static_cast<SessionId>(session_of(first)))->identity().subject.name, "exempt");
   EXPECT_EQ(moderate({remove, session_of(first), "", 60}), ErrorReason::not_allowed);
@@ -224,6 +228,7 @@ TEST_F(ModerationTest, a_lock_ends_with_its_room) {
 TEST_F(ModerationTest, a_full_list_refuses_more_and_drops_nothing) {
   context_.limits.bans_max = 2;
   Client mallory = join(claims("mallory")), bob = join(claims("bob"));
+  // A ban and a mute fill the list: bans_max bounds bans, mutes and locks together.
   EXPECT_EQ(moderate({remove, 0, "sub:a", 60}), std::nullopt);
   EXPECT_EQ(moderate({mute, session_of(bob), ""}), std::nullopt);
   EXPECT_EQ(moderate({remove, session_of(mallory), "", 60}), ErrorReason::limit_exceeded);

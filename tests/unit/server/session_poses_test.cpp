@@ -37,6 +37,8 @@ TEST_F(SessionTest, takes_poses_as_datagrams_once_it_is_active_and_nothing_else)
 TEST_F(SessionTest, takes_a_pose_that_comes_again_once) {
   hello();
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
+  // Each datagram repeats the two poses before its own, so a lost datagram costs nothing. The sequence numbers wrap
+  // from 0xffffffff to 0.
   const auto pose = [begin_ns = now_ns_](std::uint32_t sequence) {
     const std::int64_t captured_ns = 14'000'000 * static_cast<std::int32_t>(sequence);
     return wire::PoseSample{1, sequence, begin_ns + captured_ns, false, rigid_pose({})};
@@ -67,12 +69,13 @@ TEST_F(SessionTest, poses_that_come_again_cost_nothing_of_the_rate_of_poses) {
   wire::PoseBatch batch{{pose}};
   send(batch);
   batch.earlier.assign(wire::kEarlierPosesMax, *wire::to_earlier(before, pose));
+  // These are 400 repeated poses, far more than the 100 that small_limits() allows at once.
   for (int i = 0; i < 25; ++i) send(batch);
   EXPECT_EQ(counters_.poses_repeated.value(), 25 * wire::kEarlierPosesMax);
   EXPECT_EQ(counters_.poses_dropped_over_rate.value(), 0u);
 }
 
-// It may come before the AddCharacter, or after the RemoveCharacter.
+// A datagram may overtake the AddCharacter, or be overtaken by the RemoveCharacter, so its sender has made no mistake.
 TEST_F(SessionTest, does_not_answer_a_datagram_of_a_character_that_is_not_there) {
   hello();
   session_.on_datagram(wire::encode_packet({now_ns_, one_pose(rigid_pose({}), now_ns_)}), now_ns_);
@@ -113,6 +116,7 @@ TEST_F(SessionTest, drops_and_counts_poses_above_their_rate) {
   hello();
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   wire::PoseBatch batch;
+  // The 100 poses of small_limits() are enough for the first batch of 80. The second is dropped as a whole.
   batch.poses.assign(80, {1, 1, now_ns_, false, rigid_pose({})});
   send(batch);
   send(batch);
@@ -124,6 +128,9 @@ TEST_F(SessionTest, poses_that_are_captured_too_close_together_are_left_out) {
   hello();
   for (const std::uint32_t character : {1u, 2u})
     send(wire::AddCharacter{character, groom_service_.known, LevelIndex::low});
+  // Two characters have a pose in each of 10 ms. Poses closer than 4 ms are left out (kPoseSpacing_ns in
+  // pose_filter.cpp), so the first, fifth and ninth stay. The third pose of character 2 is a teleport, which must not
+  // be lost with its pose.
   wire::PoseBatch batch;
   for (std::uint32_t i = 0; i < 10; ++i) {
     now_ns_ += 1'000'000;
@@ -148,7 +155,8 @@ TEST_F(SessionTest, poses_of_a_quick_headset_all_pass) {
   for (std::uint32_t i = 1; i <= 90; ++i) {
     now_ns_ += kSecond_ns / 90;
     send(wire::PoseBatch{{{1, i, now_ns_, false, rigid_pose({})}}});
-    if (i % 9 == 0) now_ns_ += 8 * kSecond_ns / 10;  // stays below the rate of messages
+    // Pauses keep the client below the 10 messages a second of small_limits().
+    if (i % 9 == 0) now_ns_ += 8 * kSecond_ns / 10;
   }
   EXPECT_EQ(counters_.poses_thinned.value(), 0u);
   EXPECT_EQ(counters_.poses_dropped_over_rate.value(), 0u);
@@ -157,7 +165,9 @@ TEST_F(SessionTest, poses_of_a_quick_headset_all_pass) {
 TEST_F(SessionTest, closes_a_client_far_above_the_rate_of_poses) {
   hello();
   wire::PoseBatch batch;
-  batch.poses.assign(640, {1, 1, now_ns_, false, rigid_pose({})});  // 10 plain messages more
+  // 640 poses above the rate cost as much as 10 plain messages (kDroppedPosePrice is 1/64), of which 40 may come at
+  // once.
+  batch.poses.assign(640, {1, 1, now_ns_, false, rigid_pose({})});
   for (int i = 0; i < 3; ++i) send(batch);
   EXPECT_EQ(session_.state(), State::active);
   send(batch);

@@ -13,6 +13,7 @@ using wire::ErrorReason;
 using wire::GoodbyeReason;
 using State = Session::State;
 
+// In these tests a client may send 10 messages in a second and 40 at once (small_limits() in session_fixture.hpp).
 TEST_F(SessionTest, closes_a_client_above_the_message_rate) {
   hello();
   for (int i = 0; i < 100; ++i) send(wire::SetLevel{1, LevelIndex::low});
@@ -40,10 +41,12 @@ TEST_F(SessionTest, keeps_a_client_at_the_message_rate) {
 TEST_F(SessionTest, more_work_than_a_client_may_ask_for_is_refused_and_plain_messages_still_pass) {
   hello();
   const auto ask = [&] {
-    for (int i = 0; i < 8; ++i) send(wire::SetWind{});  // worth 4 plain messages
+    // Each wind costs as much as 4 plain messages (message_price.hpp).
+    for (int i = 0; i < 8; ++i) send(wire::SetWind{});
   };
   ask();
   const std::size_t passed = requests<wire::SetWind>().size();
+  // A quarter of the 40 is left for plain messages (kPlainReserve in session_messages.cpp), so at most 7 winds pass.
   EXPECT_GE(passed, 4u);
   EXPECT_LE(passed, 7u);
   EXPECT_THAT(errors(), testing::AllOf(testing::SizeIs(8 - passed), testing::Each(ErrorReason::limit_exceeded)));
@@ -67,6 +70,7 @@ TEST_F(SessionTest, an_appearance_costs_more_in_a_room_of_many) {
   const auto price = [&] { return price_of(wire::SetAppearance{}, rooms, "hall"); };
   const double alone = price();
   for (int i = 0; i < 256; ++i) rooms.enter("hall");
+  // 64 sessions that hear of a change cost as much as a plain message.
   EXPECT_GE(price(), alone + 4);
 }
 
@@ -85,7 +89,8 @@ TEST_F(SessionTest, a_new_tag_is_refused_while_memory_is_full) {
 TEST_F(SessionTest, no_message_costs_more_than_a_client_can_save_up) {
   hello();
   const std::string room = connection_->all<wire::Welcome>().at(0).room;
-  for (int i = 0; i < 6400; ++i) context_.rooms.enter(room);  // each is told of a new character
+  // Each of 6400 sessions hears of a new character, which would cost 100 plain messages. A client can save up 40.
+  for (int i = 0; i < 6400; ++i) context_.rooms.enter(room);
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   EXPECT_THAT(errors(), IsEmpty());
   EXPECT_EQ(requests<wire::AddCharacter>().size(), 1u);

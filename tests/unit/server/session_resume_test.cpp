@@ -180,6 +180,7 @@ TEST_F(ResumeTest, weighs_as_much_as_its_room_has_members) {
     send(first, wire::AddCharacter{character, groom_service_.known, LevelIndex::low});
   commands<OpenSession>();
   connect(first.welcome().session, first.welcome().secret);
+  // The command weighs 1, and each of the room's two members as much, since the tick announces them again.
   EXPECT_EQ(commands_.weight(), 3u);
 }
 
@@ -190,6 +191,7 @@ TEST_F(ResumeTest, a_full_server_gives_the_place_of_a_lost_client_without_charac
   EXPECT_EQ(connect().connection->all<wire::Goodbye>().at(0).reason, GoodbyeReason::server_full);
   with.sink->on_closed("reset", now_ns_);
   without.sink->on_closed("reset", now_ns_);
+  // The session without characters makes room; the one with a character does not, since its hair would be lost.
   EXPECT_FALSE(connect().welcome().resumed);
   EXPECT_EQ(connect().connection->all<wire::Goodbye>().at(0).reason, GoodbyeReason::server_full);
   EXPECT_TRUE(connect(with.welcome().session, with.welcome().secret).welcome().resumed);
@@ -209,6 +211,8 @@ TEST_F(ResumeTest, a_stranger_who_is_refused_anyway_ends_nobodys_session_on_a_fu
 }
 
 TEST_F(ResumeTest, does_not_refill_what_a_client_may_send) {
+  // Both connections together may send the 40 messages of small_limits(), and the resume counts as one of them: 30, 1
+  // and 9 pass.
   Client first = connect();
   for (int i = 0; i < 30; ++i) send(first, wire::SetLevel{1, LevelIndex::low});
   Client second = connect(first.welcome().session, first.welcome().secret);

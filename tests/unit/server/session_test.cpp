@@ -24,6 +24,7 @@ TEST_F(SessionTest, welcomes_a_hello_of_its_version) {
   EXPECT_EQ(session_.state(), State::active);
   const auto welcomes = connection_->all<wire::Welcome>();
   ASSERT_EQ(welcomes.size(), 1u);
+  // The fixture has session 7 at tick 42, with two characters for each session.
   EXPECT_EQ(welcomes[0].session, 7u);
   EXPECT_EQ(welcomes[0].tick, 42u);
   EXPECT_EQ(welcomes[0].character_count_max, 2u);
@@ -63,6 +64,7 @@ TEST(Hello, the_largest_valid_one_fits_what_a_connection_takes_before_it_joins) 
   hello.token = std::string(wire::kTokenBytesMax, 't');
   const std::vector<std::uint8_t> packet = wire::encode_packet({1, hello});
   EXPECT_EQ(wire::decode_packet(packet).error, wire::DecodeError::none);
+  // The comment of kHelloPacketBytesMax promises that the largest valid Hello has half as many bytes.
   EXPECT_LE(2 * packet.size(), kHelloPacketBytesMax);
 }
 
@@ -146,6 +148,7 @@ TEST_F(SessionTest, refuses_invalid_materials_and_winds_completely_and_continues
   material.scale.density = std::numeric_limits<float>::quiet_NaN();
   send(material);
   wire::SetWind wind;
+  // The least scale is 0.3 m (kTurbulenceScaleMin_m in core/solver/wind.hpp).
   wind.wind.turbulence_scale_m = 0.1;
   send(wind);
   EXPECT_THAT(errors(),
@@ -190,6 +193,8 @@ TEST_F(SessionTest, passes_on_what_names_its_own_characters) {
 
 TEST_F(SessionTest, names_the_reason_of_every_refused_character) {
   hello();
+  // The refused messages are, in order: the invalid number 0, a groom that was never uploaded, number 1 twice, one
+  // character more than the two of small_limits(), and a level and a removal of a character that does not exist.
   send(wire::AddCharacter{0, groom_service_.known, LevelIndex::low});
   send(wire::AddCharacter{1, wire::GroomHash{9}, LevelIndex::low});
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
@@ -205,6 +210,8 @@ TEST_F(SessionTest, names_the_reason_of_every_refused_character) {
 }
 
 TEST_F(SessionTest, the_limit_of_all_characters_covers_sessions_and_is_released) {
+  // The server may have three characters and a session two (small_limits()), so the second session gets only one until
+  // the first session leaves.
   hello();
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   send(wire::AddCharacter{2, groom_service_.known, LevelIndex::low});
@@ -222,6 +229,7 @@ TEST_F(SessionTest, the_limit_of_all_characters_covers_sessions_and_is_released)
 }
 
 TEST_F(SessionTest, maps_capture_times_to_the_servers_clock) {
+  // The client's clock is a minute behind the server's. The pose was captured 4 ms before it was sent.
   const std::int64_t offset_ns = -60 * kSecond_ns;
   session_.on_message({now_ns_ + offset_ns, wire::Hello{}}, now_ns_);
   session_.on_message({now_ns_ + offset_ns, wire::AddCharacter{1, groom_service_.known, LevelIndex::low}}, now_ns_);
@@ -233,10 +241,12 @@ TEST_F(SessionTest, maps_capture_times_to_the_servers_clock) {
 
 TEST_F(SessionTest, a_full_command_queue_refuses_and_loses_nothing) {
   hello();
+  // The tick is so late that its queue of commands is full.
   for (Command filler = DetachSession{}; commands_.try_put(filler);) filler = DetachSession{};
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::limit_exceeded));
   EXPECT_EQ(context_.character_count, 0u);
+  // This call also empties the queue, so the same message succeeds next.
   EXPECT_THAT(requests<wire::AddCharacter>(), IsEmpty());
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   EXPECT_EQ(requests<wire::AddCharacter>().size(), 1u);
@@ -259,6 +269,8 @@ TEST_F(SessionTest, an_overflowing_outbox_closes_as_a_slow_consumer) {
   Session session(9, connection, context_, now_ns_);
   session.on_message({now_ns_, wire::Hello{}}, now_ns_);
   connection->is_writable = false;
+  // Each message is answered with an error, and 30 errors exceed the 1000 bytes that may wait. They stay below
+  // messages_burst (40), so the rate of messages does not end the session first.
   for (int i = 0; i < 30; ++i) session.on_message({now_ns_, wire::RemoveCharacter{5}}, now_ns_);
   session.poll(now_ns_);
   connection->is_writable = true;
@@ -347,6 +359,7 @@ TEST_F(SessionTest, requires_a_token_by_its_key_and_enforces_its_claims) {
   context_.token_key.emplace(std::vector<std::uint8_t>(32, 7));
   context_.limits.session_count_max = 100;
   context_.unix_time_s = [] { return std::int64_t{1000}; };
+  // Returns 0 for a refused token, or else one more than the characters that the session may have.
   const auto try_token = [&](const std::string& token, wire::Role role, const std::string& room = "hall") {
     auto connection = std::make_shared<FakeConnection>();
     auto session = std::make_unique<Session>(9, connection, context_, now_ns_);
@@ -409,6 +422,7 @@ TEST_F(SessionTest, a_hair_state_out_of_range_leaves_the_character_at_rest) {
   wire::HairState state{0.5e-3f, {1, 2, 3}, {}};
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low, state});
   EXPECT_TRUE(requests<wire::AddCharacter>().at(0).state.has_value());
+  // The greatest step is 1 mm (kHairStateStepMax_m).
   state.step_m = 1;
   send(wire::AddCharacter{2, groom_service_.known, LevelIndex::low, state});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::state_invalid));
@@ -466,9 +480,11 @@ TEST_F(SessionTest, a_full_server_refuses_and_continues_with_its_clients) {
 }
 
 TEST_F(SessionTest, of_too_many_silent_connections_the_longest_waiting_ends) {
-  send(wire::Goodbye{GoodbyeReason::client_leaves, ""});  // the fixture's own session waits no longer
+  // The fixture's own session must not count among those that wait for a Hello.
+  send(wire::Goodbye{GoodbyeReason::client_leaves, ""});
   SessionRegistry registry(context_);
   std::vector<std::shared_ptr<FakeConnection>> connections;
+  // As many connections may wait for a Hello as there may be sessions, which are two in small_limits().
   for (int i = 0; i < 3; ++i) {
     connections.push_back(std::make_shared<FakeConnection>());
     EXPECT_TRUE(registry.open(connections.back(), now_ns_ + i));
@@ -477,6 +493,7 @@ TEST_F(SessionTest, of_too_many_silent_connections_the_longest_waiting_ends) {
   EXPECT_EQ(connections[0]->all<wire::Goodbye>()[0].reason, GoodbyeReason::server_full);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(connections[i]->closed, i == 0);
   EXPECT_EQ(context_.awaiting_hello_count, context_.limits.session_count_max);
+  // A connection without a Hello ends after 5 s (SessionLimits::handshake_timeout_ns).
   registry.poll(now_ns_ + 6 * kSecond_ns);
   registry.poll(now_ns_ + 6 * kSecond_ns);
   EXPECT_EQ(registry.count(), 0u);
@@ -494,6 +511,8 @@ TEST_F(SessionTest, an_observer_sets_the_wind_only_where_everyone_may) {
 
 TEST_F(SessionTest, closes_a_client_that_reads_but_leaves_messages_waiting) {
   hello();
+  // The client takes one packet in each second, so it is never without progress. But three messages are queued in each
+  // of ten seconds, so in the end the first in the queue has waited longer than slow_consumer_ns (10 s).
   session_.outbox().push_frames({{wire::encode_packet({1, wire::FrameBatch{}}), 1}});
   const auto takes_one = [&] {
     connection_->room = 1;

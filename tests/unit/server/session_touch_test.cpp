@@ -18,7 +18,7 @@ using testing::SizeIs;
 using wire::ErrorReason;
 using enum AllowedClients;
 
-// One hand of so many balls.
+// Makes a sample of one hand that has this many balls, with a radius of 4 cm.
 wire::HandsSample hands(std::uint32_t sequence, std::int64_t captured_ns, std::size_t shapes = 1) {
   Hand hand;
   hand.shapes.assign(shapes, HandShape{.radius_m = 0.04});
@@ -36,6 +36,8 @@ wire::Hello as_observer() {
 }
 
 TEST_F(SessionTest, hands_reach_the_tick_on_the_servers_clock_alone_and_beside_poses) {
+  // The client's clock is a minute behind the server's, so the session must add a minute to the capture times. The
+  // first hands were captured 4 ms before they were sent.
   const std::int64_t offset_ns = -60 * kSecond_ns, theirs_ns = now_ns_ + offset_ns;
   session_.on_message({theirs_ns, wire::Hello{}}, now_ns_);
   session_.on_message({theirs_ns, wire::AddCharacter{1, groom_service_.known, LevelIndex::low}}, now_ns_);
@@ -76,6 +78,7 @@ TEST_F(SessionTest, hands_of_another_time_are_refused_one_error_a_second_and_pos
     now_ns_ += 10'000'000;
     const auto sequence = static_cast<std::uint32_t>(i + 1);
     batch.poses.push_back({1, sequence, now_ns_, false, rigid_pose({})});
+    // A capture time may be at most a minute from the envelope's clock (PeerClock::kCaptureSpan_ns).
     batch.hands = hands(sequence, now_ns_ + 61 * kSecond_ns);
     send(batch);
   }
@@ -94,6 +97,7 @@ TEST_F(SessionTest, a_sample_of_hands_counts_as_a_pose_against_their_rate) {
   hello();
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
   wire::PoseBatch batch;
+  // One sample of hands and 99 poses use up the 100 poses that small_limits() allows at once.
   batch.poses.assign(99, {1, 1, now_ns_, false, rigid_pose({})});
   batch.hands = hands(1, now_ns_);
   send(batch);
@@ -110,7 +114,9 @@ TEST_F(SessionTest, hands_weigh_by_their_shapes_and_are_dropped_while_the_tick_i
   hello();
   commands<OpenSession>();
   send(wire::PoseBatch{{}, {}, hands(1, now_ns_, 32)});
+  // The command weighs 1, and each of its 32 shapes as much; 32 is the most that a person may have (kHandShapesMax).
   EXPECT_EQ(commands_.weight(), 33u);
+  // The tick is so late that its queue of commands is full.
   for (Command filler = DetachSession{}; commands_.try_put(filler);) filler = DetachSession{};
   send(wire::PoseBatch{{}, {}, hands(2, now_ns_)});
   EXPECT_EQ(counters_.hands_dropped_busy.value(), 1u);
@@ -134,6 +140,8 @@ TEST_F(SessionTest, the_owner_says_who_may_touch_a_character) {
 TEST_F(SessionTest, holds_out_of_range_are_refused_and_others_go_to_the_tick) {
   hello();
   const float nan = std::numeric_limits<float>::quiet_NaN();
+  // The shapes of a person have the numbers 0 to 31 (kHandShapesMax is 32), and a hand takes hold of hair within 0.3 m
+  // at most (kGrabRadiusMax_m).
   send(wire::TakeHold{3, 31, {0, 0.1f, 0}, 0.05f});
   send(wire::LetGo{3, 31, Release::pin});
   EXPECT_THAT(errors(), IsEmpty());
@@ -146,6 +154,7 @@ TEST_F(SessionTest, holds_out_of_range_are_refused_and_others_go_to_the_tick) {
   EXPECT_EQ(counters_.requests_refused_hold.value(), 5u);
   std::vector<Command> taken;
   commands_.take_all(taken);
+  // The first command opens the session.
   ASSERT_EQ(taken.size(), 3u);
   EXPECT_EQ(std::get<wire::TakeHold>(std::get<FromClient>(taken[1]).message).radius_m, 0.05f);
   EXPECT_EQ(std::get<wire::LetGo>(std::get<FromClient>(taken[2]).message).release, Release::pin);
@@ -158,6 +167,7 @@ TEST_F(SessionTest, the_tick_decides_whose_hair_an_observer_takes_hold_of) {
   EXPECT_THAT(errors(), IsEmpty());
   std::vector<Command> taken;
   commands_.take_all(taken);
+  // The third command is the hold itself, which the tick may refuse.
   ASSERT_EQ(taken.size(), 3u);
   EXPECT_TRUE(std::holds_alternative<OpenSession>(taken[0]));
   EXPECT_EQ(std::get<SetTouchRight>(taken[1]).session, 7u);
@@ -178,6 +188,7 @@ TEST_F(SessionTest, a_message_with_one_prop_out_of_range_is_refused_as_a_whole) 
   context_.limits.props_from_clients = participants;
   hello();
   EXPECT_TRUE(connection_->all<wire::Welcome>().at(0).may_set_props);
+  // A size may be 100 m at most (kTouchSizeMax_m), and a coordinate 10 000 m (kPositionMax_m).
   send(wire::SetProps{{ball(1), ball(2, 101)}});
   wire::Prop far = ball(3);
   far.place.position = {0, 20'000, 0};
@@ -193,8 +204,11 @@ TEST_F(SessionTest, a_message_with_one_prop_out_of_range_is_refused_as_a_whole) 
 
 TEST(PropsOfRoomsTest, keeps_those_of_as_many_rooms_as_there_may_be_and_forgets_the_longest_empty_one) {
   PropsOfRooms props;
+  // The last argument is the number of rooms, which is 3.
   const auto set = [&](const std::string& room) { props.set(room, {{ball(1)}, {}}, 3); };
   for (const char* room : {"a", "b", "c"}) set(room);
+  // The numbers are the times at which the grace of each room ends. Room b is opened again, so c has been empty
+  // longest, and after it a.
   props.close_room("b", 10);
   props.close_room("c", 11);
   props.close_room("a", 12);
@@ -243,6 +257,8 @@ TEST_F(SessionTest, touch_costs_what_it_makes_the_server_do) {
   EXPECT_EQ(price_of(wire::LetGo{}, rooms, "hall"), 1);
   EXPECT_EQ(price_of(wire::TakeHold{}, rooms, "hall"), 2);
   EXPECT_EQ(none, 1);
+  // message_price.hpp has these prices: 32 props, or 64 sessions that hear of a change, cost as much as a plain
+  // message.
   EXPECT_EQ(props(128), none + 4);
   for (int i = 0; i < 256; ++i) rooms.enter("hall");
   EXPECT_EQ(touch(), touch_alone + 4);
@@ -251,12 +267,13 @@ TEST_F(SessionTest, touch_costs_what_it_makes_the_server_do) {
 
 TEST_F(SessionTest, a_client_that_grabs_without_end_is_sent_away) {
   hello();
+  // A hold has a price of 2, and small_limits() allows a price of 40 at once.
   for (int i = 0; i < 1000 && session_.state() == Session::State::active; ++i)
     send(wire::TakeHold{3, 1, {0, 0, 0}, 0.05f});
   EXPECT_THAT(goodbyes(), ElementsAre(wire::GoodbyeReason::over_rate));
 }
 
-// A moderator, and others.
+// Several sessions, each with a token of its own, one of them a moderator's.
 class TouchRightsTest : public SubjectTest {
  protected:
   TouchRightsTest() { context_.limits.messages_per_s = 1000; }
@@ -265,7 +282,7 @@ class TouchRightsTest : public SubjectTest {
     granted.moderate = true;
     return granted;
   }
-  // What the tick was told since the last call: the session, and whether it may touch others.
+  // Returns the rights that the tick has got since the last call: the session, and whether it may touch others.
   std::vector<std::pair<std::uint64_t, bool>> announced() {
     std::vector<std::pair<std::uint64_t, bool>> all;
     for (const SetTouchRight& right : commands<SetTouchRight>())
@@ -320,6 +337,8 @@ TEST_F(TouchRightsTest, the_token_says_who_may_set_props_else_the_setting) {
 }
 
 TEST_F(TouchRightsTest, a_muted_subject_touches_no_others_and_sets_no_props_until_it_is_unmuted) {
+  // Mallory has two sessions in the moderator's room and one in another room. A mute covers both sessions of the first
+  // room, also after a resume and for later sessions, and leaves the other room alone.
   context_.limits.props_from_clients = participants;
   Client moderator = join(moderator_claims()), mallory = join(claims("mallory")), second = join(claims("mallory")),
          bob = join(claims("bob"));
@@ -371,6 +390,7 @@ TEST_F(TouchRightsTest, the_newest_token_of_a_session_counts) {
   alice = resume(alice, hello_with(forbidden));
   EXPECT_FALSE(alice.welcome().may_touch);
   EXPECT_THAT(announced(), ElementsAre(std::pair(its, false)));
+  // A session may resume once in a second (SessionLimits::resume_interval_ns).
   now_ns_ += 2 * kSecond_ns;
   alice = resume(alice, hello_with(claims("alice")));
   EXPECT_TRUE(alice.welcome().may_touch);
@@ -393,6 +413,7 @@ TEST_F(TouchRightsTest, an_empty_room_keeps_its_props_for_the_next_who_comes_unt
   send(first, wire::SetProps{{ball(2, 0.5)}, {2, 9}});
   EXPECT_EQ(entry_weight(context_, "lobby"), 3u) << "the command, and its props";
   leave(first);
+  // The room's grace of 10 s is not over yet.
   now_ns_ += 9 * kSecond_ns;
   registry_.poll(now_ns_);
   Client second = join_without_token(""), third = join_without_token("");
@@ -403,6 +424,7 @@ TEST_F(TouchRightsTest, an_empty_room_keeps_its_props_for_the_next_who_comes_unt
   EXPECT_EQ(context_.props.of_room("lobby").at(0).shape.radius_m, 0.5) << "someone is in it";
   leave(second);
   leave(third);
+  // The room is empty for longer than its grace, so its props are gone.
   now_ns_ += 11 * kSecond_ns;
   registry_.poll(now_ns_);
   join_without_token("");

@@ -23,8 +23,8 @@ class HeardOfSidecar final : public agones::SidecarSink {
   void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t) override {
     all.push_back(std::to_string(call) + " answer " + std::to_string(status) + " " + std::string(body));
   }
-  void on_fault(std::uint64_t call, agones::Fault fault, std::int64_t) override {
-    all.push_back(std::to_string(call) + " fault " + std::to_string(static_cast<int>(fault)));
+  void on_error(std::uint64_t call, agones::SidecarError error, std::int64_t) override {
+    all.push_back(std::to_string(call) + " error " + std::to_string(static_cast<int>(error)));
   }
   std::vector<std::string> all;
 };
@@ -75,16 +75,16 @@ TEST_F(SidecarClientTest, tells_garbage_too_much_and_nothing_from_each_other) {
   client_->send(1, agones::ready());
   request();
   answer("what?\r\n\r\n");
-  EXPECT_THAT(heard(), ElementsAre("1 fault 4"));
+  EXPECT_THAT(heard(), ElementsAre("1 error 4"));
   client_->send(2, agones::ready());
   request();
   answer("HTTP/1.1 200 OK\r\nContent-Length: " + std::to_string(agones::kAnswerBytesMax + 1) + "\r\n\r\n");
-  EXPECT_THAT(heard(), ElementsAre("2 fault 5"));
+  EXPECT_THAT(heard(), ElementsAre("2 error 5"));
   client_->send(3, agones::ready());
   request();
   answer("HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\n{");
   hang_up();
-  EXPECT_THAT(heard(), ElementsAre("3 fault 2"));
+  EXPECT_THAT(heard(), ElementsAre("3 error 2"));
 }
 
 TEST_F(SidecarClientTest, says_nothing_of_a_cancelled_call) {
@@ -104,7 +104,7 @@ TEST_F(SidecarClientTest, tells_that_nobody_listens_and_may_end_with_a_call_unde
   ::close(listener_);
   listener_ = -1;
   client_->send(1, agones::ready());
-  EXPECT_THAT(heard(), ElementsAre("1 fault 0"));
+  EXPECT_THAT(heard(), ElementsAre("1 error 0"));
   client_->send(2, agones::ready());
   client_.reset();
   for (int i = 0; i < 10; ++i) loop_.poll();

@@ -10,7 +10,8 @@ namespace hairnet::server {
 
 inline constexpr std::int64_t kUnixNow_s = 1000, kUnixEnd_s = 2000;
 
-// Sessions of a server that needs tokens, in a registry.
+// Sessions of a server that needs tokens, in a registry. A token is valid until kUnixEnd_s. A client's address is ""
+// when the limits of one address do not apply to it; otherwise its sessions count for the address.
 class SubjectTest : public SessionTest {
  protected:
   struct Client {
@@ -59,6 +60,7 @@ class SubjectTest : public SessionTest {
   Client join(const channel::TokenClaims& claims, const std::string& address = "") {
     return connect(hello_with(claims), address);
   }
+  // Joins without a token. From this call on the server needs no tokens.
   Client join_without_token(const std::string& address) {
     context_.token_key.reset();
     return connect(wire::Hello{}, address);

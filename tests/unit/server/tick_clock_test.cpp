@@ -11,6 +11,8 @@ constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kStart_ns = 123'456'789;
 
 TEST(TickClock, ticks_fall_at_multiples_of_the_period_and_never_drift) {
+  // The arguments are the rate in Hz, the greatest number of overdue ticks that still run, and the time of the first
+  // tick.
   TickClock clock(30, 3, kStart_ns);
   for (std::uint64_t i = 0; i < 3000; ++i) {
     const std::int64_t due_ns = clock.next_due_ns();

@@ -16,12 +16,12 @@ namespace hairnet::server {
 inline constexpr std::int64_t kTouchStart_ns = 1'000'000'000'000, kTick_ns = 33'333'333, kDelay_ns = 25'000'000;
 inline constexpr wire::GroomHash kGroom{7};
 inline const Vec3 kHead{0, 1.5, 0};
-// Is in the hair in front of the face.
+// This place is within the hair, in front of the face.
 inline const Vec3 kInHair = kHead + Vec3(0, -0.07, 0.11);
-// Owns the character; has the hands; looks on.
+// Ann owns the character, Ben has the hands, and Eve looks on.
 inline constexpr SessionId kAnn = 1, kBen = 2, kEve = 3;
 
-// Keeps what a session gets, without frames.
+// Stores the messages and the hands that a session gets; frames are left out.
 class FakeTouchSink final : public ObserverSink {
  public:
   void push(const wire::Message& message, std::int64_t) override { messages.push_back(message); }
@@ -73,7 +73,7 @@ inline wire::Prop ball_prop(std::uint8_t number, const Vec3& place) {
   return {number, sphere(0.04), {Quat::Identity(), place}};
 }
 
-// A scheduler with its commands and time. Ann has a character, Ben has hands, Eve looks on.
+// A scheduler with its queue of commands. A test calls tick() to let a thirtieth of a second pass.
 class TouchTest : public testing::Test {
  protected:
   TouchTest() { start(nullptr); }
@@ -90,7 +90,7 @@ class TouchTest : public testing::Test {
     return sink;
   }
   void say(SessionId session, wire::ClientMessage message) { commands_.put(FromClient{session, std::move(message)}); }
-  // Character 1 of the session, who keeps still.
+  // Adds character 1 of the session with one pose, so its head does not move.
   void add(SessionId session, const Vec3& head = kHead) {
     say(session, wire::AddCharacter{1, kGroom, LevelIndex::high});
     const std::int64_t at_ns = next_ns() - kDelay_ns;
@@ -126,7 +126,7 @@ class TouchTest : public testing::Test {
   [[nodiscard]] std::uint32_t held_count() const {
     return scheduler_->simulation().held_count(character_key(kAnn, 1), {kBen, 0});
   }
-  // Ben's hand holds Ann's hair.
+  // Ann allows everyone to touch her hair, and Ben's hand takes hold of all hair within 8 cm.
   void take_hold() {
     say(kAnn, wire::SetTouch{1, TouchAudience::everyone});
     put_hands(kBen, {ball_hand(kInHair)});

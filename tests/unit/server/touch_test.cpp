@@ -6,7 +6,7 @@
 
 #include "tests/unit/server/touch_fixture.hpp"
 
-// What people do with hands and props, from their commands to the hair.
+// Hands and props, from the commands of sessions through the scheduler to the hair and back to messages.
 namespace hairnet::server {
 namespace {
 
@@ -14,6 +14,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::SizeIs;
 
+// One run of StrokeTest: who may touch Ann's hair, and whether Ben strokes it.
 struct Stroke {
   std::optional<TouchAudience> audience;
   std::vector<std::uint64_t> chosen = {};
@@ -23,6 +24,8 @@ struct Stroke {
 
 class StrokeTest : public TouchTest {
  protected:
+  // Returns the displacements of Ann's hair after 20 ticks. Two runs in which no hand touches the hair agree to the
+  // bit.
   std::vector<Vec3f> hair_after(const Stroke& stroke_of) {
     start(nullptr);
     tick_ = 1;
@@ -92,6 +95,8 @@ TEST_F(TouchTest, props_touch_everyone_until_they_are_removed) {
 }
 
 TEST_F(TouchTest, a_prop_that_was_away_or_jumped_within_a_tick_has_jumped) {
+  // A tick may bring several messages for one prop, of which the last place counts. A prop that jumped on the way, or
+  // was removed and placed again, must not sweep the hair on the straight line between its places.
   const auto ann = open(kAnn);
   tick();
   say(kAnn, wire::SetProps{{ball_prop(1, kHead), ball_prop(2, kHead), ball_prop(3, kHead)}});
@@ -121,6 +126,7 @@ TEST_F(TouchTest, a_room_begins_with_its_props_and_takes_them_along_when_it_ends
   EXPECT_THAT(announced[0].props, SizeIs(1));
   EXPECT_TRUE(hair().is_touched);
   commands_.put(CloseSession{kAnn});
+  // An empty room exists for 10 s (SchedulerDef::room_grace_ns); 400 ticks last 13 s.
   ticks(400);
   ASSERT_EQ(room_counters_.rooms_closed.value(), 1u);
   const auto ben = open(kBen);
@@ -136,6 +142,7 @@ TEST_F(TouchTest, who_comes_late_or_again_learns_of_props_and_rules) {
   say(kAnn, wire::SetTouch{1, TouchAudience::chosen, {9, 4}});
   say(kAnn, wire::SetProps{{ball_prop(3, kInHair)}});
   ticks(2);
+  // Eve's session brings the props that her server remembers of the room. The room exists already, so they are ignored.
   const auto eve = open(kEve, {ball_prop(7, kHead)});
   add(kEve, kHead + Vec3(5, 0, 0));
   ticks(2);
@@ -173,6 +180,8 @@ TEST_F(TouchTest, rules_that_change_all_the_time_are_told_a_few_times_a_second) 
   }
   ticks(10);
   const auto rules = eve->all<wire::MemberTouch>();
+  // A rule is announced four times in a second at most (kRuleChangesPer_s in touch.cpp), so about eight times in two
+  // seconds. The last rule must always arrive.
   EXPECT_LE(rules.size(), 10u);
   EXPECT_GE(rules.size(), 7u);
   EXPECT_EQ(rules.back().audience, TouchAudience::nobody);
@@ -193,6 +202,7 @@ TEST_F(TouchTest, held_hair_follows_the_hand_until_it_lets_go) {
   EXPECT_EQ(held[0].point_count, held_count());
   EXPECT_EQ(counters_.holds_taken.value(), 1u);
   const LevelIndex level = hair().level;
+  // The hand pulls 4 cm forward within a second and then stays for another one.
   const Vec3 pull(0, 0, 0.04);
   move(kInHair, kInHair + pull, 30);
   move(kInHair + pull, kInHair + pull, 30);
@@ -201,11 +211,14 @@ TEST_F(TouchTest, held_hair_follows_the_hand_until_it_lets_go) {
   int count = 0;
   const std::vector<Vec3> after = points();
   for (std::size_t p = 0; p < before.size(); ++p) {
+    // The hand has taken hold of the hair within 8 cm; points within 5 cm are surely held.
     if ((before[p] - kInHair).norm() > 0.05) continue;
     way += after[p] - before[p];
     ++count;
   }
   ASSERT_GT(count, 0);
+  // The roots stay on the head and springs pull back, so the hair follows a part of the 4 cm; without the hold it would
+  // stay.
   EXPECT_GT(way.z() / count, 0.01);
   say(kBen, wire::LetGo{1, 0, Release::drop});
   ticks(2);
@@ -215,6 +228,8 @@ TEST_F(TouchTest, held_hair_follows_the_hand_until_it_lets_go) {
 }
 
 TEST_F(TouchTest, who_may_not_touch_any_more_pins_nothing_and_earlier_pins_stay) {
+  // Ben is muted in the tick in which he pins hair, then while his pin waits for the next tick, and then when the pin
+  // exists. Only the last pin stays.
   open(kAnn);
   open(kBen);
   add(kAnn);
@@ -257,6 +272,8 @@ TEST_F(TouchTest, what_a_hand_takes_and_drops_or_pins_in_one_tick_it_does_not_ho
   say(kAnn, wire::SetTouch{1, TouchAudience::everyone});
   put_hands(kBen, {ball_hand(kInHair)});
   tick();
+  // The World releases before it grabs within a step. So a drop cancels a hold of the same tick, and a pin waits for
+  // the next tick; otherwise the hand would go on holding the hair.
   say(kBen, wire::TakeHold{1, 0, Vec3f::Zero(), 0.3f});
   say(kBen, wire::LetGo{1, 0, Release::drop});
   ticks(2);
@@ -283,6 +300,8 @@ TEST_F(TouchTest, holds_of_nobody_or_of_who_does_not_allow_it_are_refused_with_a
   add(kAnn);
   put_hands(kBen, {ball_hand(kInHair)});
   tick();
+  // Ann's rule is the default: only her own hands may touch her hair. The next four messages name members that do not
+  // exist. Then Ann allows everyone, but Ben has lost the right, and in the end he names a hand that he does not have.
   say(kBen, wire::TakeHold{1, 0, Vec3f::Zero(), 0.1f});
   for (const std::uint32_t member : {0u, 2u, 4'000'000'000u}) say(kBen, wire::TakeHold{member, 0});
   say(kBen, wire::LetGo{77, 0});
@@ -309,14 +328,18 @@ TEST_F(TouchTest, holds_of_nobody_or_of_who_does_not_allow_it_are_refused_with_a
 }
 
 TEST_F(TouchTest, hair_is_let_go_and_its_holder_told_when_the_hold_ends_otherwise) {
+  // `end` is what ends the hold, and `tick_count` the ticks until Ben hears of it.
   struct Case {
     const char* name;
     std::function<void()> end;
     int tick_count;
   };
   const std::vector<Case> cases{
+      // Hands are gone 0.5 s after their last sample (HandsInbox::kGone_ns), which are 15 ticks; the delay of poses and
+      // the tick that tells Ben come to these.
       {"no hands for half a second", [] {}, 17},
       {"a sample without them", [&] { put_hands(kBen, {}); }, 1},
+      // Held hair stretches by 0.25 m at most (kHoldStretchMax_m); the hand moves 1 m.
       {"torn away", [&] { put_hands(kBen, {ball_hand(kInHair + Vec3(0, 0, 1))}); }, 1},
       {"not allowed any more",
        [&] {

@@ -21,7 +21,8 @@
 
 namespace hairnet::server {
 
-// A socket of the other end that never blocks, and sends any bytes.
+// The client's end of a TCP connection on the loopback. It never blocks, and sends any bytes, also wrong ones.
+// `receive_bytes` makes its receive buffer small, so that the server's writes soon have to wait.
 class Peer {
  public:
   explicit Peer(std::uint16_t port, int receive_bytes = 0, const char* from = "127.0.0.1")
@@ -66,7 +67,7 @@ class Peer {
   int socket_;
 };
 
-// Sends every packet back.
+// A session that sends every packet back. What its connection does not take yet waits.
 class Echo final : public PacketSink {
  public:
   explicit Echo(std::shared_ptr<Connection> c, bool joins = true) : connection(std::move(c)) {
@@ -99,6 +100,7 @@ class Echo final : public PacketSink {
   std::string reason;
 };
 
+// Makes a packet of this size, with the prefix, which counts the bytes behind itself, and equal bytes.
 inline std::vector<std::uint8_t> packet(std::size_t bytes, std::uint8_t fill) {
   std::vector<std::uint8_t> made(bytes, fill);
   const auto counted = static_cast<std::uint32_t>(bytes - 4);
@@ -106,7 +108,8 @@ inline std::vector<std::uint8_t> packet(std::size_t bytes, std::uint8_t fill) {
   return made;
 }
 
-// A listener on a free port of the loopback, whose sessions echo. Everything on one thread: run_until() turns the loop.
+// A listener on a free port of the loopback, whose sessions echo. Everything runs on the test's thread: the server does
+// nothing outside of run_until() and run_rounds().
 class TransportTest : public testing::Test {
  protected:
   virtual TransportOptions options() {
@@ -131,7 +134,8 @@ class TransportTest : public testing::Test {
     ASSERT_TRUE(created) << created.error();
     listener_ = std::move(*created);
   }
-  // Runs the loop until `done`, or gives up: a bound on rounds and not on time.
+  // Runs the loop until `done`, or gives up after many rounds. A bound on time would fail on a busy machine. The first
+  // thousand rounds do not sleep, the others sleep for 1 ms each, so time-outs of the server pass.
   template <class Done>
   bool run_until(Done done) {
     for (int i = 0; i < 20'000; ++i) {

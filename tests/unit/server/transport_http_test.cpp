@@ -15,6 +15,7 @@ using testing::StartsWith;
 
 constexpr std::size_t kLargeBytes = 3'000'000;
 
+// The pages that the server itself makes. It stores the last request, so that a test sees which requests reach it.
 class Pages final : public HttpService {
  public:
   HttpResponse handle(const HttpRequest& request) override {
@@ -31,6 +32,7 @@ class HttpTest : public TransportTest {
   TransportOptions options() override {
     TransportOptions made = TransportTest::options();
     made.web_root = root_.string();
+    // These are far smaller than the defaults, so that tests reach them.
     made.requests_per_connection_max = 5;
     made.request_timeout = std::chrono::milliseconds(300);
     made.opening_timeout = std::chrono::milliseconds(200);
@@ -53,16 +55,6 @@ class HttpTest : public TransportTest {
     Peer peer(listener_->port());
     return answer_to(peer, std::string(method) + " " + std::string(path) +
                                " HTTP/1.1\r\nHost: here\r\nConnection: close\r\n" + std::string(more) + "\r\n");
-  }
-  // The first response when the server is to keep the connection.
-  std::string first_response(Peer& peer, std::string_view text, std::string_view until) {
-    std::size_t at = 0;
-    EXPECT_TRUE(run_until([&] {
-      if (at < text.size()) at += peer.send(text.substr(at));
-      peer.receive();
-      return peer.text().find(until) != std::string::npos;
-    }));
-    return peer.text();
   }
 
   std::filesystem::path root_;
@@ -99,9 +91,11 @@ TEST_F(HttpTest, pages_of_allowed_origins_may_ask_where_a_room_is) {
   EXPECT_EQ(header_value(own, "Access-Control-Allow-Origin"), "http://here");
   EXPECT_EQ(pages_.last, "GET /room name=hall");
   EXPECT_EQ(pages_.authorization, "Bearer x.y.z");
+  // A browser asks by OPTIONS whether it may send the token of a page from another origin (a CORS preflight).
   const std::string leave = get("/room?name=hall", "Origin: http://here\r\n", "OPTIONS");
   EXPECT_THAT(leave, StartsWith("HTTP/1.1 204 "));
   EXPECT_EQ(header_value(leave, "Access-Control-Allow-Headers"), "Authorization");
+  // Another origin, or two of them, is refused before the service hears of the request.
   pages_.last.clear();
   for (const char* method : {"GET", "OPTIONS"}) {
     EXPECT_THAT(get("/room?name=hall", "Origin: http://elsewhere\r\n", method), StartsWith("HTTP/1.1 403 "));
@@ -176,6 +170,8 @@ TEST_F(HttpTest, a_page_that_has_not_changed_is_not_sent_again) {
 }
 
 TEST_F(HttpTest, a_slow_reader_gets_a_large_file_completely) {
+  // The small receive buffer and the rounds without a read fill the connection, so the server has to wait in the middle
+  // of the file.
   Peer peer(listener_->port(), 4096);
   peer.send("GET /large.wasm HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n");
   run_rounds(300);
@@ -202,6 +198,7 @@ TEST_F(HttpTest, every_kind_of_wrong_request_has_its_status) {
   EXPECT_THAT(get("/", "", "DELETE"), StartsWith("HTTP/1.1 405 "));
   EXPECT_EQ(header_value(get("/", "", "OPTIONS"), "Allow"), "GET, HEAD");
   EXPECT_THAT(get("/", "Content-Length: 100000000\r\n", "POST"), StartsWith("HTTP/1.1 405 "));
+  // http_connection.cpp has these limits: 4096 bytes of body (413), 2048 of address (414) and 8 KiB of header (431).
   EXPECT_THAT(get("/", "Content-Length: 100000\r\n"), StartsWith("HTTP/1.1 413 "));
   EXPECT_THAT(get("/", "Transfer-Encoding: chunked\r\n"), StartsWith("HTTP/1.1 413 "));
   EXPECT_THAT(get("/" + std::string(3000, 'a')), StartsWith("HTTP/1.1 414 "));
@@ -211,6 +208,7 @@ TEST_F(HttpTest, every_kind_of_wrong_request_has_its_status) {
   EXPECT_THAT(get("/", "Content-Length: -1\r\n"), StartsWith("HTTP/1.1 400 "));
   EXPECT_THAT(get("/", "no colon\r\n"), StartsWith("HTTP/1.1 400 "));
   EXPECT_THAT(get("/ws"), StartsWith("HTTP/1.1 426 "));
+  // HTTP/2 begins with this preface.
   Peer peer(listener_->port());
   EXPECT_THAT(answer_to(peer, "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
   EXPECT_EQ(counters_.connections_opened_http.value(), 3u) << "the requests for none, /../x and %00 are valid";
@@ -221,7 +219,8 @@ TEST_F(HttpTest, every_kind_of_wrong_request_has_its_status) {
 TEST_F(HttpTest, a_connection_is_kept_for_a_bounded_number_of_requests) {
   Peer peer(listener_->port());
   std::string all;
-  for (int i = 0; i < 8; ++i) all += "GET /healthz HTTP/1.1\r\nHost: here\r\n\r\n";  // pipelined, too
+  // Eight requests are sent without waiting for responses; requests_per_connection_max is 5 here.
+  for (int i = 0; i < 8; ++i) all += "GET /healthz HTTP/1.1\r\nHost: here\r\n\r\n";
   const std::string got = answer_to(peer, all);
   std::size_t responses = 0;
   for (std::size_t at = got.find("HTTP/1.1 200"); at != std::string::npos; at = got.find("HTTP/1.1 200", at + 1))
@@ -245,6 +244,8 @@ TEST_F(HttpTest, a_request_may_come_byte_by_byte) {
 TEST_F(HttpTest, a_request_that_never_ends_is_ended) {
   Peer peer(listener_->port());
   peer.send("GET /healthz HTTP/1.1\r\nHost: here\r\n");
+  // The peer is never silent: it sends another header line again and again. Only the time-out of the whole request (300
+  // ms here) can end this.
   int round = 0;
   ASSERT_TRUE(run_until([&] {
     if (++round % 10 == 0) peer.send("X: y\r\n");
@@ -266,6 +267,7 @@ TEST_F(HttpTest, a_silent_peer_is_closed) {
   EXPECT_EQ(answer_to(peer, ""), "");
   EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 1u);
   Peer part(listener_->port());
+  // Two letters do not tell the protocol yet (kProtocolBytesMax is 4), so the same time-out ends the wait.
   EXPECT_EQ(answer_to(part, "GE"), "");
   EXPECT_EQ(counters_.handshakes_failed_timeout.value(), 2u);
   { Peer gone(listener_->port()); }
@@ -284,6 +286,8 @@ class LimitedPagesTest : public HttpTest {
 TEST_F(LimitedPagesTest, a_page_is_sent_no_faster_than_its_limit) {
   Peer peer(listener_->port());
   peer.send("GET /large.wasm HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n");
+  // The file has 3 MB and would take half a minute at 100 kB/s. The server has waited four times while at most half of
+  // it has gone.
   ASSERT_TRUE(run_until([&] {
     peer.receive();
     return counters_.pages_delayed.value() > 3;
@@ -294,6 +298,7 @@ TEST_F(LimitedPagesTest, a_page_is_sent_no_faster_than_its_limit) {
 
 TEST_F(HttpTest, a_port_of_its_own_has_the_servers_pages_and_nothing_else) {
   TransportOptions alone = TransportTest::options();
+  // A listener without a function for sessions has the service's pages alone, as for a port of metrics.
   const auto created = Listener::create(loop_, alone, counters_, nullptr, &pages_);
   ASSERT_TRUE(created) << created.error();
   const std::uint16_t port = (*created)->port();
@@ -307,6 +312,7 @@ TEST_F(HttpTest, a_port_of_its_own_has_the_servers_pages_and_nothing_else) {
                   "Upgrade: websocket\r\nConnection: Upgrade, close\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
                   "Sec-WebSocket-Version: 13\r\n"),
               StartsWith("HTTP/1.1 404 "));
+  // The four bytes are the size prefix of a packet of 32 bytes, as a client of the packet protocol begins.
   Peer speaks_packets(port);
   EXPECT_EQ(answer_to(speaks_packets, std::string_view("\x20\0\0\0", 4)), "");
   EXPECT_EQ(counters_.handshakes_failed_http.value(), 1u);
@@ -400,6 +406,7 @@ class RateOfAddressTest : public TransportTest {
  protected:
   TransportOptions options() override {
     TransportOptions made = TransportTest::options();
+    // Three connections may come at once, and practically none is regained during the test.
     made.admission.connections_per_address_per_s = 1e-6;
     made.admission.connections_per_address_burst = 3;
     made.exempt_addresses = {"127.0.0.2"};
@@ -428,6 +435,7 @@ class RateOfAllTest : public TransportTest {
  protected:
   TransportOptions options() override {
     TransportOptions made = TransportTest::options();
+    // Three connections may come at once, and practically none is regained during the test.
     made.admission.connections_per_s = 1e-6;
     made.admission.connections_burst = 3;
     return made;
@@ -439,6 +447,7 @@ TEST_F(RateOfAllTest, new_connections_of_all_addresses_wait_in_the_systems_queue
   for (int i = 0; i < 8; ++i) peers.push_back(std::make_unique<Peer>(listener_->port()));
   ASSERT_TRUE(run_until([&] { return counters_.accepts_paused.value() == 1; }));
   run_rounds(200);
+  // The listener accepts until one connection exceeds the three, and only then stops: the system holds the other four.
   EXPECT_EQ(counters_.connections_accepted.value(), 4u) << "one beyond the rate";
   peers.back()->receive();
   EXPECT_FALSE(peers.back()->ended);
@@ -487,6 +496,7 @@ TEST_F(ProxiedTest, the_header_may_come_byte_by_byte) {
 
 TEST_F(ProxiedTest, the_limits_of_one_address_are_those_of_the_named_one) {
   std::vector<std::unique_ptr<Peer>> peers;
+  // One address may have two connections here. All come from the proxy's address, but the header's address counts.
   for (int i = 0; i < 3; ++i) {
     peers.push_back(std::make_unique<Peer>(listener_->port()));
     send_with(*peers.back(), "PROXY TCP4 203.0.113.7 192.0.2.1 51000 7420\r\n");
@@ -498,6 +508,8 @@ TEST_F(ProxiedTest, the_limits_of_one_address_are_those_of_the_named_one) {
 }
 
 TEST_F(ProxiedTest, nobody_is_exempt_by_the_word_of_the_header) {
+  // Connections of the loopback itself are exempt from limits, but anyone can write its address into a header. Three
+  // headers name 127.0.0.1, one of them in IPv6 notation, and three name ::1; two of each are admitted.
   std::vector<std::unique_ptr<Peer>> peers;
   for (const char* family :
        {"TCP4 127.0.0.1", "TCP6 ::ffff:127.0.0.1", "TCP4 127.0.0.1", "TCP6 ::1", "TCP6 ::1", "TCP6 ::1"}) {
@@ -521,6 +533,7 @@ TEST_F(ProxiedTest, a_connection_of_a_proxy_without_a_header_is_closed) {
 }
 
 TEST_F(TransportTest, a_proxys_header_from_another_peer_is_an_error) {
+  // No address is listed in proxy_protocol, so a header would let anyone choose an address.
   Peer text(listener_->port()), binary(listener_->port());
   EXPECT_THAT(answer_to(text, "PROXY TCP4 203.0.113.7 192.0.2.1 51000 7420\r\n"), StartsWith("HTTP/1.1 400 "));
   binary.send(std::string_view("\r\n\r\n\0\r\nQUIT\n\x20\0\0", 16));

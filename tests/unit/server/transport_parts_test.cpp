@@ -30,10 +30,13 @@ DetectedProtocol opening_of_text(std::string_view bytes) {
 }
 
 TEST(DetectedProtocol, every_protocol_is_known_by_its_first_bytes_and_not_before) {
+  // A TLS record begins with its type 0x16 and a version of 3.1 to 3.4. A packet begins with its size, the low byte
+  // first: 0x4c bytes here.
   const std::string_view tls("\x16\x03\x01\x02", 4), packet("\x4c\0\0\0", 4);
   for (const std::string_view whole : {std::string_view("GET "), std::string_view("HEAD"), std::string_view("POST"),
                                        std::string_view("PUT "), std::string_view("OPTI"), std::string_view("PRI ")}) {
     EXPECT_EQ(opening_of_text(whole), DetectedProtocol::http) << whole;
+    // The server decides after four bytes (kProtocolBytesMax), since the size of a packet may begin with letters, too.
     for (std::size_t n = 0; n < 4; ++n)
       EXPECT_EQ(opening_of_text(whole.substr(0, n)), DetectedProtocol::unknown) << whole;
   }
@@ -162,6 +165,8 @@ TEST(TransportOptions, half_of_tls_is_refused) {
 }
 
 TEST(Admission, leaving_makes_room_and_a_refusal_names_the_full_limit) {
+  // The limits are those of AdmissionLimits in order: 4 connections in all, 2 of one address, 3 arrivals and 1 that
+  // requests pages. The first argument of enter() stands for an address.
   auto admission = std::make_shared<Admission>(AdmissionLimits{4, 2, 3, 1});
   using Verdict = Admission::Verdict;
   std::vector<Admission::Ticket> tickets(6);
@@ -190,6 +195,7 @@ TEST(Admission, by_default_one_address_takes_neither_all_handshakes_nor_all_page
   std::size_t count = 0;
   while (count < tickets.size() && admission->enter(1, kStart_ns, tickets[count]) == Admission::Verdict::admitted)
     ++count;
+  // One address that takes all that it may still leaves more than half of the arrivals and of the pages to the others.
   EXPECT_LT(2 * count, limits.arrivals_max);
   EXPECT_LT(2 * count, limits.http_max);
   EXPECT_EQ(admission->enter(2, kStart_ns, tickets[count]), Admission::Verdict::admitted);
@@ -209,6 +215,7 @@ TEST(Admission, new_connections_of_one_address_are_limited_in_rate_and_regain_it
   EXPECT_EQ(visit(1, kStart_ns), Verdict::address_rate);
   EXPECT_EQ(visit(2, kStart_ns), Verdict::admitted) << "another address has a rate of its own";
   for (int i = 0; i < 10; ++i) EXPECT_EQ(visit(std::nullopt, kStart_ns), Verdict::admitted) << "exempt";
+  // At 2 connections in a second, one is regained in half a second.
   EXPECT_EQ(visit(1, kStart_ns + 500'000'000), Verdict::admitted);
   EXPECT_EQ(visit(1, kStart_ns + 500'000'000), Verdict::address_rate);
 }
@@ -221,6 +228,8 @@ TEST(Admission, addresses_are_forgotten_once_their_rate_is_whole_again) {
   std::vector<Admission::Ticket> tickets(2);
   for (std::uint64_t address = 0; address < 100; ++address) admission->enter(address, kStart_ns, tickets[0]);
   EXPECT_EQ(admission->address_count(), 100u);
+  // Each address regains what it has used within 2 s. Of the first 100 only the last is still connected, since each new
+  // ticket replaced the one before.
   admission->enter(1000, kStart_ns + 2'000'000'000, tickets[1]);
   EXPECT_EQ(admission->address_count(), 2u) << "the one that is still connected, and the new one";
 }
@@ -240,6 +249,8 @@ TEST(Admission, more_new_connections_than_the_rate_of_all_stop_the_accepting_unt
   limits.connections_burst = 3;
   auto admission = std::make_shared<Admission>(limits);
   std::vector<Admission::Ticket> tickets(5);
+  // The burst of 3 may come at once; the fourth connection is one too many, and is paid for after half a second at 2 in
+  // a second.
   for (std::size_t i = 0; i < 3; ++i) {
     admission->enter(i, kStart_ns, tickets[i]);
     EXPECT_TRUE(admission->may_accept(kStart_ns));
@@ -252,6 +263,7 @@ TEST(Admission, more_new_connections_than_the_rate_of_all_stop_the_accepting_unt
 
 TEST(Admission, refused_connections_use_up_nothing_of_the_rate_of_all) {
   AdmissionLimits limits;
+  // Practically nothing is regained during the test: one address may connect once, and all addresses twice.
   limits.connections_per_address_per_s = 1e-6;
   limits.connections_per_address_burst = 1;
   limits.connections_per_s = 1e-6;
@@ -286,6 +298,8 @@ ProxyHeader header_of_text(std::string_view text) {
   return parse_proxy_header({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
+// Makes a header of version 2 of the PROXY protocol: a signature of 12 bytes, version and command, family, and the size
+// of what follows.
 std::string binary_header(std::uint8_t command, std::uint8_t family, std::string_view rest) {
   std::string header("\r\n\r\n\0\r\nQUIT\n", 12);
   header += {static_cast<char>(command), static_cast<char>(family), static_cast<char>(rest.size() >> 8),
@@ -293,12 +307,14 @@ std::string binary_header(std::uint8_t command, std::uint8_t family, std::string
   return header.append(rest);
 }
 
+// The peer 203.0.113.7:51000, and this server's end 192.0.2.1:7420: two addresses, then two ports.
 const std::string kV4Addresses("\xcb\0\x71\x07\xc0\0\x02\x01\xc7\x38\x1c\xfc", 12);
 
 using ProxyStatus = ProxyHeader::Status;
 
 TEST(ProxyHeader, names_the_peer_in_text_and_in_binary) {
-  const std::string more(40, '\x01');  // values behind the addresses
+  // A binary header may have further values behind the addresses, which are skipped.
+  const std::string more(40, '\x01');
   std::string v6(36, '\0');
   v6[0] = 0x20, v6[1] = 0x01, v6[15] = 0x09, v6[33] = 0x50;
   const std::pair<std::string, std::string> cases[] = {

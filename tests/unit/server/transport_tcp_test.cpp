@@ -11,6 +11,7 @@ TEST_F(TransportTest, packets_come_back_whole_however_the_bytes_are_cut) {
     sent.insert(sent.end(), one.begin(), one.end());
   }
   Peer peer(listener_->port());
+  // Pieces of 1 to 101 bytes cut the packets anywhere, also within their prefixes.
   std::size_t at = 0, cut = 1;
   ASSERT_TRUE(run_until([&] {
     if (at < sent.size()) {
@@ -27,6 +28,7 @@ TEST_F(TransportTest, packets_come_back_whole_however_the_bytes_are_cut) {
 }
 
 TEST_F(TransportTest, a_peer_that_does_not_read_makes_the_connection_unwritable_and_loses_nothing) {
+  // These 32 MiB are more than the sockets of both ends take.
   constexpr std::size_t kPackets = 64, kBytes = std::size_t{512} << 10;
   Peer peer(listener_->port());
   peer.send(packet(32, 1));
@@ -70,6 +72,7 @@ TEST_F(TransportTest, a_packet_for_which_no_memory_was_left_ends_its_connection_
 
 TEST_F(TransportTest, an_oversize_prefix_breaks_the_stream) {
   Peer peer(listener_->port());
+  // The prefix announces 2 GiB, and a packet has 4 MiB at most (kPacketBytesMax).
   const std::vector<std::uint8_t> prefix{0xff, 0xff, 0xff, 0x7f, 0, 0, 0, 0};
   ASSERT_EQ(peer.send(prefix), prefix.size());
   ASSERT_TRUE(run_until([&] { return !echoes_.empty() && echoes_[0]->broken; }));
@@ -100,7 +103,7 @@ TEST_F(TransportTest, before_the_session_has_joined_a_larger_packet_breaks_the_s
 }
 
 TEST_F(TransportTest, connections_that_never_joined_do_not_pile_up_while_they_leave) {
-  // Their peers read nothing and do not end the connection.
+  // The peers read nothing and do not end their connections. At most kLeavingMax refused connections may wait for this.
   refuse_ = true;
   constexpr std::size_t kPeers = Admission::kLeavingMax + 40;
   std::vector<std::unique_ptr<Peer>> peers;
@@ -116,7 +119,8 @@ TEST_F(TransportTest, connections_that_never_joined_do_not_pile_up_while_they_le
 
 TEST_F(TransportTest, a_closing_connection_sends_what_waits_and_ends) {
   Peer peer(listener_->port());
-  peer.send(std::string_view("\x20\0\0\0", 4));  // a size prefix: enough to be a session
+  // A size prefix is enough to begin a session.
+  peer.send(std::string_view("\x20\0\0\0", 4));
   ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
   echoes_[0]->connection->send(packet(200'000, 5));
   echoes_[0]->connection->close("done");
@@ -176,7 +180,8 @@ TEST_F(TransportTest, localhost_is_the_address_of_this_machine_alone) {
   named.port = 0;
   const auto local = Listener::create(loop_, named, counters_, {});
   ASSERT_TRUE(local) << local.error();
-  const Peer peer((*local)->port());  // connects to 127.0.0.1
+  // A Peer connects to 127.0.0.1.
+  const Peer peer((*local)->port());
 }
 
 TEST_F(TransportTest, a_port_in_use_is_one_clear_line) {

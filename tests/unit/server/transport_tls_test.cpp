@@ -21,7 +21,7 @@ using asio::ip::tcp;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-// Certificates as people make them, once for all tests: two of them.
+// Two certificates of deploy/certificate, which a test program makes once: the server's, and one that it does not use.
 class Certificates {
  public:
   Certificates() {
@@ -132,7 +132,8 @@ TEST_F(TlsTest, pages_travel_inside_tls_and_plain_beside_it) {
     asio::write(socket, asio::buffer(std::string_view("GET /none HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")));
     boost::system::error_code error;
     asio::read(socket, asio::dynamic_buffer(page), error);
-    if (error != asio::error::eof) throw boost::system::system_error(error);  // the end is TLS's own, not a cut
+    // TLS must announce its end, or a client could not tell a complete page from one that was cut.
+    if (error != asio::error::eof) throw boost::system::system_error(error);
   });
   EXPECT_EQ(failed, "");
   EXPECT_THAT(page, StartsWith("HTTP/1.1 404 "));
@@ -158,6 +159,7 @@ TEST_F(TlsTest, a_closing_session_sends_waiting_packets_and_ends_tls) {
 
 TEST_F(TlsTest, a_client_that_does_not_trust_us_is_no_session) {
   EXPECT_THAT(with_client([](TlsSocket&) {}, "other/chain.pem"), HasSubstr("certificate verify failed"));
+  // The client ends the handshake with an alert or without one.
   ASSERT_TRUE(run_until(
       [&] { return counters_.handshakes_failed_tls.value() + counters_.handshakes_failed_silent.value() == 1; }));
   EXPECT_TRUE(echoes_.empty());
@@ -213,6 +215,8 @@ TEST_F(TlsTest, garbage_that_begins_as_tls_is_ended) {
 }
 
 TEST_F(TlsTest, tls_inside_tls_is_an_impossible_size_prefix) {
+  // The server looks for TLS only at the beginning of a connection. Inside, the same four bytes are the size of a
+  // packet of 34 MB, which is far above kPacketBytesMax.
   EXPECT_EQ(with_client([](TlsSocket& socket) {
               asio::write(socket, asio::buffer(std::string("\x16\x03\x01\x02\x00\x01\x00\x01", 8)));
             }),
@@ -256,6 +260,7 @@ TEST_F(TlsRequiredTest, what_is_plain_is_turned_away) {
 TEST_F(TransportTest, tls_without_a_certificate_is_answered_with_an_alert) {
   Peer peer(listener_->port());
   const std::string alert = answer_to(peer, std::string_view("\x16\x03\x01\x02\x00\x01", 6));
+  // The bytes are a TLS alert: fatal (2), handshake_failure (40).
   EXPECT_EQ(alert, std::string("\x15\x03\x01\x00\x02\x02\x28", 7));
   EXPECT_EQ(counters_.handshakes_failed_tls_absent.value(), 1u);
 }

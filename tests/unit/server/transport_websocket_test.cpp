@@ -12,6 +12,7 @@ namespace asio = boost::asio;
 using testing::HasSubstr;
 using testing::StartsWith;
 
+// These are the opcodes of RFC 6455, section 5.2.
 constexpr std::uint8_t kText = 1, kBinary = 2, kClose = 8, kPing = 9, kPong = 10;
 
 std::string upgrade_request(std::string_view more = "", std::string_view path = "/ws") {
@@ -21,6 +22,8 @@ std::string upgrade_request(std::string_view more = "", std::string_view path = 
          std::string(more) + "\r\n";
 }
 
+// Makes a frame as a client sends it. RFC 6455 demands that clients mask theirs; the other arguments make fragments and
+// wrong frames.
 std::string frame(std::uint8_t opcode, std::span<const std::uint8_t> payload, bool is_last = true, bool masked = true) {
   std::string out;
   out += static_cast<char>((is_last ? 0x80 : 0) | opcode);
@@ -48,7 +51,7 @@ struct Frame {
   [[nodiscard]] int close_code() const { return payload.size() < 2 ? 0 : payload[0] << 8 | payload[1]; }
 };
 
-// Frames as the server sends them, unmasked.
+// Takes the server's frames, which have no mask, out of the bytes. The last one is left out while it is incomplete.
 std::vector<Frame> frames_of(std::span<const std::uint8_t> bytes) {
   std::vector<Frame> frames;
   while (bytes.size() >= 2) {
@@ -91,6 +94,7 @@ class WebSocketTest : public TransportTest {
     }));
     return frames_of(peer.received);
   }
+  // Returns the response to a request after which the server ends the connection.
   std::string refused(std::string_view request) {
     Peer peer(listener_->port());
     return answer_to(peer, request);
@@ -114,6 +118,8 @@ TEST_F(WebSocketTest, one_packet_is_one_message_both_ways_however_the_bytes_are_
   upgrade(peer);
   std::string sent;
   std::vector<std::vector<std::uint8_t>> packets;
+  // The sizes reach from 16 bytes to 17 kB, so headers of two and of four bytes occur. The pieces that are sent have up
+  // to 997 bytes, and end anywhere in a frame.
   for (std::size_t i = 0; i < 40; ++i) {
     packets.push_back(packet(16 + i * i * 11, static_cast<std::uint8_t>(i)));
     sent += frame(kBinary, packets.back());
@@ -194,6 +200,8 @@ TEST_F(WebSocketTest, each_wrong_frame_ends_the_connection_with_its_close_code_a
     int code;
     Counter& counter;
   };
+  // The close codes are 1002 for a wrong frame, 1003 for text, and 1009 for a message of more than kPacketBytesMax. The
+  // 14 bytes of a header alone must be enough, or a client could make the server store a message that it refuses.
   const Case cases[] = {
       {"text", frame(kText, text), 1003, counters_.websockets_closed_text},
       {"oversize", frame(kBinary, large), 1009, counters_.websockets_closed_oversize},
@@ -237,6 +245,7 @@ TEST_F(WebSocketTest, each_wrong_frame_ends_the_connection_with_its_close_code_a
 TEST_F(WebSocketTest, a_peers_close_is_answered_and_reported_once) {
   Peer peer(listener_->port());
   upgrade(peer);
+  // The two bytes are the close code 1000.
   const std::uint8_t normal[] = {0x03, 0xe8};
   peer.send(frame(kClose, normal));
   const auto frames = until_ended(peer);
@@ -251,6 +260,7 @@ TEST_F(WebSocketTest, a_closing_connection_sends_what_waits_then_its_close_frame
   for (std::uint8_t i = 0; i < 5; ++i) echoes_[0]->connection->send(packet(20'000, i));
   echoes_[0]->connection->close("done");
   EXPECT_FALSE(echoes_[0]->connection->writable());
+  // The two bytes are the close code 1000.
   const std::uint8_t normal[] = {0x03, 0xe8};
   ASSERT_TRUE(run_until([&] {
     peer.receive();
@@ -271,12 +281,15 @@ TEST_F(WebSocketTest, small_packets_that_wait_together_arrive_whole_and_in_order
   std::size_t packets = 0, pongs = 0;
   const std::uint8_t ping[] = {7};
   const auto made = [](std::size_t n) { return packet(40 + n % 60, static_cast<std::uint8_t>(n)); };
+  // The server writes small packets that wait together in one call. The pongs that it owes must come between packets,
+  // not within one.
   for (int round = 0; round < 50; ++round) {
     peer.send(frame(kPing, ping));
     for (int i = 0; i < 8; ++i) echoes_[0]->connection->send(made(packets++));
     loop_.poll();
   }
   packets = 0;
+  // The frames are 400 packets and 50 pongs.
   ASSERT_TRUE(run_until([&] {
     peer.receive();
     return frames_of(peer.received).size() == 450;
@@ -331,7 +344,8 @@ TEST_F(WebSocketTest, a_peer_that_never_reads_makes_the_connection_unwritable_wi
     }
   }
   EXPECT_FALSE(echoes_[0]->connection->writable());
-  // Waiting and on its way, 64 KiB and a packet each, and the system's share: 64 KiB not sent and a little beyond.
+  // The connection's queue and the packets in the current write have 64 KiB (PacketQueue::kBytesMax) and one packet
+  // each. The system's socket buffers take the rest.
   EXPECT_LT(taken, 600'000u);
   // Pings of such a peer wait as well, and cost nothing.
   for (int i = 0; i < 1000; ++i) peer.send(frame(kPing, {}));
@@ -417,6 +431,7 @@ TEST_F(WebSocketTest, a_message_beyond_a_hello_ends_the_connection_before_the_se
   upgrade(peer);
   peer.send(frame(kBinary, packet(kHelloPacketBytesMax, 1)));
   ASSERT_TRUE(run_until([&] { return echoes_[0]->packets == 1; }));
+  // The header of the frame alone says that the message is too large, so its bytes need not come.
   peer.send(frame(kBinary, packet(kHelloPacketBytesMax + 1, 1)).substr(0, 8));
   ASSERT_TRUE(run_until([&] { return echoes_[0]->closed == 1; }));
   EXPECT_EQ(counters_.websockets_closed_oversize.value(), 1u);
@@ -453,6 +468,8 @@ TEST_F(ListedOriginTest, only_listed_pages_may_open_one) {
 }
 
 TEST_F(ListedOriginTest, a_peer_without_pongs_is_closed_and_one_with_pongs_stays) {
+  // A silent peer gets a ping after ping_after (150 ms here), and is closed after twice this time. The other peer
+  // answers three pings, so it outlives the first.
   Peer dead(listener_->port()), alive(listener_->port());
   upgrade(dead);
   upgrade(alive);
@@ -484,6 +501,7 @@ TEST_F(WebSocketTest, another_implementation_as_client_exchanges_packets) {
       socket.handshake(response, "here", "/ws");
       if (response[http::field::sec_websocket_protocol] != "hairnet") failed = "no subprotocol";
       socket.binary(true);
+      // The sizes reach from 16 bytes to 198 kB, so all three lengths of headers occur.
       for (std::size_t i = 0; i < 200; ++i) {
         const auto sent = packet(16 + i * 997, static_cast<std::uint8_t>(i));
         socket.write(asio::buffer(sent));

@@ -140,6 +140,8 @@ TEST_F(WebTransportTest, refuses_other_paths_and_pages_of_other_origins) {
   EXPECT_THAT(status_, testing::IsSupersetOf({'4', '0', '3'}));
   EXPECT_EQ(counters_.origins_refused.value(), 1u);
   EXPECT_GE(join(own, here(), "/wt", "http://" + here()), 0);
+  // A site whose DNS answers with this machine's address has a page whose origin equals the host. The host refuses it:
+  // on the loopback only localhost and numeric addresses may open a session.
   UdpPeer rebound(listener_->port());
   EXPECT_EQ(join(rebound, "evil.example:7420", "/wt", "https://evil.example:7420"), -1);
   EXPECT_EQ(counters_.hosts_refused.value(), 1u);
@@ -182,12 +184,12 @@ TEST_F(WebTransportTest, a_session_that_finds_no_memory_ends_alone) {
 TEST_F(WebTransportTest, takes_garbage_and_closes_while_a_session_is_open) {
   UdpPeer peer(listener_->port()), garbage(listener_->port());
   ASSERT_GE(join(peer, here()), 0);
+  // The kernel may drop some of the 500 datagrams, so 400 are enough.
   for (int n = 0; n < 500; ++n)
     garbage.send_raw(quic::Bytes(static_cast<std::size_t>(n), static_cast<std::uint8_t>(n)));
   EXPECT_TRUE(run_peer(
       peer, [&] { return counters_.quic.dropped_malformed.value() + counters_.quic.dropped_unknown.value() > 400; }));
   listener_->close();
-  UdpPeer late(0);
   listener_ = nullptr;
   EXPECT_TRUE(all_closed());
 }
@@ -203,6 +205,7 @@ class CrowdedWebTransportTest : public WebTransportTest {
 };
 
 TEST_F(CrowdedWebTransportTest, connections_of_one_address_count_together_with_its_tcp_ones) {
+  // An address may have two connections: one of TCP and one of QUIC fill its share.
   Peer tcp(listener_->port());
   tcp.send(std::string_view("xxxx"));
   ASSERT_TRUE(run_until([&] { return counters_.connections_accepted.value() == 1; }));
@@ -236,6 +239,7 @@ TEST_F(EverywhereWebTransportTest, one_socket_serves_ipv4_and_answers_from_the_a
 
 class BusyUdpTest : public TransportTest {
  protected:
+  // Another socket has the UDP port of the same number as the listener's TCP port.
   TransportOptions options() override {
     socket_ = ::socket(AF_INET, SOCK_DGRAM, 0);
     sockaddr_in address{};

@@ -14,8 +14,10 @@
 namespace hairnet::whole {
 namespace {
 
+// A session has frames when the last one is newer than kFresh_ns.
 constexpr std::int64_t kSecond_ns = 1'000'000'000, kFresh_ns = 500'000'000;
 constexpr int kPumpWait_ms = 4;
+// Within kSettle_s everything must be well, and stay so for kCalm_s.
 constexpr double kSettle_s = 60, kCalm_s = 1.5;
 constexpr std::size_t kFaultsMax = 200;
 
@@ -70,7 +72,8 @@ void Chaos::fault(const std::string& what) {
 }
 
 void Chaos::on_lost(std::size_t client, std::size_t server, const std::string& error, std::int64_t) {
-  if (is_lost_[client]) return;  // an attempt to come back has failed
+  // An attempt to come back may fail; the loss itself was noted before.
+  if (is_lost_[client]) return;
   is_lost_[client] = true;
   const bool is_explained = action_ && is_of_server(action_->kind) && action_->target == server;
   if (action_) ++rows_[static_cast<std::size_t>(action_->kind)].sessions_lost;
@@ -144,7 +147,7 @@ std::string Chaos::why_not_settled(std::int64_t now_ns) const {
   return {};
 }
 
-// Until all has been well for a while.
+// Waits until all has been well for kCalm_s.
 void Chaos::settle(double seconds_max) {
   const std::int64_t begin_ns = channel::monotonic_ns();
   std::int64_t well_since_ns = 0;

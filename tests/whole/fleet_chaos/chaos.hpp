@@ -95,7 +95,8 @@ class Chaos final : private FleetClientEvents {
   std::size_t process_at(std::size_t server) override { return fleet_->process_of(server); }
 
   void add_client(const std::string& room, bool is_watcher, bool is_visitor);
-  void pump();  // a few milliseconds
+  // Lets all clients and checks run for a few milliseconds.
+  void pump();
   void pump_for(double seconds);
   // Checks the packets that arrived until that time.
   void check_owners(std::int64_t until_ns);
@@ -123,11 +124,14 @@ class Chaos final : private FleetClientEvents {
   OwnerCheck owners_;
   std::unique_ptr<ChaosFleet> fleet_;
   std::vector<std::unique_ptr<FleetClient>> clients_;
-  std::vector<bool> is_lost_;  // by client, until its next frame
+  // Says of each client whether its session was lost and no frame has come since.
+  std::vector<bool> is_lost_;
   std::vector<std::string> rooms_;
-  std::deque<Received> received_;  // not checked yet
+  // Holds packets that are not checked yet.
+  std::deque<Received> received_;
   std::deque<ActionKind> deck_;
-  std::optional<Action> action_;  // the last one, until the next begins
+  // Is the last action, until the next one begins.
+  std::optional<Action> action_;
   std::array<Row, kActionNames.size()> rows_{};
   Times claims_after_outage_;
   std::int64_t begin_ns_ = 0, announced_ns_ = 0, turned_ns_ = 0, lag_ns_max_ = 0;

@@ -7,11 +7,13 @@
 #include "schema/channel/monotonic_clock.hpp"
 #include "tests/whole/fleet_chaos/chaos.hpp"
 
-// What is done to the fleet, and what must hold of it then.
+// This file has the actions that disturb the fleet, and the checks after each.
 namespace hairnet::whole {
 namespace {
 
+// A drained server must end within kDrainWait_s. After each action all must have frames again within kBackWait_s.
 constexpr double kDrainWait_s = 30, kBackWait_s = 60;
+// So many clients ask for new rooms while etcd is down.
 constexpr std::size_t kProbes = 4;
 
 double from_ns(std::int64_t ns) {
@@ -25,7 +27,7 @@ Chaos::Action Chaos::next_action() {
     std::vector<ActionKind> kinds;
     for (const std::string& name : options_.actions) {
       const auto kind = static_cast<ActionKind>(std::ranges::find(kActionNames, name) - kActionNames.begin());
-      // With rooms that go on without etcd, only what all servers meet alike is harmless.
+      // With rooms that continue without etcd only failures that all servers see alike are harmless.
       const bool is_harmless = kind != ActionKind::cut_server || without_etcd_ == "stop";
       if (is_harmless || options_.actions.size() == 1) kinds.push_back(kind);
     }
@@ -36,7 +38,7 @@ Chaos::Action Chaos::next_action() {
   deck_.pop_front();
   action.target = random_.next() % kEtcdCount;
   if (!is_of_server(action.kind)) return action;
-  // The owner of some room: what is done to a server without rooms shows little.
+  // Chooses the owner of some room, because a server without rooms has nothing to lose.
   const auto owner = owners_.owner(rooms_[random_.next() % rooms_.size()]);
   if (owner) action.target = fleet_->server_of(owner->server);
   return action;
@@ -130,7 +132,8 @@ void Chaos::make(Action& action) {
   }
 }
 
-// Clients ask for new rooms meanwhile.
+// Kills all etcds and starts them again. Clients ask for new rooms meanwhile, which must get owners soon after the
+// return of etcd.
 void Chaos::make_etcd_down(Action& action) {
   for (std::size_t n = 0; n < kEtcdCount; ++n) fleet_->etcd(n).send(SIGKILL);
   pump_for(0.1 * options_.outage_s);

@@ -79,7 +79,8 @@ class ChaosFleet {
   std::vector<int> etcd_starts_;
   std::map<std::string, std::uint64_t> events_;
   std::atomic<std::int64_t> healthy_since_ns_{0};
-  std::jthread health_;  // last: it uses the members above
+  // This member is the last one, because its thread uses the members above.
+  std::jthread health_;
 };
 
 }  // namespace hairnet::whole

@@ -20,7 +20,8 @@ namespace hairnet::whole {
 namespace {
 
 constexpr std::int64_t kPoseInterval_ns = 33'333'333, kWatchBack_ns = 1'000'000'000;
-constexpr std::int64_t kGapLeast_ns = 200'000'000;  // a shorter one is no absence
+// A shorter wait for frames does not count as a gap.
+constexpr std::int64_t kGapLeast_ns = 200'000'000;
 constexpr std::uint32_t kCharacter = 1;
 constexpr unsigned kUnacknowledgedMax_ms = 15'000;  // as link's sockets
 
@@ -220,7 +221,8 @@ void FleetClient::write(std::int64_t now_ns) {
     unsent_.insert(unsent_.end(), packet.begin(), packet.end());
   while (!unsent_.empty()) {
     const ssize_t count = ::send(socket_, unsent_.data(), unsent_.size(), MSG_NOSIGNAL);
-    if (count <= 0) break;  // the reader learns why
+    // The reader learns why the socket takes no more.
+    if (count <= 0) break;
     unsent_.erase(unsent_.begin(), unsent_.begin() + count);
   }
   if (unsent_.empty() && core_->wants_half_close() && !std::exchange(is_half_closed_, true))

@@ -17,11 +17,13 @@ namespace hairnet::whole {
 struct FleetClientDef {
   std::size_t number = 0;
   std::string room;
-  bool is_watcher = false;  // has no character
+  // A watcher has no character.
+  bool is_watcher = false;
   // Leaves after some seconds and comes back, each time by another server: so a room whose owner is silent gets asked
   // for elsewhere.
   bool is_visitor = false;
-  std::vector<std::string> servers;  // addresses, all at the same port
+  // Holds the addresses of the servers, all at the same port.
+  std::vector<std::string> servers;
   std::uint16_t port = 0;
   std::string own_address;
   std::uint64_t seed = 0;

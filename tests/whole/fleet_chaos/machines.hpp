@@ -42,7 +42,8 @@ class Machines {
   std::string run(const std::vector<std::string>& command) const;
 
   std::string folder_;
-  std::vector<int> namespaces_;  // file descriptors
+  // Holds file descriptors.
+  std::vector<int> namespaces_;
 };
 
 }  // namespace hairnet::whole

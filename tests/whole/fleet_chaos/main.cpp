@@ -12,7 +12,8 @@
 
 namespace {
 
-constexpr int kCannotRun = 77;  // ctest skips then
+// ctest skips a test with this exit code.
+constexpr int kCannotRun = 77;
 
 }  // namespace
 

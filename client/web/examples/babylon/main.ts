@@ -23,18 +23,18 @@ camera.fov = 0.6;
 const room = await connect("ws://localhost:7420", { room: "babylon" });
 const me = room.addCharacter(await (await fetch("/long_curly.groom")).arrayBuffer());
 
-const worn = new Map<number, MemberHair>();
+const drawn = new Map<number, MemberHair>();
 room.on("left", ({ member }) => {
-  worn.get(member.member)?.dispose();
-  worn.delete(member.member);
+  drawn.get(member.member)?.dispose();
+  drawn.delete(member.member);
 });
 
 engine.runRenderLoop(() => {
   const turn = 0.3 * Math.sin(performance.now() / 300);
   me.push(rigidPose([0, Math.sin(turn), 0, Math.cos(turn)]));
   for (const member of room.sample(performance.now())) {
-    if (member.groom && !worn.has(member.member)) worn.set(member.member, new MemberHair(member.groom, scene));
-    worn.get(member.member)?.update(member);
+    if (member.groom && !drawn.has(member.member)) drawn.set(member.member, new MemberHair(member.groom, scene));
+    drawn.get(member.member)?.update(member);
   }
   scene.render();
 });

@@ -18,11 +18,11 @@ const scene = new Scene().add(new AmbientLight(0xffffff, 1.5), new DirectionalLi
 hair.frame(camera);
 
 const file = await fetched("/wavy.groom");
-const worn = new VrmHair(vrm); // hides the model's own hair
-worn.fit(await Groom.load(file)); // measures both heads
+const vrmHair = new VrmHair(vrm); // hides the model's own hair
+vrmHair.fit(await Groom.load(file)); // measures both heads
 const me = room.addCharacter(file);
 hair.addEventListener("characteradded", ({ character }) => {
-  if (character.own) worn.wear(character);
+  if (character.own) vrmHair.attach(character);
 });
 
 const timer = new Timer();
@@ -30,7 +30,7 @@ renderer.setAnimationLoop((now) => {
   timer.update(now);
   vrm.humanoid.getNormalizedBoneNode("head")?.rotation.set(0, 0.6 * Math.sin(now / 300), 0);
   vrm.update(timer.getDelta());
-  me.push(worn.pose());
+  me.push(vrmHair.pose());
   hair.update(camera);
   renderer.render(scene, camera);
 });

@@ -8,7 +8,7 @@ import type { RememberedFit } from "./rememberedFits";
 
 /** A VRM model as the user's body: it moves with the user's head, and wears the hair of the user's character. */
 export class Avatar {
-  readonly worn: VrmHair;
+  readonly vrmHair: VrmHair;
   readonly meshes: readonly Mesh[];
   readonly #found: readonly Mesh[];
   readonly #motion: AvatarMotion;
@@ -27,7 +27,7 @@ export class Avatar {
     for (const mesh of meshes) mesh.frustumCulled = false;
     this.meshes = meshes;
     this.#found = findHairMeshes(vrm);
-    this.worn = new VrmHair(vrm, { hairMeshes: this.#found });
+    this.vrmHair = new VrmHair(vrm, { hairMeshes: this.#found });
     this.#motion = new AvatarMotion(vrm);
     this.#motion.root.visible = false;
     scene.add(this.#motion.root);
@@ -53,30 +53,30 @@ export class Avatar {
   set(fit: RememberedFit): void {
     const { hidden } = fit;
     const meshes = hidden ? this.meshes.filter((_, n) => hidden.includes(n)) : this.#found;
-    this.worn.change(fit);
-    const before = this.worn.hiddenMeshes;
+    this.vrmHair.change(fit);
+    const before = this.vrmHair.hiddenMeshes;
     if (meshes.length === before.length && meshes.every((mesh) => before.includes(mesh))) return;
-    this.worn.hide(meshes);
-    if (this.#groom) this.worn.fit(this.#groom);
+    this.vrmHair.hide(meshes);
+    if (this.#groom) this.vrmHair.fit(this.#groom);
   }
 
   /** Each frame: follows the pose of the user's head, and returns the pose of the model. */
   update(character: HairCharacter | null, groom: Groom | null, pose: Pose, dtS: number): Pose {
     if (character !== this.#character) {
-      this.worn.wear(character);
+      this.vrmHair.attach(character);
       this.#character = character;
     }
     if (groom && groom !== this.#groom) {
       this.#groom = groom;
-      this.worn.fit(groom);
+      this.vrmHair.fit(groom);
     }
     this.#motion.root.visible = character?.visible ?? false;
     this.#motion.update(pose, dtS);
-    return this.worn.pose();
+    return this.vrmHair.pose();
   }
 
   dispose(): void {
-    this.worn.dispose();
+    this.vrmHair.dispose();
     this.#motion.root.removeFromParent();
     VRMUtils.deepDispose(this.vrm.scene);
   }

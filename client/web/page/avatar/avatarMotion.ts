@@ -5,15 +5,16 @@ import { lowerArms } from "../../src/vrm/index";
 
 /** An angle of the head against the trunk above which a person, and not the idle motion, moves the head. */
 const kHeldRad = 0.03;
+/** The idle motion is back to its full size this long after the head has stopped. */
 const kIdleReturnsS = 1.5;
 
-/** Moves a model: its head, neck and trunk follow a pose, it breathes, and it looks around a little when it has nothing to do. */
+/** Moves a model: its head, neck and trunk follow a pose, it breathes, and it looks around while its head is still. */
 export class AvatarMotion {
   /** Its place in the world; the model is its child. */
   readonly root = new Object3D();
   /** the head joint in the model, whose feet are at height 0, m */
   readonly headAtRest: Vector3;
-  /** of the idle motion, 0 to 1 */
+  /** The weight of the idle motion, 0 to 1. */
   #idle = 0;
   #timeS = 0;
 
@@ -34,6 +35,7 @@ export class AvatarMotion {
     const head = rotationOf(pose, Bone.head).premultiply(rotationOf(pose, Bone.neck).invert());
     const isHeld = 2 * Math.acos(Math.min(Math.abs(neck.clone().multiply(head).w), 1)) > kHeldRad;
     this.#idle = Math.min(Math.max(this.#idle + (isHeld ? -4 : 1 / kIdleReturnsS) * dtS, 0), 1);
+    // A smooth step, so that the idle motion neither starts nor ends with a jerk.
     const look = this.#idle * this.#idle * (3 - 2 * this.#idle);
     neck.multiply(turn(look * 0.03 * Math.sin(0.9 * t + 1), look * 0.5 * wander(t), look * 0.02 * Math.sin(0.6 * t)));
     head.multiply(turn(look * 0.04 * wander(t + 40), look * 0.5 * wander(t), look * 0.03 * wander(t + 90)));
@@ -51,6 +53,7 @@ export class AvatarMotion {
       .applyQuaternion(trunk)
       .multiplyScalar(-1)
       .add(new Vector3().fromArray(pose, Bone.head * kNumbersPerBone + 4));
+    // Spring bones start from the first pose: without the reset they would swing from where the model was loaded.
     const isFirst = t === dtS;
     if (isFirst) {
       this.vrm.update(0);

@@ -3,14 +3,18 @@ import type { Pose } from "../../src/index";
 import { followYaw, poseOf, rotationOf, yawOf, type HeadAngles } from "./headPose";
 import type { HeadSource } from "./headSource";
 
+/** The head turns (yaw), nods (pitch) and tilts (roll) at most this far from its direction at rest. */
 const kTurnMaxRad = 1.2;
 const kNodMaxRad = 0.7;
 const kTiltMaxRad = 0.6;
 const kAhead: HeadAngles = { yawRad: 0, pitchRad: 0, rollRad: 0 };
+/** A drag by one pixel turns the head by this angle. */
 const kRadPerPx = 0.007;
+/** A drag by one pixel moves the head by 0.6 of this length for each metre between camera and head. */
 const kMPerPx = 0.0015;
+/** A held arrow key turns the head at this speed, up to the limits above. */
 const kKeyRadPerS = 4;
-/** The share of the remaining way that a head moves towards its target in a second. */
+/** The rate, 1/s, at which the difference between the head's angles and the wanted ones decays. */
 const kEagerness = 12;
 
 /** The part of `WebGLRenderer.xr` that a head needs. */
@@ -111,6 +115,7 @@ export class OwnHead {
     if (viewer) {
       const eye = new Vector3();
       new Matrix4().fromArray(viewer.transform.matrix).premultiply(rig).decompose(eye, this.#headset, new Vector3());
+      // A headset looks along -Z, and a head in head space along +Z: half a turn about +Y lies between them.
       this.#headset.multiply(new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI));
       this.position.copy(eye).sub(kEyes.clone().applyQuaternion(this.#headset));
     }

@@ -3,7 +3,7 @@ import type { Hand } from "../../src/index";
 
 const kAxisOfShapes = new Vector3(0, 1, 0);
 /** A shorter axis is a sphere's: it has no direction. */
-const kAxisLeastM = 1e-6;
+const kAxisMinM = 1e-6;
 
 /** A place (world) in the own axes of one of a hand's shapes: from its middle, with y along its capsule. */
 export function inAxesOfShape(hand: Hand, number: number, place: Vector3): [number, number, number] {
@@ -16,7 +16,7 @@ export function inAxesOfShape(hand: Hand, number: number, place: Vector3): [numb
     .applyQuaternion(new Quaternion().fromArray(hand.rotation).invert())
     .sub(begin)
     .addScaledVector(axis, -0.5);
-  if (axis.length() > kAxisLeastM)
+  if (axis.length() > kAxisMinM)
     own.applyQuaternion(new Quaternion().setFromUnitVectors(kAxisOfShapes, axis.normalize()).invert());
   return own.toArray();
 }

@@ -42,21 +42,29 @@ const kParts = [
   ["index-finger-phalanx-proximal", "wrist"],
   ["pinky-finger-phalanx-proximal", "wrist"],
 ] as const satisfies readonly (readonly [XRHandJoint, XRHandJoint])[];
+/** The capsule of the forefinger, the first of kParts, takes hold of hair. */
 const kIndexPart = 0;
+/** A pinch takes hold of hair within this distance of the middle between thumb and forefinger. */
 const kPinchHoldRadiusM = 0.03;
-/** of a joint whose radius the headset does not tell */
+/** A joint has this radius where the headset reports none. */
 const kJointRadiusM = 0.01;
-const kJointRadiusMostM = 0.03;
-/** From a grip's origin along its handle, whose front is at -z. */
+const kJointRadiusMaxM = 0.03;
+/** A controller's capsule reaches this far from the grip's origin to both ends of its handle; its front is at -z. */
 const kControllerHalfLengthM = 0.05;
 const kControllerRadiusM = 0.02;
+/** A controller takes hold of hair within this distance of its front. */
 const kControllerHoldRadiusM = 0.05;
+/** The indices of trigger and squeeze button in the WebXR standard mapping of gamepads. */
 const kTrigger = 0;
 const kSqueeze = 1;
+/** A pinch begins below the first distance between thumb and forefinger, and ends at the second one. */
 const kClosesM = 0.015;
 const kOpensM = 0.025;
 
-/** Thumb and forefinger touch; once they do, a little more is not yet apart. */
+/**
+ * Whether thumb and forefinger pinch. The distance that ends a pinch is larger than the one that begins it: otherwise
+ * noise of the tracking would drop the hair.
+ */
 export function isClosed(openM: number, wasClosed: boolean): boolean {
   return openM < (wasClosed ? kOpensM : kClosesM);
 }
@@ -122,7 +130,7 @@ export function trackedHands(
       const at = hand?.get(name);
       const pose = at && frame.getJointPose?.(at, space);
       if (!pose) return null;
-      const radiusM = Math.min(pose.radius || kJointRadiusM, kJointRadiusMostM);
+      const radiusM = Math.min(pose.radius || kJointRadiusM, kJointRadiusMaxM);
       return { ...inWorld(pose.transform, rig), radiusM };
     };
     const grip = !hand && gripSpace ? frame.getPose(gripSpace, space) : null;

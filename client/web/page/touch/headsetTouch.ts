@@ -7,9 +7,9 @@ import { nearestHair } from "./pick";
 /** What one hand does. */
 interface Side {
   isClosed: boolean;
-  /** whose hair it has taken hold of */
+  /** The member whose hair this hand holds. */
   member: Member | null;
-  /** seen in this picture */
+  /** The headset tracks this hand in the current frame. */
   isHere: boolean;
 }
 
@@ -20,7 +20,7 @@ export class HeadsetTouch {
 
   constructor(private readonly holds: Holds) {}
 
-  /** The hands of this picture. One that is not tracked is not there, and begins anew when it is back. */
+  /** Takes the hands of this frame. A hand that is not tracked is forgotten, and starts open when it is back. */
   update(tracked: readonly TrackedHand[], room: TouchedRoom): void {
     for (const side of this.#sides.values()) side.isHere = false;
     for (const one of tracked) this.#move(one, room);

@@ -19,8 +19,8 @@ const kBodySlackM = 0.012;
 const kWithinHeadM = 0.2;
 
 /**
- * The place in hair that a ray meets first: of all points of hair within `withinRad` of the ray, as its origin sees them,
- * the nearest to the origin. Null: there is none, or a body is before it.
+ * The place in hair that a ray meets first: of all points of hair within the angle `withinRad` of the ray, as seen from
+ * its origin, the one nearest to the origin. Null where there is no such point, or a body hides it.
  */
 export function pickHair<One extends Pickable>(
   ray: Ray,
@@ -32,6 +32,7 @@ export function pickHair<One extends Pickable>(
   let depth = Infinity;
   let picked: Picked<One> | null = null;
   const near = [...members].filter(({ pose }) => pose && ray.distanceToPoint(headOf(pose)) <= kHairReachM);
+  // `depth` carries over from one member to the next, so only hair nearer than all before it replaces the result.
   for (const one of near) {
     const points = one.points();
     if (!points) continue;
@@ -46,6 +47,7 @@ export function pickHair<One extends Pickable>(
     }
     if (found >= 0) picked = { member: one, place: new Vector3().fromArray(points, found) };
   }
+  // A body hides the picked hair when its surface is nearer to the origin by more than kBodySlackM.
   const hides = ({ pose, groom }: One) =>
     pose !== null &&
     groom !== null &&

@@ -3,33 +3,42 @@ import type { Hand, Member } from "../../src/index";
 import { type Holds, isIn, type TouchedRoom } from "./holds";
 import type { Picked } from "./pick";
 
-/** Each press has the next number: answers to the presses before are none to it. */
+/**
+ * The shape of each press has the next number, modulo this one: a late answer to an earlier press then has another
+ * number, and is ignored.
+ */
 const kNumbers = 16;
+/** The ball at the pointer that pushes hair aside. */
 const kBallRadiusM = 0.012;
+/** The ball takes hold of hair within this distance of its middle. */
 const kHoldRadiusM = 0.03;
+/** The capsule that strokes hair. */
 const kPalmRadiusM = 0.025;
 const kPalmHalfLengthM = 0.04;
 /**
- * The hand and the word that it takes hold travel apart: it is said again until the hand has arrived, for so long after
- * the first answer.
+ * The hand and the request to take hold travel separately, so the request may come first and find no hand. The client
+ * repeats it after each answer without hair, for this time after the first answer.
  */
 const kTakesMs = 500;
-/** Without an answer the ball waits so long. */
+/** The ball waits this long for the first answer, and then follows the pointer without hair. */
 const kAnswersMs = 2000;
-/** Faster the hair would slip out of the hand, or the hand jump. */
+/**
+ * The ball moves no faster than this (2 m/s): otherwise hair would slip out of it. Above 8 m/s it would even count as a
+ * hand that jumped (core/touch/touch_body.hpp).
+ */
 const kSpeedMPerMs = 0.002;
-/** So long it stays where it has pinned hair: without it the hair would be let go before that word arrives. */
+/** The ball stays this long where it has pinned hair: without a hand the server would drop the hair before the pin. */
 const kLingersMs = 300;
 
 interface Press {
   readonly number: number;
   readonly member: Member;
   readonly room: TouchedRoom;
-  /** the camera's */
+  /** The rotation of the camera when the press began. */
   readonly rotation: Quaternion;
-  /** through where it began, facing the camera */
+  /** The plane through the first point that faces the camera: the pointer moves in it. */
   readonly plane: Plane;
-  /** where the ball is */
+  /** The middle of the ball or palm, which may be behind the pointer (`end`). */
   readonly at: Vector3;
   movedMs: number;
   readonly end: Vector3;
@@ -40,7 +49,7 @@ interface Press {
   pins: boolean;
 }
 
-/** A mouse or a finger as a hand: a ball that holds hair, or a palm that strokes it. Times are of `performance.now()`. */
+/** A mouse or a finger as a hand: a ball that holds hair, or a palm that strokes hair. Times: `performance.now()`. */
 export class PointerTouch {
   #press: Press | null = null;
   #number = 0;
@@ -76,12 +85,12 @@ export class PointerTouch {
     if (!strokes) this.#take(this.#press);
   }
 
-  /** The pointer points there. */
+  /** Moves the wanted place to where the ray of the pointer meets the plane of the press. */
   move(ray: Ray): void {
     if (this.#press) ray.intersectPlane(this.#press.plane, this.#press.end);
   }
 
-  /** A second finger: hair will stay where it is let go. */
+  /** A second finger touches the screen: the hair will stay where it is released. */
   pinLater(): void {
     if (this.#press) this.#press.pins = true;
   }
@@ -113,7 +122,7 @@ export class PointerTouch {
     else if (isTaking(press, nowMs)) this.#take(press);
   }
 
-  /** At most one. */
+  /** The hand of the press, or the one that lingers after a pin; there is at most one. */
   hands(nowMs: number): Hand[] {
     if (this.#press) return [handOf(this.#press, nowMs)];
     if (this.#leaving && nowMs >= this.#leaving.untilMs) this.#leaving = null;
@@ -129,7 +138,10 @@ function isTaking({ strokes, isHeld, takesUntilMs }: Press, nowMs: number): bool
   return !strokes && !isHeld && nowMs < takesUntilMs;
 }
 
-/** A ball that does not hold yet waits where the hair is; then it follows the pointer, a palm does so at once. */
+/**
+ * Moves the hand of a press towards the pointer. A ball waits at the hair until it holds the hair or gives up, and then
+ * follows at a limited speed. A palm follows at once.
+ */
 function move(press: Press, nowMs: number): void {
   const apart = press.end.clone().sub(press.at);
   const farthestM = press.strokes ? Infinity : kSpeedMPerMs * (nowMs - press.movedMs);

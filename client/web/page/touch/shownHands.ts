@@ -3,9 +3,9 @@ import type { Hand } from "../../src/index";
 
 const kAxisOfCapsules = new Vector3(0, 1, 0);
 /** Larger shapes are no hands to look at. */
-const kRadiusMostM = 0.15;
-const kLengthMostM = 0.5;
-const kGeometriesMost = 256;
+const kRadiusMaxM = 0.15;
+const kLengthMaxM = 0.5;
+const kGeometriesMax = 256;
 
 /** Hands as translucent capsules. */
 export class ShownHands extends Group {
@@ -22,7 +22,7 @@ export class ShownHands extends Group {
       for (const { from, to, radiusM, isInsideOut } of hand.shapes) {
         const middle = new Vector3().fromArray(from);
         const axis = new Vector3().fromArray(to).sub(middle);
-        if (isInsideOut || radiusM > kRadiusMostM || axis.length() > kLengthMostM) continue;
+        if (isInsideOut || radiusM > kRadiusMaxM || axis.length() > kLengthMaxM) continue;
         const mesh = this.#mesh(count++);
         mesh.geometry = this.#geometry(radiusM, axis.length());
         mesh.position.copy(middle.addScaledVector(axis, 0.5)).applyQuaternion(rotation).add(place);
@@ -30,7 +30,7 @@ export class ShownHands extends Group {
       }
     }
     while (this.children.length > count) this.remove(this.children[this.children.length - 1]);
-    if (this.#geometries.size > kGeometriesMost) this.#forgetUnused();
+    if (this.#geometries.size > kGeometriesMax) this.#forgetUnused();
   }
 
   #mesh(n: number): Mesh {

@@ -37,9 +37,9 @@ export function defaultAppearance(number: number): Appearance {
  */
 export function changedAppearance(base: Appearance, changes: Partial<Appearance>): Appearance {
   if (typeof changes !== "object" || changes === null || Array.isArray(changes))
-    throw fault(`is not an object such as { hairRoot: 0x9e5930 }`);
+    throw error(`is not an object such as { hairRoot: 0x9e5930 }`);
   for (const name of Object.keys(changes)) {
-    if (!kFields.includes(name)) throw fault(`has no ${JSON.stringify(name)}; it has ${kFields.join(", ")}`);
+    if (!kFields.includes(name)) throw error(`has no ${JSON.stringify(name)}; it has ${kFields.join(", ")}`);
   }
   const given: Partial<Appearance> = Object.fromEntries(
     Object.entries(changes).filter(([, value]) => value !== undefined),
@@ -60,13 +60,13 @@ export function isSameAppearance(a: Appearance | null, b: Appearance | null): bo
 export function checkAppearance({ hairRoot, hairTip, skin, roughness }: Appearance): void {
   for (const [name, colour] of Object.entries({ hairRoot, hairTip, skin })) {
     if (!Number.isInteger(colour) || colour < 0 || colour > 0xffffff)
-      throw fault(`${name} is ${shown(colour)}; a colour is a whole number from 0x000000 to 0xffffff`);
+      throw error(`${name} is ${shown(colour)}; a colour is a whole number from 0x000000 to 0xffffff`);
   }
   if (!(typeof roughness === "number" && roughness >= 0 && roughness <= 1))
-    throw fault(`roughness is ${shown(roughness)}; it is a number from 0 to 1`);
+    throw error(`roughness is ${shown(roughness)}; it is a number from 0 to 1`);
 }
 
-function fault(what: string): HairnetError {
+function error(what: string): HairnetError {
   return new HairnetError("invalid", `appearance: ${what}`);
 }
 

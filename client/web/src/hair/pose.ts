@@ -34,22 +34,22 @@ export function rigidPose(rotation: ArrayLike<number> = [0, 0, 0, 1], position: 
 }
 
 /**
- * Describes a fault of a pose in one line, or returns null: numbers finite, rotations of unit length, coordinates
+ * Describes an error of a pose in one line, or returns null: numbers finite, rotations of unit length, coordinates
  * within 10 km.
  */
-export function poseFault(pose: ArrayLike<number>): string | null {
-  return poseFormFault(pose) ?? poseNumberFault(pose);
+export function poseError(pose: ArrayLike<number>): string | null {
+  return poseFormError(pose) ?? poseNumberError(pose);
 }
 
-/** A fault of what is no pose at all. */
-export function poseFormFault(pose: ArrayLike<number>): string | null {
+/** An error of what is no pose at all. */
+export function poseFormError(pose: ArrayLike<number>): string | null {
   if (typeof pose !== "object" || pose === null) return `a pose is ${kPoseNumbers} numbers, as rigidPose() makes them`;
   if (pose.length === kPoseNumbers) return null;
   return `pose has ${pose.length} numbers, not ${kPoseNumbers}; rigidPose() makes one`;
 }
 
-/** A fault of the numbers of a pose, which a moment's computation may have brought. */
-export function poseNumberFault(pose: ArrayLike<number>): string | null {
+/** An error of the numbers of a pose, which a moment's computation may have brought. */
+export function poseNumberError(pose: ArrayLike<number>): string | null {
   for (let i = 0; i < kPoseNumbers; ++i) {
     if (!Number.isFinite(pose[i])) return "pose is not finite";
   }
@@ -66,8 +66,8 @@ export function poseNumberFault(pose: ArrayLike<number>): string | null {
 
 /** Throws `HairnetError` unless the pose is valid. */
 export function validatePose(pose: ArrayLike<number>): void {
-  const fault = poseFault(pose);
-  if (fault) throw new HairnetError("invalid", fault);
+  const error = poseError(pose);
+  if (error) throw new HairnetError("invalid", error);
 }
 
 /** Linear in position, shortest-arc slerp in rotation, bone by bone; s beyond [0, 1] goes on. `out` may be a or b. */

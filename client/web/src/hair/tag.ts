@@ -7,10 +7,10 @@ const kControl = /\p{Cc}/u;
 
 /** The bytes of a tag, copied; text as UTF-8. Throws `HairnetError` when it is no tag. */
 export function tagBytes(tag: Uint8Array | string): Uint8Array {
-  if (typeof tag === "string" && /\p{Surrogate}/u.test(tag)) throw fault("text with half a character");
+  if (typeof tag === "string" && /\p{Surrogate}/u.test(tag)) throw error("text with half a character");
   const bytes: unknown = typeof tag === "string" ? new TextEncoder().encode(tag) : tag;
-  if (!(bytes instanceof Uint8Array)) throw fault("neither text nor a Uint8Array");
-  if (bytes.length > kTagBytesMax) throw fault(`${bytes.length} bytes, more than ${kTagBytesMax}`);
+  if (!(bytes instanceof Uint8Array)) throw error("neither text nor a Uint8Array");
+  if (bytes.length > kTagBytesMax) throw error(`${bytes.length} bytes, more than ${kTagBytesMax}`);
   return bytes.slice();
 }
 
@@ -24,6 +24,6 @@ export function tagText(tag: Uint8Array): string {
   }
 }
 
-function fault(what: string): HairnetError {
+function error(what: string): HairnetError {
   return new HairnetError("invalid", `tag: ${what}`);
 }

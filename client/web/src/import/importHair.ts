@@ -1,6 +1,6 @@
 import { kImportMiBMax } from "../generated/constants";
 import { checkOptions } from "../hair/checkOptions";
-import { HairnetError } from "../module/hairnetError";
+import { HairnetError, messageOf } from "../module/hairnetError";
 import { inWorker } from "../module/inWorker";
 import { ModuleFile, readFile } from "../module/moduleFile";
 import { importGroom, type ImportedHair, type ImportOptions, type ImportWork } from "./importGroom";
@@ -51,9 +51,9 @@ function filesOf(given: unknown): HairFile[] {
 async function readHair(file: HairFile): Promise<ImportWork["files"][number]> {
   try {
     return { name: file.name, bytes: new Uint8Array(await file.arrayBuffer()) };
-  } catch (fault) {
+  } catch (thrown) {
     // It was moved or changed after it was chosen.
-    const error = fault instanceof Error ? fault.message : String(fault);
+    const error = messageOf(thrown);
     throw new HairnetError("invalid", `${file.name.replace(/\p{C}/gu, "\ufffd")} cannot be read: ${error}`);
   }
 }

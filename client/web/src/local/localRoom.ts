@@ -1,6 +1,6 @@
 import { checkOptions } from "../hair/checkOptions";
 import type { Groom } from "../hair/groom";
-import { HairnetError } from "../module/hairnetError";
+import { HairnetError, messageOf } from "../module/hairnetError";
 import type { Instance } from "../module/instance";
 import type { Member } from "../room/member";
 import type { CharacterOptions, OwnCharacter } from "../room/ownCharacter";
@@ -172,9 +172,9 @@ export class LocalRoom extends People {
       if (this.#state === "closed") return;
       this.#takeLevels(groom, levels);
       for (const own of this.own.values()) if (own.groomKey === groom.key) this.#giveLevels(own);
-    } catch (fault) {
-      const error = fault instanceof Error ? fault.message : String(fault);
-      this.tell("fault", { detail: `the hair of ${groom.name} stays rigid: ${error}` });
+    } catch (thrown) {
+      const error = messageOf(thrown);
+      this.tell("error", { detail: `the hair of ${groom.name} stays rigid: ${error}` });
     } finally {
       this.#building.delete(groom.key);
     }

@@ -28,3 +28,8 @@ export class HairnetError extends Error {
     super(message);
   }
 }
+
+/** The message of what was thrown, whatever it is. */
+export function messageOf(thrown: unknown): string {
+  return thrown instanceof Error ? thrown.message : String(thrown);
+}

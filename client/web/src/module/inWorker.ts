@@ -1,9 +1,9 @@
-import { HairnetError, type ErrorCode } from "./hairnetError";
+import { HairnetError, type ErrorCode, messageOf } from "./hairnetError";
 
 type Progress = (share: number) => void;
 
 /** What a worker answers: how far it is, then the result or what went wrong. */
-type Answer<Result> = { share?: number; result?: Result; code?: ErrorCode; fault?: string };
+type Answer<Result> = { share?: number; result?: Result; code?: ErrorCode; error?: string };
 
 /**
  * Lets a worker of this kind do `work`, by `doInWorker`; where no worker can run, `here` does it on this thread. Rejects
@@ -19,10 +19,10 @@ export async function inWorker<Result>(
   if (!worker) return here();
   try {
     return await new Promise((resolve, reject) => {
-      worker.onmessage = ({ data: { share, result, code, fault } }: MessageEvent<Answer<Result>>) => {
+      worker.onmessage = ({ data: { share, result, code, error } }: MessageEvent<Answer<Result>>) => {
         if (share !== undefined) onProgress(share);
         else if (result !== undefined) resolve(result);
-        else reject(new HairnetError(code ?? "unsupported", fault ?? "the worker has ended"));
+        else reject(new HairnetError(code ?? "unsupported", error ?? "the worker has ended"));
       };
       // A page's policy may forbid it after all.
       worker.onerror = () => resolve(here());
@@ -54,7 +54,7 @@ export function doInWorker<Work, Result>(
       answer({ result }, [bytesOf(result).buffer]);
     } catch (error) {
       const code = error instanceof HairnetError ? error.code : "unsupported";
-      answer({ code, fault: error instanceof Error ? error.message : String(error) });
+      answer({ code, error: messageOf(error) });
     }
   };
 }

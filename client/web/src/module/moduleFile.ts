@@ -1,4 +1,4 @@
-import { HairnetError } from "./hairnetError";
+import { HairnetError, messageOf } from "./hairnetError";
 
 type Bytes = Uint8Array<ArrayBuffer>;
 
@@ -57,8 +57,8 @@ export async function readFile(url: URL, cure: string): Promise<Bytes> {
     // A web server may answer with a page of its own.
     if (String(bytes.subarray(0, 4)) !== "0,97,115,109") throw new Error("this is no WebAssembly");
     return bytes;
-  } catch (fault) {
-    const error = fault instanceof Error ? fault.message : String(fault);
+  } catch (thrown) {
+    const error = messageOf(thrown);
     const name = url.pathname.slice(url.pathname.lastIndexOf("/") + 1);
     const cures = `with vite's server optimizeDeps: { exclude: ["hairnet-client"] }; ${cure}`;
     throw new HairnetError("unreachable", `${url.href}: ${error}; ${name} belongs there (${cures})`);

@@ -1,4 +1,4 @@
-import { HairnetError } from "../module/hairnetError";
+import { HairnetError, messageOf } from "../module/hairnetError";
 import type { Transport, WebSocketLike } from "./socket";
 import { readWebTransportPage, webTransportPageUrl, WebTransportSocket } from "./webTransportSocket";
 
@@ -76,7 +76,7 @@ export class FallbackSocket implements WebSocketLike {
       this.onopen?.(undefined as never);
     } catch (error) {
       if (this.#isClosed) return;
-      const reason = error instanceof Error ? error.message : String(error);
+      const reason = messageOf(error);
       if (this.makeWebSocket) {
         this.#fallbackReason = this.memory.reason = reason;
         this.#useSocket(this.makeWebSocket(this.url));

@@ -28,7 +28,7 @@ export enum EventKind {
   left,
   changed,
   wind,
-  fault,
+  error,
   held,
   props,
   touch,

@@ -7,7 +7,9 @@ import { PacketSplitter } from "./packetSplitter";
 const kIncomingDatagramsMax = 1024;
 // More poses than that are outdated before they leave.
 const kOutgoingDatagramsMax = 16;
+/** A SHA-256 has this length. */
 const kHashBytes = 32;
+/** `close` waits this long for packets that were sent before. */
 const kGoodbyeMs = 1000;
 
 /** What `GET /wt.json` of a server says. */
@@ -19,8 +21,8 @@ export interface WebTransportPage {
 }
 
 /**
- * Datagrams to send, as browsers have them: by `createWritable()`, Safari's only way, which the standard came to later, or
- * by `writable`.
+ * The stream that takes datagrams to send. `createWritable()` is the later standard and Safari's only way; other
+ * browsers have `writable`.
  */
 function outgoingDatagrams(session: WebTransport): WritableStream<Uint8Array> {
   const datagrams: { createWritable?: () => WritableStream<Uint8Array>; writable: WritableStream<Uint8Array> } =
@@ -142,7 +144,8 @@ export class WebTransportSocket implements WebSocketLike {
   sendDatagram(bytes: Uint8Array): boolean {
     const { maxDatagramSize } = this.#session.datagrams;
     if (bytes.length > Math.min(kDatagramBytesMax, maxDatagramSize)) return false;
-    if (this.#datagramsWaiting >= kOutgoingDatagramsMax) return true; // it is lost here
+    // A datagram may get lost anywhere: the sender must not send this one again over the stream.
+    if (this.#datagramsWaiting >= kOutgoingDatagramsMax) return true;
     ++this.#datagramsWaiting;
     const done = () => --this.#datagramsWaiting;
     this.#datagrams.write(bytes).then(done, done);

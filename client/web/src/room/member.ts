@@ -21,7 +21,7 @@ export class Member {
   /** the skin to keep its hair out of; null: not received yet */
   skin: Skin | null = null;
   /** why its groom cannot be shown; empty: it can, or has not arrived yet */
-  fault = "";
+  error = "";
   /** null: nothing is known of where it is */
   pose: Pose | null = null;
   /** null: its hair is at rest */
@@ -89,7 +89,7 @@ export class Member {
     this.#sessionHigh = shown.sessionHigh;
     this.level = shown.level;
     this.delayS = shown.delayS;
-    if (!this.groom) this.fault = shown.error;
+    if (!this.groom) this.error = shown.error;
     if (shown.hasPose) {
       this.pose ??= new Float64Array(kPoseNumbers);
       shown.readPose(this.pose);

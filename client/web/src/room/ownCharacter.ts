@@ -2,7 +2,7 @@ import { changedAppearance, defaultAppearance, type Appearance } from "../hair/a
 import { notFinite, type DroppedInput } from "../hair/droppedInput";
 import { HairnetError } from "../module/hairnetError";
 import type { LevelIndex } from "../hair/level";
-import { kPoseNumbers, poseFormFault, poseNumberFault, type Pose } from "../hair/pose";
+import { kPoseNumbers, poseFormError, poseNumberError, type Pose } from "../hair/pose";
 import { tagBytes } from "../hair/tag";
 import type { Instance } from "../module/instance";
 import { materialBytes, materialOf, type MaterialScale } from "./materials";
@@ -75,10 +75,10 @@ export class OwnCharacter {
    * console; the character stays where it was. Throws `HairnetError` for what is no pose.
    */
   push(pose: Pose, teleport = false): void {
-    const none = poseFormFault(pose);
+    const none = poseFormError(pose);
     if (none) throw new HairnetError("invalid", none);
-    const fault = poseNumberFault(pose);
-    if (fault) return this.#drop("push", fault);
+    const error = poseNumberError(pose);
+    if (error) return this.#drop("push", error);
     const { module, handle, prefix } = this.host;
     module.struct(8 * kPoseNumbers, (at) => {
       module.doubles(at, kPoseNumbers).set(pose);
@@ -128,8 +128,8 @@ export class OwnCharacter {
     this.host.soon();
   }
 
-  #drop(call: string, fault: string): void {
-    this.host.dropped.drop(`${call} of character ${this.character}: ${fault}`);
+  #drop(call: string, error: string): void {
+    this.host.dropped.drop(`${call} of character ${this.character}: ${error}`);
   }
 }
 

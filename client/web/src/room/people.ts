@@ -39,7 +39,7 @@ export interface RoomEvents {
   /** Another audience may touch the hair of a member: `room.mayTouch`. */
   touch: { member: Member };
   /** The server refused something, or a groom is damaged: one line for people. */
-  fault: { detail: string };
+  error: { detail: string };
 }
 
 /** What has happened since the last sample, by member numbers. */
@@ -267,7 +267,7 @@ export abstract class People implements HairSource {
     if (!member.groom && shown.hasHair) {
       if (!this.#grooms.has(key)) this.#grooms.set(key, this.#scene.groomOf(index));
       member.groom = this.#grooms.get(key)!;
-      member.fault = "";
+      member.error = "";
     }
     if (member.skin || !member.groom) return;
     member.skin = this.#skins.get(key) ?? this.#scene.skinOf(index);

@@ -175,7 +175,7 @@ export class Room extends People {
   }
 
   /**
-   * Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise a "fault" follows.
+   * Removes or mutes a person, or locks the room, if this client's token says `moderate`; otherwise a "error" follows.
    * `who` is a character of the person, or the person's subject as the server's log names it ("sub:alice"); "" for
    * `lock` and `unlock`. `seconds` is how long a removed person is banned, and `reason` is for people.
    */
@@ -257,7 +257,7 @@ export class Room extends People {
 
   /**
    * Adds and moves props of the room, and takes away those with the numbers of `removed`. They stay when this client
-   * leaves. "props" follows, or a "fault". With numbers out of range all are dropped, as by `pushHands`.
+   * leaves. "props" follows, or a "error". With numbers out of range all are dropped, as by `pushHands`.
    */
   setProps(props: readonly Prop[], removed: readonly number[] = []): void {
     const { module, handle } = this;
@@ -300,8 +300,8 @@ export class Room extends People {
         return this.#setState(kStates[event.state], event.text, event.waitS, event.isRefused);
       case EventKind.wind:
         return this.tell("wind", { wind: this.wind, session: event.session });
-      case EventKind.fault:
-        return this.tell("fault", { detail: event.text });
+      case EventKind.error:
+        return this.tell("error", { detail: event.text });
       case EventKind.props:
         return this.tell("props", {});
       case EventKind.held:

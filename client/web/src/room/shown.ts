@@ -7,7 +7,7 @@ import type { Skin } from "../hair/skin";
 import { Block } from "../module/block";
 import type { Instance } from "../module/instance";
 
-/** `hairnet_shown` of client/hairnet.h, in the module's memory: where its fields are. */
+/** The size of `hairnet_shown` (client/hairnet.h) in the module, and below the byte offsets of its fields. */
 const kShownBytes = 416;
 enum At {
   member = 0,
@@ -46,14 +46,17 @@ export class Scene {
   constructor(
     readonly module: Instance,
     readonly handle: number,
-    /** that keeps what `handle` is: members have this scene, and may be used when nobody has their room any more */
+    /**
+     * The module frees the room or world of `handle` once nothing refers to this object (`Instance.freeAfter`). The
+     * scene refers to it, because a program may use a member after it has dropped the room.
+     */
     readonly owner: object,
   ) {
     this.#one = new Shown(module);
     this.#shown = new Block(module);
   }
 
-  /** Reads it anew. The functions below are about the characters of this moment, by their index. */
+  /** Reads all characters again, and returns their number. The functions below take indices of this reading. */
   read(): number {
     const { module, handle } = this;
     const count = module.call("hairnet_shown_count", handle);
@@ -61,7 +64,7 @@ export class Scene {
     return count;
   }
 
-  /** Of the character at `index`, until the next call of this or the module. */
+  /** The character at `index`. The result is one shared view: it is valid until the next call of this or the module. */
   at(index: number): Shown {
     return this.#one.at(this.#shown.at + kShownBytes * index);
   }
@@ -74,7 +77,7 @@ export class Scene {
     return new Groom(this.module.make("hairnet_shown_groom", this.handle, index), this.module);
   }
 
-  /** Null: not known, or not yet. */
+  /** The skin that the hair of a character is kept out of; null where the module has none (yet). */
   skinOf(index: number): Skin | null {
     const { module } = this;
     let error = 0;
@@ -100,7 +103,7 @@ export class Scene {
     };
   }
 
-  /** The points of its hair, world: 3 each. */
+  /** Writes the points of a character's hair, in world space: x, y, z each. After an error `out` stays as it is. */
   pointsOf(index: number, out: Float32Array): void {
     const { module } = this;
     const at = module.allocate(4 * out.length);
@@ -117,7 +120,7 @@ export class Scene {
     module.call("free", at);
   }
 
-  /** What the lattice at `index` is the sum of; undefined: of no modes. */
+  /** The modes whose weighted sum is the lattice of a character; undefined where its lattice has no basis of modes. */
   modesOf(index: number): MovedModes | undefined {
     const { module } = this;
     const at = module.struct(kShownBytes, (place) =>
@@ -137,7 +140,7 @@ export class Scene {
 }
 
 class ModuleBasis implements Basis {
-  /** of a character that has it */
+  /** A character that has this basis: the module finds the basis by a character. */
   index = 0;
 
   constructor(
@@ -198,7 +201,7 @@ export class Shown {
   get appearance(): Appearance {
     const at = At.appearance;
     const roughness = this.#view.getFloat32(this.place + at + 12, true);
-    // As everyone says it: of a byte.
+    // A float holds no exact 255th: rounding to one gives the number that programs compute as `byte / 255`.
     return {
       hairRoot: this.#u32(at),
       hairTip: this.#u32(at + 4),
@@ -265,7 +268,7 @@ export class ModuleLattice implements MovedLattice, ShownLattice {
     this.module = of.module;
   }
 
-  /** Whether it can show that: the same nodes, of the same basis. */
+  /** Whether this object can show the character: its lattice has the same basis, or without one the same nodes. */
   fits(shown: Shown): boolean {
     return (
       shown.basis === this.basis &&

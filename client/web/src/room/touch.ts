@@ -7,26 +7,26 @@ type Quaternion = readonly [number, number, number, number];
 /** A sphere, or a capsule from one point to another, in its hand's own axes, m. */
 export interface HandShape {
   readonly from: Triple;
-  /** as `from`: a sphere */
+  /** The shape is a sphere where this equals `from`. */
   readonly to: Triple;
   readonly radiusM: number;
-  /** hair is kept within it, not outside; false by default */
+  /** Hair is kept inside of the shape instead of outside; false by default. */
   readonly isInsideOut?: boolean;
 }
 
 /** Shapes that move together: a hand, a controller, a brush; `hairnet_hand` of client/hairnet.h. */
 export interface Hand {
-  /** of its shapes, among the 32 of one person; from hand to hand they ascend */
+  /** The number of its first shape. The shapes of one person have numbers below 32, which ascend from hand to hand. */
   readonly firstNumber: number;
   /** from its own axes to the world: x y z w, and m */
   readonly rotation: Quaternion;
   readonly position: Triple;
   readonly shapes: readonly HandShape[];
-  /** it has not moved here, so it sweeps no hair along; false by default */
+  /** The hand did not move here continuously, so it sweeps no hair along; false by default. */
   readonly hasJumped?: boolean;
 }
 
-/** A shape of the room itself, hair falls over it; `hairnet_touch_body` of client/hairnet.h. */
+/** A shape of the room itself, over which hair falls; `hairnet_touch_body` of client/hairnet.h. */
 export interface Prop {
   /** below 128 */
   readonly number: number;
@@ -39,7 +39,7 @@ export interface Prop {
   readonly rotation: Quaternion;
   readonly position: Triple;
   readonly isInsideOut?: boolean;
-  /** it has not moved here from where it was; false by default */
+  /** The prop did not move here continuously from its last place; false by default. */
   readonly hasJumped?: boolean;
 }
 
@@ -51,7 +51,7 @@ export enum PropShape {
   capsule,
   /** `halfSizeM` */
   box,
-  /** all below it; its normal is +y */
+  /** Everything below the plane is solid. Its normal is +y. */
   plane,
 }
 
@@ -67,18 +67,19 @@ export enum TouchAudience {
 /** How a hand lets go of hair; `hairnet_release` of client/hairnet.h. */
 export enum Release {
   drop,
-  /** it stays where it is on the head */
+  /** The hair stays where it is, relative to the head. */
   pin,
   /** ends all pins that this client has made at the member, or at an own one all */
   unpin,
 }
 
+// The sizes of hairnet_hand, hairnet_hand_shape and hairnet_touch_body in the module: pointers have 4 bytes there.
 const kHandBytes = 80;
 const kHandShapeBytes = 32;
 const kPropBytes = 96;
 const kZero: Triple = [0, 0, 0];
 
-/** Throws `HairnetError` for what are no hands. */
+/** Throws `HairnetError` where a value has another type than `Hand` says. */
 export function checkHands(hands: readonly Hand[]): void {
   checkList(hands, "pushHands", "hands");
   for (const hand of hands) {

@@ -5,7 +5,7 @@ import { HairnetError } from "../module/hairnetError";
 import { Bone, kNumbersPerBone, type Pose } from "../hair/pose";
 
 export interface FrameOptions {
-  /** the picture's size over that of what it must show; 1.15 by default: hair swings */
+  /** The size of the view over the size of what it must show. The default 1.15 leaves room for hair that moves. */
   readonly margin?: number;
   /** the number of the member to show; all members by default */
   readonly member?: number;

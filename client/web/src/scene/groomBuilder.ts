@@ -1,11 +1,11 @@
-import { HairnetError } from "../module/hairnetError";
+import { HairnetError, messageOf } from "../module/hairnetError";
 import { hairModule } from "../module/moduleFile";
 import { Instance } from "../module/instance";
 import type { GroomGeometry } from "./geometry/groomGeometry";
 import { readGeometry } from "./geometry/readGeometry";
 import GroomWorker from "./groomWorker?worker&inline";
 
-type Answer = { id: number; coarse?: GroomGeometry; geometry?: GroomGeometry; fault?: string };
+type Answer = { id: number; coarse?: GroomGeometry; geometry?: GroomGeometry; error?: string };
 /** Pictures that show a coarse geometry before the whole one is made, which would slow the first of them down. */
 const kCoarsePictures = 3;
 
@@ -13,7 +13,7 @@ type Waiting = {
   file: Uint8Array;
   onCoarse: (geometry: GroomGeometry) => void;
   resolve: (geometry: GroomGeometry) => void;
-  reject: (fault: Error) => void;
+  reject: (error: Error) => void;
   /** that have shown the coarse geometry; null: there is none yet, or the whole one is being made */
   pictures: number | null;
 };
@@ -101,12 +101,12 @@ export class GroomBuilder {
       const geometry = readGeometry(instance, groom, false)!;
       instance.call("hairnet_groom_free", groom);
       this.#take({ id, geometry });
-    } catch (fault) {
-      this.#take({ id, fault: fault instanceof Error ? fault.message : String(fault) });
+    } catch (error) {
+      this.#take({ id, error: messageOf(error) });
     }
   }
 
-  #take({ id, coarse, geometry, fault }: Answer): void {
+  #take({ id, coarse, geometry, error }: Answer): void {
     const waiting = this.#waiting.get(id);
     if (coarse) {
       if (waiting) waiting.pictures = 0;
@@ -114,6 +114,6 @@ export class GroomBuilder {
     }
     this.#waiting.delete(id);
     if (geometry) waiting?.resolve(geometry);
-    else waiting?.reject(new HairnetError("invalid", fault ?? "the groom's geometry could not be made"));
+    else waiting?.reject(new HairnetError("invalid", error ?? "the groom's geometry could not be made"));
   }
 }

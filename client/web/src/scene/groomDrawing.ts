@@ -22,7 +22,7 @@ import { makeMaterial, makeShadowMaterial, type HairPart, type SceneUniforms } f
 /** One character to draw, in the order of its records. */
 export interface Drawn {
   readonly detail: DrawDetail;
-  /** of strands */
+  /** The index of a list of strands: each list has another tolerance (`GroomDrawing.listFor`). */
   readonly list: number;
 }
 
@@ -135,7 +135,7 @@ export class GroomDrawing {
     return this.#geometry.strands.pointEnd[strands];
   }
 
-  /** The last `show` draws cards, which need their texture. */
+  /** Whether the last `show` draws cards: they need their texture. */
   get showsCards(): boolean {
     return this.#cards?.mesh.visible === true;
   }
@@ -187,7 +187,7 @@ export class GroomDrawing {
 
 type BufferAttributes = Record<string, BufferAttribute>;
 
-/** The strands' lists share them. */
+/** Makes GPU buffers, which all lists of strands share. 16-bit arrays are half floats, and bytes are shares of 255. */
 function bufferAttributes(attributes: Attributes): BufferAttributes {
   const made: BufferAttributes = {};
   for (const [name, { array, size }] of Object.entries(attributes))
@@ -217,7 +217,8 @@ class Part {
     geometry.instanceCount = 0;
     this.mesh = new Mesh(geometry, material);
     this.mesh.name = material.name;
-    this.mesh.frustumCulled = false; // characters are culled one by one
+    // HairScene leaves out characters that no view sees; three.js knows no bounds of instances that shaders move.
+    this.mesh.frustumCulled = false;
     this.mesh.matrixAutoUpdate = false;
     this.mesh.renderOrder = kOrder[part];
     this.mesh.raycast = () => {};

@@ -1,3 +1,4 @@
+import { messageOf } from "../module/hairnetError";
 import { Instance } from "../module/instance";
 import { buffersOf } from "./geometry/groomGeometry";
 import { readGeometry } from "./geometry/readGeometry";
@@ -29,7 +30,7 @@ self.onmessage = async ({ data }: MessageEvent<{ module?: WebAssembly.Module; id
     const geometry = readGeometry(module, groom, false)!;
     module.call("hairnet_groom_free", groom);
     self.postMessage({ id, geometry }, { transfer: buffersOf(geometry) });
-  } catch (fault) {
-    self.postMessage({ id, fault: fault instanceof Error ? fault.message : String(fault) });
+  } catch (error) {
+    self.postMessage({ id, error: messageOf(error) });
   }
 };

@@ -106,6 +106,7 @@ export class HairDensityPass {
   #reserve(grids: number): void {
     const rows = grids * kDensitySide;
     const { width, height } = this.#density;
+    // The textures keep their size until they are too small, or more than four times too large.
     if (rows <= height && height <= 4 * rows) return;
     this.#density.setSize(width, rows);
     this.#light.setSize(width, rows);

@@ -16,7 +16,7 @@ import { checkOptions } from "../hair/checkOptions";
 import { DroppedInput, notFinite } from "../hair/droppedInput";
 import { HairnetError } from "../module/hairnetError";
 import type { HairSource, MemberImportance, ShownMember } from "../hair/hairSource";
-import { poseFault } from "../hair/pose";
+import { poseError } from "../hair/pose";
 import type { Instance } from "../module/instance";
 import type { DrawDetail } from "./drawDetail";
 import { addEnvironment, EnvironmentLight } from "./environmentLight";
@@ -64,6 +64,7 @@ export interface HairStatistics extends DrawCounts {
   inputsDropped: number;
 }
 
+/** The server learns no more often than this how large each member is on this screen. */
 const kImportanceEveryMs = 250;
 
 /** The events of `HairScene.addEventListener`, by name. */
@@ -73,7 +74,7 @@ export interface HairSceneEventMap {
   /** `frame` has put the camera; `centre` (world) is the point that it looks at. */
   framed: { camera: PerspectiveCamera; centre: Vector3 };
   /** A groom could not be prepared; its characters stay invisible. */
-  groomfault: { groomKey: string; detail: string };
+  groomerror: { groomKey: string; detail: string };
 }
 
 /**
@@ -81,8 +82,8 @@ export interface HairSceneEventMap {
  * groom and one drawing level are one draw call. Its world matrix may move, turn and mirror the room, and scale it
  * evenly; scaled to 0 it is hidden. Scaled unevenly it is not drawn, and the console says so.
  *
- * Numbers of the program that are not finite never end `update`: they are dropped, counted in `statistics.inputsDropped`,
- * and told on the console.
+ * Numbers of the program that are not finite never end `update`: they are dropped, counted in
+ * `statistics.inputsDropped`, and reported on the console.
  *
  * Drawn with multisampling (`antialias: true`, or a target with samples) nothing needs sorting; without, hair is
  * dithered. Logarithmic and reversed depth buffers are not supported.
@@ -122,18 +123,18 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #cardTexture = new CardTexture();
   readonly #builder = new GroomBuilder();
   readonly #grooms = new Map<string, GroomEntry>();
-  /** numbers of the members, in this frame */
+  /** The numbers of the members of this frame, for finding those that left. */
   readonly #here = new Set<number>();
   /** by member number */
   readonly #all = new Map<number, ShownCharacter>();
-  /** those that have a place in this picture */
+  /** The characters that have a finite place in this frame, drawn or not. */
   readonly #shown: ShownCharacter[] = [];
-  /** of characters that are not drawn, at a place that is scaled to 0 or wrong */
+  /** Reports for the server about characters that cannot be placed: scaled to 0, or at a place that is wrong. */
   readonly #unplaced: MemberImportance[] = [];
   readonly #dropped = new DroppedInput();
   /** For `Picture`. */
   readonly motion = new HairMotion(this.#records);
-  /** the request of `frame` until it is done */
+  /** The last call of `frame`, until all characters that it asks for can be drawn. */
   #framing: { camera: PerspectiveCamera; options: FrameOptions } | null = null;
   #importanceMs = -Infinity;
   #isDisposed = false;
@@ -183,7 +184,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.#meet(members);
     const views = this.#finiteViews(viewsOf(this.#renderer, camera));
     const further = this.#finiteViews(furtherViews(this.#renderer, moreCameras));
-    // Nothing can be drawn without a camera; what the last picture had stays.
+    // Without a finite camera nothing can be placed: the draw calls of the last frame stay.
     if (views.length > 0) {
       this.#appear(members, views, [...further, ...(this.#castsShadows ? shadowViews(rootOf(this)) : [])]);
       this.#frame();
@@ -306,12 +307,13 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       entry.drawing?.dispose();
       entry.drawing = new GroomDrawing(geometry, this, this.#uniforms, adapt, this.#options.shadows, entry.skin);
     };
-    this.#builder.build(groom.file, show).then(show, (fault: Error) => {
-      if (!this.#isDisposed) this.dispatchEvent({ type: "groomfault", groomKey: key, detail: fault.message });
+    this.#builder.build(groom.file, show).then(show, (error: Error) => {
+      if (!this.#isDisposed) this.dispatchEvent({ type: "groomerror", groomKey: key, detail: error.message });
     });
   }
 
-  // `views`: of the main camera.
+  // Places every member, and chooses its detail. `views` are those of the main camera: they alone decide what the
+  // server learns. `further` are other cameras and shadow maps: a character that only they see is drawn too.
   #appear(members: readonly ShownMember[], views: readonly View[], further: readonly View[]): void {
     const allViews = [...views, ...further];
     for (const one of this.#shown) one.isShown = false;
@@ -323,10 +325,11 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     for (let number = 0; number < members.length; ++number) {
       const member = members[number];
       const one = this.#all.get(member.member);
-      if (!one || one.isShown) continue; // a source names each once
+      // A faulty source may name a member twice: the second one is ignored.
+      if (!one || one.isShown) continue;
       const { character } = one;
       const drawing = this.#grooms.get(member.groomKey)?.drawing ?? null;
-      const pose = member.pose && !poseFault(member.pose) ? member.pose : null;
+      const pose = member.pose && !poseError(member.pose) ? member.pose : null;
       character.isReady = drawing !== null && pose !== null;
       if (!pose) continue;
       const placed = place(character, pose, this.matrixWorld);
@@ -378,7 +381,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.dispatchEvent({ type: "framed", camera, centre });
   }
 
-  // Writes lattices and records, and sets up the draw calls.
+  // Writes lattices and records, and sets up the draw calls. The records of one groom are adjacent, and those of one
+  // list of its strands too: a draw call then needs only its first record.
   #write(): void {
     const counts = this.statistics;
     counts.drawCalls = counts.strands = counts.vertices = counts.groomBytes = counts.grooms = 0;
@@ -397,6 +401,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       const first = records;
       let points = 0;
       for (const one of shown) {
+        // A character whose points no longer fit into the texture is drawn without strands.
         if (pointRows + drawing.pointRowsOf(one) > rowsMax) one.detail.strandShare = 0;
         one.firstRow = pointRows;
         one.rowCount = drawing.pointRowsOf(one);
@@ -484,13 +489,13 @@ function disposeGroom({ drawing, skin }: GroomEntry): void {
 }
 
 interface GroomEntry {
-  /** null: still being made; at first of few strands */
+  /** Null until the first geometry is made. The first one has few strands, and a later one replaces it. */
   drawing: GroomDrawing | null;
-  /** to keep its hair out of */
+  /** The skin that the hair of this groom is kept out of. */
   readonly skin: SkinTexture;
-  /** a current member has it */
+  /** A member of this frame has this groom. A groom without such a member is disposed. */
   isWorn: boolean;
-  /** characters that are drawn with it */
+  /** The characters of this frame that are drawn with this groom. */
   readonly shown: ShownCharacter[];
 }
 

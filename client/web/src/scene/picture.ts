@@ -24,9 +24,12 @@ import type { HairMotion } from "./hairMotion";
 import type { HairScene } from "./hairScene";
 import { drawAside, Pass } from "./pass";
 
-/** Pictures after which the places of the samples repeat. */
+/** Sample offsets within a pixel repeat after this number of frames; client/render/picture.cpp has the same number. */
 const kPlaces = 32;
-/** A camera that turns or moves further than this between two pictures shows something else: the average ends. */
+/**
+ * A camera that turns by more than 0.6 rad or moves by more than 1 m between two frames has jumped: the average starts
+ * again. client/render/picture.cpp has the same limits.
+ */
 const kCutCosine = Math.cos(0.6);
 const kCutM = 1;
 
@@ -103,7 +106,7 @@ export class Picture {
     this.#scene = scene;
 
     const place = placeOf(this.#number).divide(new Vector2(targets.width, targets.height));
-    // Several samples already spread over the pixel; together with their shifts they cover it evenly.
+    // With multisampling the samples already spread over the pixel: half the shift covers the rest of it evenly.
     if (targets.current.samples > 1) place.multiplyScalar(0.5);
     if (hair) hair.ditherSeed = this.#number;
     const back = shift(camera, place);
@@ -118,7 +121,8 @@ export class Picture {
       renderer.setRenderTarget(null);
     }
     const isCounted = renderer.info.autoReset;
-    renderer.info.autoReset = false; // the statistics are those of the scene
+    // The passes below must not overwrite the statistics of the scene, which programs read from `renderer.info`.
+    renderer.info.autoReset = false;
     this.#average.value = targets.next.textures[0];
     drawAside(renderer, () => {
       renderer.setRenderTarget(targets.next);
@@ -172,10 +176,10 @@ export class Picture {
     const toCamera = new Matrix4().makeTranslation(now.position.clone().negate());
     all.to_scene.value.multiplyMatrices(camera.matrixWorld, camera.projectionMatrixInverse).premultiply(toCamera);
     const before = this.#before;
-    // Without a picture before, everything was outside of it.
+    // A matrix of zeros puts every point outside of the history (its w is 0), so the first frame is shown alone.
     if (before) all.to_clip_before.value.multiplyMatrices(before.sceneToClip, fromCamera);
     else all.to_clip_before.value.elements.fill(0);
-    // Those of this picture are what the next one begins with.
+    // `motions` measures from its last call, so every frame calls it, also a frame that cannot use the result.
     const motions = motion?.motions() ?? [];
     all.moving_count.value = 0;
     if (!before || !motion) return;
@@ -230,7 +234,8 @@ class Targets {
   }
 }
 
-// The average of pictures, and the number of pictures in it.
+// A target of two textures: the average of the frames, and for each pixel the number of frames in it. The average has
+// half floats, because bytes would round away what one frame adds to an average of 32.
 function averageTarget(width: number, height: number): WebGLRenderTarget {
   const target = new WebGLRenderTarget(width, height, {
     count: 2,
@@ -266,6 +271,7 @@ function shift(camera: Camera, by: Vector2): () => void {
   const { projectionMatrix, projectionMatrixInverse } = camera;
   const before = projectionMatrix.clone();
   const inverse = projectionMatrixInverse.clone();
+  // Clip space is 2 wide and high, so a share of the size counts twice.
   projectionMatrix.premultiply(new Matrix4().makeTranslation(2 * by.x, 2 * by.y, 0));
   projectionMatrixInverse.copy(projectionMatrix).invert();
   return () => {
@@ -274,12 +280,13 @@ function shift(camera: Camera, by: Vector2): () => void {
   };
 }
 
-/** Where picture `number` has its samples, px from their usual places, -0.5 to 0.5: Halton's sequence of bases 2 and 3. */
+/** How far the samples of frame `number` are shifted, px, -0.5 to 0.5: Halton's sequence of bases 2 and 3. */
 export function placeOf(number: number): Vector2 {
   const n = (number % kPlaces) + 1;
   return new Vector2(radicalInverse(n, 2) - 0.5, radicalInverse(n, 3) - 0.5);
 }
 
+// Mirrors the digits of `n` in `base` at the point: 6 is 110 in base 2, and becomes 0.011, which is 0.375.
 function radicalInverse(n: number, base: number): number {
   let inverse = 0;
   for (let digit = 1 / base, left = n; left > 0; digit /= base, left = Math.floor(left / base))

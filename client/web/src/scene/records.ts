@@ -13,7 +13,7 @@ import type { NodeSum } from "./nodeSum";
 export interface CharacterRecord {
   /** scene */
   readonly pose: Pose;
-  /** its scale; 1: the size of its groom; negative: mirrored in each bone, before the pose */
+  /** The scale of the character: 1 is the size of its groom. A negative scale mirrors in each bone, before the pose. */
   readonly size: number;
   /** at the root */
   readonly hair: Color;
@@ -24,14 +24,14 @@ export interface CharacterRecord {
   readonly bodyVisible: boolean;
   readonly strands: RestingStrands;
   readonly detail: DrawDetail;
-  /** rows of `StrandDeformPass` with the points of its strands */
+  /** The first row in the texture of `StrandDeformPass` that has the points of its strands. */
   readonly firstRow: number;
   readonly rowCount: number;
-  /** its hair's own light, if it is among the first and large */
+  /** Light may be followed through its moving hair: it is, for large ones of the first kDensityGridsMax characters. */
   readonly hasLight: boolean;
-  /** the same in every picture, to follow its motion; 0: it is not followed */
+  /** A number that stays the same in every frame, by which its motion is followed; 0: it is not followed. */
   readonly id: number;
-  /** of a ball about its head that contains its hair, head space, m */
+  /** The radius of a ball about its head that contains its hair, head space, m. */
   readonly ballRadiusM: number;
 }
 

@@ -16,20 +16,21 @@ import {
 import { kHeadM } from "../generated/constants";
 import type { Pose } from "../hair/pose";
 
-const kScreenHeightMax = 100; // the limit of servers
+/** Servers take no larger `screen_height` (schema/PROTOCOL.md). */
+const kScreenHeightMax = 100;
 
 /** A camera, or one eye. */
 export interface View {
   readonly frustum: Frustum;
   readonly eye: Vector3;
-  /** null: all directions */
+  /** Null for a camera that sees all directions, such as a cube camera. */
   readonly forward: Vector3 | null;
   readonly widthPx: number;
   readonly heightPx: number;
-  /** of a metre at 1 m, or of any metre when the camera is orthographic */
+  /** The pixels that a metre covers: at a distance of 1 m, or at any distance when the camera is orthographic. */
   readonly pxPerM: number;
   readonly isPerspective: boolean;
-  /** of a light's shadow map */
+  /** The view belongs to a light's shadow map. */
   readonly isShadow?: boolean;
 }
 

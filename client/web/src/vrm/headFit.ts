@@ -30,12 +30,13 @@ const kSkullMiddle = [0, 0.06, 0] as const;
 const kBuriedWeight = 6;
 /** The distance from the model's skull, as a share of its radius, beyond which a sample is an ear, a hat or a horn. */
 const kOutlierShare = 0.2;
+/** A head is measured only if at least this share of the directions of kScalp meets its surface. */
 const kMeasuredShareMin = 0.3;
 
 /**
- * Scales the groom's skull evenly and moves it, until the part of it that carries hair lies on the model's head. A model
- * whose head cannot be measured keeps the groom as it is. `hidden`: meshes that do not belong to the skull; `hairBones`:
- * bones whose triangles do not.
+ * Scales the groom's skull evenly and moves it, until the part of it that carries hair lies on the model's head. A
+ * groom keeps its size and place where the model's head cannot be measured. Meshes of `hidden` and triangles of
+ * `hairBones` do not belong to the model's skull.
  */
 export function fitHead(
   groom: Pick<Groom, "body">,
@@ -111,11 +112,13 @@ function settle(skull: readonly Vector3[], surface: HeadSurface, start: Numbers,
       const d = distance(point, at);
       if (d === null) continue;
       const slope = at.map((x, n) => {
+        // The derivative by each number is a difference over a step of 1e-3 (a share for the size, m for offsets).
         const h = 1e-3;
         const other: Numbers = [...at];
         other[n] = x + h;
         return ((distance(point, other) ?? d) - d) / h;
       });
+      // The weight of a sample falls with its distance (Geman-McClure), so ears and horns hardly count.
       const weight = (d < 0 ? kBuriedWeight : 1) / (1 + (d / outlierM) ** 2) ** 2;
       for (let i = 0; i < 3; ++i)
         for (let j = 0; j < 3; ++j) normal.elements[3 * j + i] += weight * slope[i] * slope[j];
@@ -123,6 +126,7 @@ function settle(skull: readonly Vector3[], surface: HeadSurface, start: Numbers,
     }
     if (!(Math.abs(normal.determinant()) > 1e-12)) break;
     right.applyMatrix3(normal.invert());
+    // One step at most halves the size, so the size stays positive.
     at[0] = Math.max(at[0] - right.x, 0.5 * at[0]);
     at[1] -= right.y;
     at[2] -= right.z;

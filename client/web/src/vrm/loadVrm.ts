@@ -1,6 +1,6 @@
 import { VRMLoaderPlugin, VRMUtils, type VRM } from "@pixiv/three-vrm";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import { HairnetError } from "../module/hairnetError";
+import { HairnetError, messageOf } from "../module/hairnetError";
 
 export const kVrmBytesMax = 128 * 1024 * 1024;
 /** Numbers of all arrays together: a small file can claim arrays of any length. */
@@ -21,8 +21,8 @@ export async function loadVrm(file: ArrayBuffer | Uint8Array): Promise<VRM> {
   let vrm: VRM | undefined;
   try {
     vrm = (await loader.parseAsync(bytes.slice().buffer, "")).userData.vrm;
-  } catch (fault) {
-    throw new HairnetError("malformed", `the VRM file is damaged: ${firstLine(fault)}`);
+  } catch (error) {
+    throw new HairnetError("malformed", `the VRM file is damaged: ${firstLine(error)}`);
   }
   if (!vrm)
     throw new HairnetError("malformed", "the VRM file is damaged: its skeleton is missing or of no known version");
@@ -100,7 +100,7 @@ function mebibytes(bytes: number): number {
   return Math.ceil(bytes / 1024 / 1024);
 }
 
-function firstLine(fault: unknown): string {
-  const text = fault instanceof Error ? fault.message : String(fault);
+function firstLine(error: unknown): string {
+  const text = messageOf(error);
   return text.replace(/^THREE\.GLTFLoader: /, "").split("\n")[0];
 }

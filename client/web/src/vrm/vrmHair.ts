@@ -90,7 +90,7 @@ export class VrmHair {
   }
 
   /** Gives the model this character's hair from now on, and releases the previous character. */
-  wear(character: HairCharacter | null): void {
+  attach(character: HairCharacter | null): void {
     if (this.#character) {
       this.#character.anchor = null;
       this.#character.bodyVisible = this.#bodyWasVisible;
@@ -108,7 +108,7 @@ export class VrmHair {
   }
 
   dispose(): void {
-    this.wear(null);
+    this.attach(null);
     this.hide([]);
     for (const show of this.#showTriangles) show();
     this.skeleton.dispose();

@@ -3,7 +3,7 @@ import { checkOptions } from "../../src/hair/checkOptions";
 import { HairnetError } from "../../src/module/hairnetError";
 
 const known = { room: true, token: true, clientName: true, reconnect: true };
-const faultOf = (options: unknown): HairnetError | null => {
+const errorOf = (options: unknown): HairnetError | null => {
   try {
     checkOptions(options as Partial<typeof known>, known, "connect");
     return null;
@@ -14,7 +14,7 @@ const faultOf = (options: unknown): HairnetError | null => {
 
 describe("options", () => {
   test("that exist, or none, are taken", () => {
-    for (const good of [{}, { room: true }, { room: true, token: true }]) expect(faultOf(good)).toBeNull();
+    for (const good of [{}, { room: true }, { room: true, token: true }]) expect(errorOf(good)).toBeNull();
   });
 
   test("that are misspelt are refused, and the message names the likely one", () => {
@@ -26,23 +26,23 @@ describe("options", () => {
       ["clientname", "clientName"],
       ["reconect", "reconnect"],
     ]) {
-      const fault = faultOf({ [wrong]: 1 });
-      expect(fault).toBeInstanceOf(HairnetError);
-      expect(fault?.code).toBe("unknown_option");
-      expect(fault?.message).toBe(`connect: there is no option '${wrong}'; did you mean '${meant}'?`);
+      const error = errorOf({ [wrong]: 1 });
+      expect(error).toBeInstanceOf(HairnetError);
+      expect(error?.code).toBe("unknown_option");
+      expect(error?.message).toBe(`connect: there is no option '${wrong}'; did you mean '${meant}'?`);
     }
   });
 
   test("that are like no other are refused with the list", () => {
     const message = "connect: there is no option 'colour'; there are room, token, clientName, reconnect";
-    expect(faultOf({ colour: 1 })?.message).toBe(message);
-    expect(faultOf({ toString: 1 })?.code).toBe("unknown_option");
+    expect(errorOf({ colour: 1 })?.message).toBe(message);
+    expect(errorOf({ toString: 1 })?.code).toBe("unknown_option");
   });
 
   test("that are no object are refused", () => {
     for (const bad of [null, undefined, "hall", 3, ["hall"]]) {
-      expect(faultOf(bad)?.code).toBe("invalid");
-      expect(faultOf(bad)?.message).toBe("connect: options are an object like { room: ... }");
+      expect(errorOf(bad)?.code).toBe("invalid");
+      expect(errorOf(bad)?.message).toBe("connect: options are an object like { room: ... }");
     }
   });
 });

@@ -34,9 +34,9 @@ test("several files are one head", async () => {
 
 test("what makes no hairstyle is told in one line", async () => {
   const refusal = async (files: readonly HairFile[], options?: ImportOptions): Promise<[ErrorCode, string]> => {
-    const fault = await importHair(files, options).catch((error: unknown) => error);
-    expect(fault).toBeInstanceOf(HairnetError);
-    const { code, message } = fault as HairnetError;
+    const error = await importHair(files, options).catch((thrown: unknown) => thrown);
+    expect(error).toBeInstanceOf(HairnetError);
+    const { code, message } = error as HairnetError;
     expect(message).not.toContain("\n");
     return [code, message];
   };

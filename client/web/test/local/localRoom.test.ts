@@ -2,9 +2,10 @@ import { beforeAll, expect, test, vi } from "vitest";
 import { HairnetError, LevelIndex, materials, rigidPose, type Member, type OwnCharacter } from "../../src/index";
 import { buildLevels, LocalRoom, type LocalCharacterOptions } from "../../src/local/index";
 import { localModule, strandsFile } from "../support/grooms";
-import { faultOf } from "../support/faultOf";
+import { errorOf } from "../support/errorOf";
 import { until } from "../support/until";
 
+/** One picture for each tick of the hair: 60 Hz is the default rate of a LocalRoom. */
 const kStepMs = 1000 / 60;
 
 let groom: Uint8Array<ArrayBuffer>;
@@ -22,7 +23,10 @@ async function roomWithHead(options: LocalCharacterOptions = {}) {
   const own = room.addCharacter(groom, { levels, ...options });
   own.push(rigidPose());
   let nowMs = 5000;
-  /** Draws so many seconds; `turn`: of the head about +Y, rad. */
+  /**
+   * Draws pictures for so many seconds. `turn` gives the angle of all heads about +Y, in rad, at a time since the
+   * start.
+   */
   const run = (seconds: number, turn: (timeS: number) => number = () => 0) => {
     const endMs = nowMs + 1000 * seconds;
     for (; nowMs < endMs; nowMs += kStepMs) {
@@ -51,6 +55,7 @@ test("hair at rest stays, swings with the head, and comes to rest", async () => 
   expect(member.level).toBe(LevelIndex.high);
   expect(member.lattice).not.toBeNull();
   expect(awayFromRest(member)).toBeGreaterThan(0.005);
+  // 12 s are ample time for the swing to die down.
   run(12);
   expect(awayFromRest(member)).toBeLessThan(0.001);
 });
@@ -63,7 +68,8 @@ test("a jump that is told swings no hair, and one that is not does", async () =>
     let most = 0;
     for (let i = 0; i < 24; ++i, nowMs += kStepMs) {
       room.sample(nowMs);
-      if (i < 4) continue; // hair is a tick behind the head
+      // The hair is shown one tick behind the head, so in the first pictures after the jump it is not there yet.
+      if (i < 4) continue;
       const rest = member.groom!.points;
       member.points()!.forEach((value, k) => {
         most = Math.max(most, Math.abs(value - rest[k] - (k % 3 === 0 ? x : 0)));
@@ -71,6 +77,8 @@ test("a jump that is told swings no hair, and one that is not does", async () =>
     }
     return most;
   };
+  // The head jumps by 5 cm, and back. The first jump is announced as a teleport; the second one is a fast movement,
+  // which the hair must follow late.
   expect(swing(0.05, true)).toBeLessThan(0.001);
   expect(swing(0, false)).toBeGreaterThan(0.003);
 });
@@ -79,12 +87,15 @@ test("a page that slept goes on where it was", async () => {
   const { room, member, run } = await roomWithHead();
   run(1, (t) => 0.5 * Math.sin(8 * t));
   const before = member.points()!;
+  // The page draws nothing for an hour. A LocalRoom advances by at most 0.1 s between two pictures.
   room.sample(5000 + 3_600_000);
   const since = member.points()!;
   let most = 0;
   for (let i = 0; i < before.length; ++i) most = Math.max(most, Math.abs(before[i] - since[i]));
+  // The picture after the sleep has advanced by these 0.1 s, so the hair is not frozen either.
   expect(most).toBeGreaterThan(0.0005);
-  expect(awayFromRest(member)).toBeGreaterThan(0.003); // an hour would have calmed it
+  // After a simulated hour the hair would hang at rest again.
+  expect(awayFromRest(member)).toBeGreaterThan(0.003);
 });
 
 test("levels, materials and looks change while it moves", async () => {
@@ -104,7 +115,8 @@ test("levels, materials and looks change while it moves", async () => {
   expect(changed).toEqual(["Anna"]);
   expect(member.appearance.hairTip).toBe(0x123456);
   own.setLevel(LevelIndex.rigid);
-  run(1); // it eases there
+  // The displacement fades for 0.3 s (kRigidEase_s of core/world/character.hpp) before the hair is rigid.
+  run(1);
   expect(member.lattice).toBeNull();
 });
 
@@ -129,11 +141,13 @@ test("two characters of one hairstyle move by themselves; one leaves", async () 
   const second = room.addCharacterLike(member);
   expect(second.character).toBe(2);
   run(0.05);
-  expect(second.member?.pose).toBeNull(); // nobody has said yet where it is
+  // Nobody has pushed a pose of the second character yet.
+  expect(second.member?.pose).toBeNull();
   second.push(rigidPose());
   run(1, (t) => 0.5 * Math.sin(8 * t));
   run(0.02);
   expect(awayFromRest(member)).toBeGreaterThan(0.005);
+  // `run` turns only the heads that `add` knows: the second head rests, so its hair must not move with the first one.
   expect(awayFromRest(second.member!)).toBeLessThan(0.001);
   add(second);
   room.removeCharacter(own);
@@ -151,6 +165,7 @@ test("without a file the levels are built, the same ones, and the hair is rigid 
   await until("levels are built", () => room.building === null);
   run(0.5, (t) => 0.5 * Math.sin(8 * t));
   expect(member.level).toBe(LevelIndex.high);
+  // `buildLevels` in beforeAll has reported its progress, which grows and never exceeds 1.
   expect(reported.length).toBeGreaterThan(4);
   expect([...reported].sort((a, b) => a - b)).toEqual(reported);
   expect(reported.at(-1)).toBeLessThanOrEqual(1);
@@ -163,6 +178,7 @@ test("without a file the levels are built, the same ones, and the hair is rigid 
 });
 
 test("a page that has started hairnet.wasm has both, and grooms go from one to the other", async () => {
+  // A fresh import of the package has started neither module.
   vi.resetModules();
   const { Groom } = await import("../../src/index");
   const hair = await Groom.load(groom);
@@ -180,18 +196,21 @@ test("what is wrong is refused in a line, and nothing is lost", async () => {
   const { room, own, member, run } = await roomWithHead();
   const other = await strandsFile(30);
   const damaged = levels.slice();
+  // One bit in the middle of the file is flipped.
   damaged[levels.length >> 1] ^= 1;
-  expect(faultOf(() => room.addCharacter(other, { levels })).code).toBe("malformed");
-  expect(faultOf(() => room.addCharacter(other, { levels: damaged })).code).toBe("malformed");
-  expect(faultOf(() => room.addCharacter(other, { levels: "bob.levels" as never })).message).toContain(".levels file");
-  expect(faultOf(() => room.addCharacter(groom.subarray(0, 100), { levels })).code).toBe("malformed");
-  expect(faultOf(() => room.addCharacter(groom, { levls: levels } as never)).code).toBe("unknown_option");
+  // The file belongs to another hairstyle.
+  expect(errorOf(() => room.addCharacter(other, { levels })).code).toBe("malformed");
+  expect(errorOf(() => room.addCharacter(other, { levels: damaged })).code).toBe("malformed");
+  expect(errorOf(() => room.addCharacter(other, { levels: "bob.levels" as never })).message).toContain(".levels file");
+  expect(errorOf(() => room.addCharacter(groom.subarray(0, 100), { levels })).code).toBe("malformed");
+  expect(errorOf(() => room.addCharacter(groom, { levls: levels } as never)).code).toBe("unknown_option");
   await expect(buildLevels(groom.subarray(0, 100))).rejects.toThrow(HairnetError);
   await expect(LocalRoom.open({ tickRateHz: 5 })).rejects.toThrow("10 to 240");
   const before = room.counters.inputsDropped;
   own.push(rigidPose([0, 0, 0, 1], [NaN, 0, 0]));
   room.setWind({ speed: NaN });
   room.sample(NaN);
+  // The pose, the wind and the time of the picture were each dropped and counted.
   expect(room.counters.inputsDropped).toBe(before + 3);
   expect(room.members.size).toBe(1);
   run(1, (t) => 0.5 * Math.sin(8 * t));
@@ -208,5 +227,5 @@ test("a closed room is empty, and takes nobody", async () => {
   expect(states).toEqual(["closed"]);
   expect(room.sample(20_000)).toEqual([]);
   own.push(rigidPose());
-  expect(faultOf(() => room.addCharacter(groom, { levels })).message).toContain("closed");
+  expect(errorOf(() => room.addCharacter(groom, { levels })).message).toContain("closed");
 });

@@ -22,9 +22,9 @@ function stubPlatform(page: string, answers: boolean, tellsClosed = true): strin
   return asked;
 }
 const failureOf = async (server: string) => {
-  const fault: unknown = await connect(server).catch((error: unknown) => error);
-  expect(fault).toBeInstanceOf(HairnetError);
-  return fault as HairnetError;
+  const error: unknown = await connect(server).catch((thrown: unknown) => thrown);
+  expect(error).toBeInstanceOf(HairnetError);
+  return error as HairnetError;
 };
 
 describe("a page's connection that fails", () => {

@@ -14,7 +14,7 @@ function makeWebSocket(): FakeSocket {
   return sockets[sockets.length - 1];
 }
 
-/** What was told of a new one. */
+/** Makes a FallbackSocket and collects what it reports. `alone`: WebTransport without a fallback. */
 function opened({ alone = false } = {}) {
   const socket = new FallbackSocket("ws://localhost:7420/ws", alone ? null : makeWebSocket, memory, () =>
     Math.round(1e6 * performance.now()),
@@ -27,6 +27,8 @@ function opened({ alone = false } = {}) {
 }
 const pass = (ms: number) => vi.advanceTimersByTimeAsync(ms);
 
+// Time is simulated: `pass` advances it. WebTransport gets 3 s to open (kWebTransportMs), and after a failure it is not
+// tried for a minute (kBlockedMs of fallbackSocket.ts).
 beforeEach(() => {
   vi.useFakeTimers();
   sockets.length = 0;
@@ -67,6 +69,7 @@ it("is a WebSocket where sessions fail, says why, and tries none for a minute", 
 
   const second = opened();
   await pass(10);
+  // The second socket has tried no session within the minute.
   expect(FakeWebTransport.made).toHaveLength(1);
   expect([second.socket.transport, second.socket.fallbackReason]).toEqual(["websocket", "refused"]);
   second.socket.close();

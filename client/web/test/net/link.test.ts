@@ -72,6 +72,7 @@ describe("with a server", () => {
     const person = await join({
       makeSocket: (url) => Object.defineProperty(like(openSocket(url)), "bufferedAmount", { get: () => buffered }),
     });
+    // The link writes while fewer than 64 kB wait in the socket (kBufferedBytesMax of link.ts); here 1 MB waits.
     buffered = 1 << 20;
     const { bytesSent } = person.room.counters;
     person.own = person.room.addCharacter(await strandsFile(20, 6), { tag: "Ann" });
@@ -92,6 +93,7 @@ describe("with a server", () => {
     const first = like(sockets[0]);
     const better = openSocket(sockets[0].url);
     await once(better, "open");
+    // A socket announces a better one, as FallbackSocket does when WebTransport becomes available.
     first.onbetter!(like(better));
     expect(first.onmessage).toBeNull();
     await until("it has resumed", () => person.room.counters.resumes === 1);
@@ -102,6 +104,7 @@ describe("with a server", () => {
     await until("the first is closed", () => sockets[0].readyState === sockets[0].CLOSED);
 
     const staying = await join({ makeSocket, reconnect: false });
+    // A room that must not reconnect cannot move either.
     expect(like(sockets[1]).onbetter).toBeUndefined();
     sockets[1].terminate();
     await until("it has ended", () => staying.room.state === "closed");

@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { PacketSplitter } from "../../src/net/packetSplitter";
 
+/** A packet of that size: its size without the first four bytes, then `fill`. */
 function packet(bytes: number, fill: number): Uint8Array {
   const made = new Uint8Array(bytes).fill(fill);
   new DataView(made.buffer).setUint32(0, bytes - 4, true);
@@ -21,6 +22,7 @@ describe("packet splitter", () => {
   });
 
   it("ends at a size that no packet has, and stays ended", () => {
+    // The sizes are below the smallest packet, kPacketBytesMin, or above the largest, kPacketBytesMax.
     for (const size of [0, 11, 4_194_304, 0xffffffff]) {
       const splitter = new PacketSplitter();
       const bytes = packet(16, 0);

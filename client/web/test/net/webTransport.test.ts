@@ -14,7 +14,7 @@ import { openSocket } from "../support/person";
 import { Server } from "../support/server";
 import { until } from "../support/until";
 
-/** Some bytes after their size. */
+/** A packet of `byteCount` bytes: its size without the first four bytes, then `fill`. */
 function packet(byteCount: number, fill: number): Uint8Array {
   const made = new Uint8Array(byteCount).fill(fill);
   new DataView(made.buffer).setUint32(0, byteCount - 4, true);
@@ -64,7 +64,7 @@ describe("socket over WebTransport", () => {
     socket.onclose = ({ reason }) => (end = reason);
     return { socket, session, heard, endReason: () => end };
   }
-  /** Until it is heard, everything before has been. */
+  /** Tests send this packet last: once it has arrived, so has everything before it. */
   const last = packet(16, 99);
 
   it("opens where the page says, and shows packets of its channel, in any pieces, and datagrams", async () => {
@@ -86,6 +86,7 @@ describe("socket over WebTransport", () => {
     socket.send(packet(5000, 1));
     expect(socket.bufferedAmount).toBe(5000);
     expect(socket.sendDatagram(packet(900, 2))).toBe(true);
+    // A datagram has at most 1024 bytes (kDatagramBytesMax), although the session would take 1200.
     expect(socket.sendDatagram(packet(1100, 3))).toBe(false);
     await until("both have left", () => session.sent.length === 1 && session.datagramsSent.length === 1);
     expect([session.sent[0], session.datagramsSent[0]]).toEqual([packet(5000, 1), packet(900, 2)]);
@@ -100,7 +101,8 @@ describe("socket over WebTransport", () => {
   it("hears downloads that hold up neither others nor the channel, and outlives those that the server gives up", async () => {
     const { session, heard, endReason } = await opened();
     const stalled = session.openStream();
-    stalled.enqueue(packet(1000, 1).subarray(0, 700)); // and then nothing for a while
+    // A download stops in the middle of a packet.
+    stalled.enqueue(packet(1000, 1).subarray(0, 700));
     session.openStream().enqueue(packet(500, 2));
     await until("the other is heard", () => heard.length === 1);
     session.tell(packet(16, 3));
@@ -119,6 +121,7 @@ describe("socket over WebTransport", () => {
     const { session, endReason } = await opened();
     const stream = session.openStream();
     if (what.startsWith("a size")) {
+      // The first four bytes announce a size of 0, which no packet has.
       stream.enqueue(new Uint8Array(20));
     } else {
       stream.enqueue(packet(1000, 1).subarray(0, 500));

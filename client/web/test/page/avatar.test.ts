@@ -23,7 +23,8 @@ for (const version of [0, 1] as const)
         vrm.humanoid.getRawBoneNode(bone)!.getWorldPosition(new Vector3());
       expect(at("head").distanceTo(new Vector3(1, 1.6, -2))).toBeLessThan(0.02);
       expect(at("leftHand").y).toBeLessThan(at("leftUpperArm").y - 0.3);
-      expect(at("leftHand").x).toBeGreaterThan(1.1); // it looks along +Z
+      // The model looks along +Z, so its left hand is at a larger x than the head at x = 1.
+      expect(at("leftHand").x).toBeGreaterThan(1.1);
     });
 
     test("turns its head with the user's, and its trunk with the user's trunk", async () => {
@@ -32,6 +33,7 @@ for (const version of [0, 1] as const)
       const motion = new AvatarMotion(vrm);
       for (let frame = 0; frame < 30; ++frame) motion.update(yaw(0.9, 0.4), 0.02);
       const pose = skeleton.pose();
+      // The tolerance of 0.05 rad leaves room for breathing and looking around.
       expect(2 * Math.asin(pose[1])).toBeCloseTo(0.9, 1);
       expect(2 * Math.asin(pose[4 * 7 + 1])).toBeCloseTo(0.4, 1);
       expect(Math.hypot(pose[0], pose[2])).toBeLessThan(0.03);
@@ -53,7 +55,8 @@ for (const version of [0, 1] as const)
       }
       expect(most).toBeGreaterThan(0.1);
       expect(most).toBeLessThan(0.6);
-      expect(fastest).toBeLessThan(1); // rad/s
+      // A head that looks around turns slower than 1 rad/s.
+      expect(fastest).toBeLessThan(1);
     });
   });
 
@@ -82,6 +85,7 @@ describe("what the user set for a model", () => {
   test("is kept for the newest 32 files", () => {
     const fits = new RememberedFits(memory());
     for (let n = 0; n < 40; ++n) fits.put(`file ${n}`, fit);
+    // Of 40 files the first 8 are forgotten.
     expect(fits.get("file 7")).toEqual(kFitAsFound);
     expect(fits.get("file 8")).toEqual(fit);
   });

@@ -15,6 +15,8 @@ function begin() {
   const camera = new PerspectiveCamera();
   const controls = new Controls();
   const motion = new CameraMotion(camera, controls as unknown as OrbitControls);
+  // A bearing of 3 is almost behind the person; `there` has -3, which is 0.28 rad further that way and 6 rad the other
+  // way.
   motion.set({ target: new Vector3(0, 1.6, 0), bearing: 3, height: 0.1, distance: 4 });
   const run = (seconds: number, each = () => {}) => {
     for (let n = 0; n < 60 * seconds; ++n) {
@@ -31,9 +33,11 @@ test("a flight goes the shorter way around, smoothly, and arrives", () => {
   const { camera, motion, run } = begin();
   motion.flyTo(there);
   let before = camera.position.clone();
+  // A flight takes 1.3 s (kFlightS of cameraMotion.ts).
   run(0.1);
   expect(motion.isFlying).toBe(true);
   run(3, () => {
+    // The flight has 78 pictures (1.3 s at 60 Hz), so 0.2 m in one of them would be a jump.
     expect(camera.position.distanceTo(before)).toBeLessThan(0.2);
     // Never in front of the faces, which the longer way would pass.
     expect(camera.position.z).toBeLessThan(0);
@@ -61,6 +65,7 @@ test("the slow orbit stays within its swing, or goes all around", () => {
   const { bearing } = motion.view;
   let most = 0;
   motion.orbitSlowly(0.5);
+  // In 60 s the orbit covers 5.4 rad (kOrbitRadPerS is 0.09), enough to reach both ends.
   run(60, () => (most = Math.max(most, Math.acos(Math.cos(motion.view.bearing - bearing)))));
   expect(most).toBeGreaterThan(0.45);
   expect(most).toBeLessThanOrEqual(0.5 + 1e-6);
@@ -89,6 +94,7 @@ test("keys zoom and turn; it ignores others", () => {
   expect(motion.onKey("ArrowRight")).toBe(true);
   expect(motion.view.bearing).not.toBeCloseTo(bearing, 3);
   for (let n = 0; n < 100; ++n) motion.onKey("ArrowUp");
+  // Beyond the zenith the picture would turn over.
   expect(motion.view.height).toBeLessThan(Math.PI / 2);
   expect(motion.onKey("a")).toBe(false);
 });

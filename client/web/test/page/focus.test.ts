@@ -21,6 +21,7 @@ class FakeStage {
   frame = () => this.flights.push("all");
 }
 
+/** A person with a head at (x, 1.6 m, 0), who looks along +Z. */
 const person = (number: number, x: number, isReady = true, own = false) =>
   ({
     member: { member: number, own, groom: null, pose: rigidPose([0, 0, 0, 1], [x, 1.6, 0]) },
@@ -42,10 +43,12 @@ test("at first it shows the most central person, and waits a while for that pers
   focus.update(three, 0, 0.1);
   expect(focus.person).toBe(2);
   const oneReady = [person(1, -1), three[1], three[2]];
+  // The choice waits 3 s for the hair of the central person while others have hair (kWaitS of centralPerson.ts).
   for (let s = 0; s < 2.5; s += 0.1) focus.update(oneReady, 0, 0.1);
   expect(focus.person).toBe(2);
   for (let s = 0; s < 1; s += 0.1) focus.update(oneReady, 0, 0.1);
   expect(focus.person).toBe(1);
+  // The central person's hair arrives too late: the camera must not turn away again.
   focus.update([person(1, -1), person(2, 0), person(3, 0.9)], 0, 0.1);
   expect(focus.person).toBe(1);
   expect(stage.orbits).toBe(2);
@@ -55,6 +58,7 @@ test("at first it waits a moment for those whose pose is on its way", () => {
   const { focus } = begin();
   const three = [person(1, -1.2, false), person(2, -0.6, false), person(3, 0, false)];
   focus.update(three, 2, 0.1);
+  // Two more poses are on their way, so the middle is not known yet; the choice waits 0.5 s for them (kComingS).
   expect(focus.person).toBeNull();
   focus.update([...three, person(4, 0.6, false), person(5, 1.2, false)], 0, 0.1);
   expect(focus.person).toBe(3);
@@ -62,12 +66,14 @@ test("at first it waits a moment for those whose pose is on its way", () => {
 
 test("it does not wait for one who never has a pose", () => {
   const { focus } = begin();
+  // The wait for poses ends after 0.5 s (kComingS).
   for (let s = 0; s < 0.7; s += 0.1) focus.update([person(1, 0, false)], 1, 0.1);
   expect(focus.person).toBe(1);
 });
 
 test("it shows a calm person first rather than one who dances in the middle", () => {
   const { focus } = begin();
+  // The first head moves at up to 1.8 m/s; 1 m/s counts as much as 3 m from the middle (kMovingM of centralPerson.ts).
   const at = (s: number) => [person(1, 0.3 * Math.sin(6 * s), false), person(2, 0.7, false), person(3, -0.9, false)];
   for (let s = 0; s < 1.5; s += 0.05) focus.update(at(s), 0, 0.05);
   expect(focus.person).toBe(2);
@@ -75,9 +81,9 @@ test("it shows a calm person first rather than one who dances in the middle", ()
 
 test("whose hair cannot be had is not the first", () => {
   const { focus } = begin();
-  const faulty = person(1, 0, false);
-  Object.assign(faulty.member, { fault: "its groom is damaged" });
-  focus.update([faulty, person(2, 0.8, false)], 0, 0.1);
+  const broken = person(1, 0, false);
+  Object.assign(broken.member, { error: "its groom is damaged" });
+  focus.update([broken, person(2, 0.8, false)], 0, 0.1);
   expect(focus.person).toBe(2);
 });
 
@@ -87,6 +93,7 @@ test("after the user's own move nothing moves the camera until the user chooses"
   focus.update(two, 0, 0.1);
   stage.isMoved = true;
   stage.flights.length = 0;
+  // The panel is folded, and somebody joins: reasons to frame again in the first view.
   stage.free = { width: 1280, height: 720 };
   focus.update([...two, person(3, -0.6)], 0, 0.1);
   expect(stage.flights).toEqual([]);
@@ -129,6 +136,7 @@ test("it frames a head anew when an avatar makes it larger", () => {
   const one = person(1, 0);
   focus.show(1);
   focus.update([one], 0, 0.1);
+  // An avatar makes the head three times as large.
   one.character.scale.setScalar(3);
   focus.update([one], 0, 0.1);
   const [before, after] = stage.flights as CameraView[];

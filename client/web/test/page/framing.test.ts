@@ -12,8 +12,11 @@ import {
 import { madeGroom } from "../support/madeGroom";
 
 const kFovDeg = 30;
+// The portraits are of long hair and of a bob, relative to the head joint, m.
 const long: Portrait = { bottom: -0.34, top: 0.16, halfWidth: 0.17 };
 const bob: Portrait = { bottom: -0.16, top: 0.16, halfWidth: 0.13 };
+// The windows have the panel at the right, no panel, and a folded and an open sheet on a phone. The last one is a phone
+// held sideways.
 const views = [
   { view: { width: 1280, height: 720 }, covered: { right: 312, bottom: 0 } },
   { view: { width: 1280, height: 720 }, covered: { right: 0, bottom: 0 } },
@@ -31,7 +34,7 @@ describe("a portrait", () => {
         const pxPerM = view.height / (2 * distance * Math.tan((kFovDeg * Math.PI) / 360));
         expect((portrait.top - portrait.bottom) * pxPerM).toBeLessThanOrEqual(free.height);
         expect(2 * portrait.halfWidth * pxPerM).toBeLessThanOrEqual(free.width);
-        // One of both sides is full, up to its margin.
+        // The box is the portrait with its margin. It fills the free part in width or in height.
         const fill = Math.max(
           (boxOf(portrait).width * pxPerM) / free.width,
           (boxOf(portrait).height * pxPerM) / free.height,
@@ -50,6 +53,7 @@ describe("a portrait", () => {
 
   test("has the hair's width and height, but cuts hair below the chest", () => {
     const groom = madeGroom(40, 12);
+    // One point is the widest, another one hangs 2 m down, and a third is the highest.
     groom.points[0] = 0.31;
     groom.points[1] = -2;
     groom.points[4] = 0.27;
@@ -64,11 +68,14 @@ describe("a portrait", () => {
 
 describe("the camera's bearing", () => {
   const me = { x: 0, z: 0 };
+  // Returns whether `other` stands between this person and a camera at that bearing: ahead, and less than 0.3 m beside
+  // the line. A person hides what is within 0.32 m (kShoulderM of framing.ts).
   const hides = (bearing: number, other: { x: number; z: number }) =>
     other.x * Math.sin(bearing) + other.z * Math.cos(bearing) > 0 &&
     Math.abs(other.x * Math.cos(bearing) - other.z * Math.sin(bearing)) < 0.3;
 
   test("shows a face at an angle when nobody is in between", () => {
+    // A face is shown from 0.6 rad beside its heading. The distance of the camera is 1.7 m.
     expect(clearBearing(me, 0.3, [], 1.7)).toBeCloseTo(0.9, 6);
     expect(clearBearing(me, 0, [{ x: -0.6, z: 0 }], 1.7)).toBeCloseTo(0.6, 6);
     // Others are behind, not between the person and the camera.
@@ -82,6 +89,7 @@ describe("the camera's bearing", () => {
       { x: 0, z: 1.2 },
     ])
       expect(hides(clearBearing(me, 0, [other], 1.7), other)).toBe(false);
+    // People all around leave no clear bearing; the camera must take one nevertheless.
     const around = Array.from({ length: 12 }, (_, n) => ({ x: Math.sin(n / 2), z: Math.cos(n / 2) }));
     expect(Number.isFinite(clearBearing(me, 0, around, 1.7))).toBe(true);
   });

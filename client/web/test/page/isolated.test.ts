@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { foreignFileWords, refusedWords } from "../../page/faultWords";
+import { foreignFileWords, refusedWords } from "../../page/errorWords";
 import { isolated } from "../../page/isolated";
 import { hairstyleName, personName } from "../../page/roomDetails";
 

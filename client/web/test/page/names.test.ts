@@ -4,6 +4,7 @@ import { leastUsed, pickName } from "../../page/names";
 test("a picked name is nobody's in the room, for any choice of chance", () => {
   const taken = new Set<string>();
   for (let n = 0; n < 100; ++n) {
+    // The factor makes a sequence of numbers from 0 to 1 that stand for chance.
     const name = pickName(taken, () => (n * 0.37) % 1);
     expect(taken.has(name)).toBe(false);
     taken.add(name);

@@ -9,9 +9,12 @@ import { until } from "../support/until";
 
 const server = new GuardedServer();
 
+/**
+ * A page with a PersistentRoom, and what that reported: its states without repetitions, the newest detail, and errors.
+ */
 class Page {
   readonly states: PersistentRoomState[] = [];
-  readonly faults: string[] = [];
+  readonly errors: string[] = [];
   readonly session: PersistentRoom;
   last = "";
 
@@ -23,7 +26,7 @@ class Page {
         if (state !== this.states.at(-1)) this.states.push(state);
         this.last = detail;
       },
-      (detail) => this.faults.push(detail),
+      (detail) => this.errors.push(detail),
     );
   }
 }

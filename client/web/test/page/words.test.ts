@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { closedWords, foreignFileWords, refusedWords } from "../../page/faultWords";
+import { closedWords, foreignFileWords, refusedWords } from "../../page/errorWords";
 import { fileHairstyle } from "../../page/hairstyles";
 import { loadingWords } from "../../page/loadingLine";
 import { hairstyleName } from "../../page/roomDetails";
@@ -45,10 +45,10 @@ test("files that make no hairstyle are named, with what helps", async () => {
   expect(foreignFileWords(["curls.abc", "scene.FBX"], "…")).toMatch(/does not read scene\.FBX: export .* as \.abc/);
   const refusal = async (...files: [name: string, text: string][]) => {
     const given = files.map(([name, text]) => ({ name, arrayBuffer: () => new Blob([text]).arrayBuffer() }));
-    const fault = await fileHairstyle(given).catch((error: unknown) => error);
-    expect(fault).toBeInstanceOf(HairnetError);
-    expect((fault as HairnetError).message).not.toContain("\n");
-    return (fault as HairnetError).message;
+    const error = await fileHairstyle(given).catch((thrown: unknown) => thrown);
+    expect(error).toBeInstanceOf(HairnetError);
+    expect((error as HairnetError).message).not.toContain("\n");
+    return (error as HairnetError).message;
   };
   expect(await refusal(["braid.hair", "HAIR"])).toMatch(/^braid\.hair: /);
   expect(await refusal(["photo.png", "PNG"])).toMatch(/^photo\.png: strands are read from .*\.abc/);

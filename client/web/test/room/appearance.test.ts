@@ -9,6 +9,7 @@ import { Server } from "../support/server";
 import { until } from "../support/until";
 import { waitingRoom } from "../support/waitingRoom";
 
+// The roughness travels as a byte, so it is a multiple of 1 / 255.
 const kRed: Appearance = { hairRoot: 0x9e5930, hairTip: 0xb07040, skin: 0xe0c0b0, roughness: 77 / 255 };
 
 const many = (count: number) => new Uint8Array(count);
@@ -27,6 +28,8 @@ const colours: unknown[] = [
   true,
   1n,
 ];
+// A tag has at most 256 bytes (kTagBytesMax). Text is counted in UTF-8, and has no lone surrogates; the letters here
+// have 1, 2 and 4 bytes.
 const kBadTags: unknown[] = [
   many(257),
   many(1000),
@@ -94,6 +97,7 @@ describe("tags and appearances that are not valid", () => {
     refused(() => own.setAppearance(null as unknown as Appearance));
     expect(own.tag).toEqual(tag);
     expect(own.appearance).toEqual(appearance);
+    // The refused characters have not taken numbers.
     expect(room.addCharacter(file).character).toBe(own.character + 1);
     room.close();
   });
@@ -148,6 +152,6 @@ describe("with a server", () => {
     ann.own.setAppearance({}, "a\nb");
     await until("he is told again", () => ben.heard.includes("changed "));
     expect(seen).toMatchObject({ tagText: "", tag: new TextEncoder().encode("a\nb") });
-    expect([...ann.heard, ...ben.heard].filter((line) => line.startsWith("fault"))).toEqual([]);
+    expect([...ann.heard, ...ben.heard].filter((line) => line.startsWith("error"))).toEqual([]);
   });
 });

@@ -4,14 +4,14 @@ import {
   HairnetError,
   kPoseNumbers,
   materials,
-  poseFault,
+  poseError,
   rigidPose,
   type OwnCharacter,
   type Room,
   type Wind,
 } from "../../src/index";
 import { windOf } from "../../src/room/wind";
-import { faultOf } from "../support/faultOf";
+import { errorOf } from "../support/errorOf";
 import { strandsFile } from "../support/grooms";
 import { waitingRoom } from "../support/waitingRoom";
 
@@ -21,9 +21,9 @@ const any = (value: unknown) => value as never;
 describe("addresses and options of connect", () => {
   test("that are none are refused with a HairnetError", async () => {
     for (const bad of ["", undefined, null, 7420, {}, "a b", "ftp://a", "ws://", "localhost:99999", "http://["]) {
-      const fault = await connect(any(bad)).catch((error: unknown) => error);
-      expect(fault, String(bad)).toBeInstanceOf(HairnetError);
-      expect((fault as HairnetError).code).toBe("invalid");
+      const error = await connect(any(bad)).catch((thrown: unknown) => thrown);
+      expect(error, String(bad)).toBeInstanceOf(HairnetError);
+      expect((error as HairnetError).code).toBe("invalid");
     }
   });
 
@@ -45,6 +45,7 @@ describe("addresses and options of connect", () => {
     const refusalOf = (errorM: unknown) =>
       connect("localhost:1", { errorM: any(errorM) }).catch((error: HairnetError) => `${error.code}: ${error.message}`);
     expect(await refusalOf("small")).toBe("invalid: connect: the option 'errorM' is a number, not small");
+    // The error is 0 to 1 m.
     for (const bad of [-0.001, NaN, 2])
       expect(await refusalOf(bad)).toMatch(/^invalid: connect: error_m is not in \[0, 1\]$/);
   });
@@ -65,11 +66,11 @@ describe("arguments of a room", () => {
       [new Uint8Array(3), /./],
       [new ArrayBuffer(200), /./],
     ] as const)
-      expect(faultOf(() => room.addCharacter(any(bad))).message).toMatch(pattern);
-    expect(faultOf(() => room.addCharacter(new Uint8Array(1), any(2))).message).toMatch(/options are an object like/);
-    expect(faultOf(() => room.addCharacter(new Uint8Array(1), any({ lvl: 2 }))).message).toMatch(/'level'\?/);
-    expect(faultOf(() => room.addCharacterLike(any(5))).message).toMatch(/one of room\.members/);
-    expect(faultOf(() => room.removeCharacter(any(undefined))).message).toMatch(/what addCharacter returned/);
+      expect(errorOf(() => room.addCharacter(any(bad))).message).toMatch(pattern);
+    expect(errorOf(() => room.addCharacter(new Uint8Array(1), any(2))).message).toMatch(/options are an object like/);
+    expect(errorOf(() => room.addCharacter(new Uint8Array(1), any({ lvl: 2 }))).message).toMatch(/'level'\?/);
+    expect(errorOf(() => room.addCharacterLike(any(5))).message).toMatch(/one of room\.members/);
+    expect(errorOf(() => room.removeCharacter(any(undefined))).message).toMatch(/what addCharacter returned/);
     room.close();
   });
 });
@@ -80,6 +81,7 @@ describe("winds", () => {
   test("in few words get the rest by default", () => {
     expect(windOf({ speed: 3 })).toMatchObject({
       meanMPerS: close([-3, 0, 0]),
+      // The defaults of wind.ts: gusts of 0.4, turbulence of 0.15 times the speed, from +X.
       gustRatio: expect.closeTo(0.4),
       turbulenceRmsMPerS: expect.closeTo(0.45),
     });
@@ -121,7 +123,7 @@ describe("winds", () => {
       [5, /options are an object/],
       [undefined, /options are an object/],
     ] as const)
-      expect(faultOf(() => room.setWind(any(bad))).message).toMatch(pattern);
+      expect(errorOf(() => room.setWind(any(bad))).message).toMatch(pattern);
     room.close();
   });
 });
@@ -129,7 +131,7 @@ describe("winds", () => {
 describe("materials", () => {
   test("by name are what servers take, and differ from the normal one", () => {
     for (const [name, { stiffness, damping, density, etherDamping, airDrag, gelPerS2 }] of Object.entries(materials)) {
-      // schema/PROTOCOL.md, Materials and wind
+      // The limits are those of schema/PROTOCOL.md, Materials and wind.
       expect(stiffness).toBeGreaterThanOrEqual(0.01);
       for (const factor of [stiffness, damping, etherDamping, airDrag]) expect(factor).toBeLessThanOrEqual(100);
       expect(density).toBeGreaterThanOrEqual(0.1);
@@ -142,7 +144,7 @@ describe("materials", () => {
 });
 
 test("a pose that is too far away is told with the limit", () => {
-  expect(poseFault(rigidPose([0, 0, 0, 1], [0, 0, -10001]))).toBe(
+  expect(poseError(rigidPose([0, 0, 0, 1], [0, 0, -10001]))).toBe(
     "pose is too far away: -10001 m along an axis, of at most 10000 m",
   );
 });
@@ -155,7 +157,7 @@ describe("numbers that a moment's computation has corrupted", () => {
   };
   afterEach(() => room.close());
 
-  test("are dropped, counted and told once a second, and what was before stays", async () => {
+  test("are dropped, counted and reported once a second, and what was before stays", async () => {
     const me = await withCharacter();
     const warn = vi
       .spyOn(console, "warn")
@@ -165,6 +167,7 @@ describe("numbers that a moment's computation has corrupted", () => {
     const good = rigidPose([0, 0, 0, 1], [1, 2, 3]);
     me.push(good);
     const turned = (...rotation: number[]) => rigidPose(rotation, [1, 2, 3]);
+    // Each call has one damaged number: not finite, a rotation whose length is not 1, or a place beyond 10 km.
     const calls: (() => void)[] = [
       () => me.push(turned(0, 0, 0, NaN)),
       () => me.push(turned(0, 0, 0, 0)),
@@ -184,6 +187,7 @@ describe("numbers that a moment's computation has corrupted", () => {
       call();
       expect(room.counters.inputsDropped, String(call)).toBe(n + 1);
     });
+    // The clock stands still, so all 13 are within the second that has one report.
     expect(warn).toHaveBeenCalledTimes(1);
     expect(warn.mock.calls[0][0]).toBe("hairnet: push of character 1: pose is not finite; it was dropped (1 so far)");
     expect(me.newestPose).toEqual(good);
@@ -193,7 +197,8 @@ describe("numbers that a moment's computation has corrupted", () => {
 
   test("are no excuse for what is no pose at all", async () => {
     const me = await withCharacter();
+    // These are errors of the program and not of a computation, so they are thrown and not counted.
     for (const bad of [undefined, null, 5, [1, 2], new Float64Array(7)])
-      expect(faultOf(() => me.push(any(bad))).code).toBe("invalid");
+      expect(errorOf(() => me.push(any(bad))).code).toBe("invalid");
   });
 });

@@ -20,7 +20,7 @@ test("a server refuses a token in one line, and who may set the wind", async () 
   expect(calm.room.maySetWind).toBe(false);
   calm.room.setWind({ speed: 3 });
   await until("it is told", () => calm.heard.length > 1);
-  expect(calm.heard[1]).toMatch(/^fault: the server refuses: [^\n]+$/);
+  expect(calm.heard[1]).toMatch(/^error: the server refuses: [^\n]+$/);
   expect(calm.room.wind.meanMPerS).toEqual([0, 0, 0]);
   calm.leave();
 });
@@ -33,7 +33,7 @@ test("a moderator removes people and locks the room; others may not", async () =
   expect(() => judge.room.moderate(ModerateAction.remove, "sub:mallory", -1)).toThrow("the seconds of a ban are -1");
   expect(() => judge.room.moderate(9 as ModerateAction)).toThrow("moderate: there is no 9");
   eve.room.moderate(ModerateAction.lock);
-  await until("she is refused", () => eve.heard.some((line) => line.startsWith("fault: the server refuses: ")));
+  await until("she is refused", () => eve.heard.some((line) => line.startsWith("error: the server refuses: ")));
 
   const ends: unknown[] = [];
   for (const { room } of [eve, mallory])
@@ -50,6 +50,6 @@ test("a moderator removes people and locks the room; others may not", async () =
   await until("both have left", () => judge.room.members.size === 0);
   const late = Person.join(server.address, { token: server.token("--subject", "late") });
   await expect(late).rejects.toThrow(/locked/);
-  expect(judge.heard.filter((line) => line.startsWith("fault"))).toEqual([]);
+  expect(judge.heard.filter((line) => line.startsWith("error"))).toEqual([]);
   judge.leave();
 });

@@ -5,6 +5,7 @@ import { Person } from "../support/person";
 import { Server } from "../support/server";
 import { until } from "../support/until";
 
+// The server's own wind, in m/s.
 const server = new Server(["--wind", "1", "0", "2"]);
 const people: Person[] = [];
 const join = async (room: string) => {
@@ -12,15 +13,15 @@ const join = async (room: string) => {
   people.push(person);
   return person;
 };
-/** Someone with a character of that name. `shape`: of its strands. */
+/** Joins someone who has a character of that name; `shape` are the arguments of `madeStrands`. */
 const wearer = async (room: string, tag: string, ...shape: Parameters<typeof strandsFile>) => {
   const person = await join(room);
   person.own = person.room.addCharacter(await strandsFile(...shape), { tag });
   return person;
 };
-/** How far its hair is from rest, m. */
+/** The largest displacement of a node of its lattice along an axis, m. */
 const swing = ({ lattice }: Member) => (lattice ? Math.max(...lattice.grid.map(Math.abs)) : 0);
-/** The largest coordinate of its points, and of what they would be at rest. */
+/** The largest coordinate of these points, m. It tells where a character stands. */
 const far = (points: Float32Array) => Math.max(...points.map(Math.abs));
 
 beforeAll(() => server.start());
@@ -34,7 +35,7 @@ test("two people see each other: head, hairstyle, and hair that moves", async ()
   const ben = await wearer("two", "Ben", 20, 6);
   const seen = await ben.meets("Ann");
   await until("her hair moves", () => swing(seen) > 1e-3);
-  expect(seen).toMatchObject({ own: false, character: 0, ownerCharacter: ann.own!.character, fault: "" });
+  expect(seen).toMatchObject({ own: false, character: 0, ownerCharacter: ann.own!.character, error: "" });
   expect(seen.session).toBe(ann.room.session);
   expect(ben.room.memberOf(ann.room.session, ann.own!.character)).toBe(seen);
   expect(seen.delayS).toBeGreaterThan(0);
@@ -57,6 +58,7 @@ test("two people see each other: head, hairstyle, and hair that moves", async ()
   expect(skin!.nodes.length).toBe(4 * skin!.grids.reduce((sum, { dims: [x, y, z] }) => sum + x * y * z, 0));
   const points = seen.points()!;
   expect(points).toHaveLength(3 * groom!.pointCount);
+  // The head joint is at a height of 1.6 m, and all of the head is within 0.4 m above it.
   expect(far(points)).toBeGreaterThan(1.6);
   expect(far(points)).toBeLessThan(2);
   expect(seen.points(points)).toBe(points);
@@ -66,6 +68,7 @@ test("two people see each other: head, hairstyle, and hair that moves", async ()
   await until("many are sent", () => sent() > 60);
   ben.room.reportImportance([
     { member: seen.member, screenHeight: 0.001, inView: true },
+    // Nobody has this number: an application may report members that have just left.
     { member: 999, screenHeight: 1, inView: true },
   ]);
   await until("few are sent", () => sent() < 10);
@@ -106,19 +109,21 @@ test("what an owner changes of its character reaches everyone, and its removal",
   await until("it stands there", () => second.pose !== null && second.groom !== null);
   expect(second).toMatchObject({ groomKey: seen.groomKey, level: LevelIndex.rigid, lattice: null });
   expect([...second.pose!.subarray(4, 7)]).toEqual([5, 1.6, 0].map((x) => expect.closeTo(x, 3)));
+  // The second character stands at x = 5.
   expect(far(second.points()!)).toBeGreaterThan(4.9);
 
   ann.room.removeCharacter(other);
   expect(other.member).toBeNull();
   await until("it has left", () => ben.named("Anna") === undefined);
   expect(ben.named("Ann")).toBe(seen);
+  // A listener that was removed must not hear the departure that follows.
   const stop = ben.room.on("left", () => expect.unreachable());
   stop();
   ann.leave();
   await until("both have left", () => ben.room.members.size === 0);
   const met = ben.heard.filter((line) => line !== "connected");
   expect(met).toEqual(["joined Ann", "joined Anna", "left Anna", "left Ann"]);
-  expect(ann.heard.filter((line) => line.startsWith("fault"))).toEqual([]);
+  expect(ann.heard.filter((line) => line.startsWith("error"))).toEqual([]);
 });
 
 test("of grooms the one that is named is fetched first, and no other until that is allowed", async () => {
@@ -130,6 +135,7 @@ test("of grooms the one that is named is fetched first, and no other until that 
   const joined: Member[] = [];
   room.on("joined", ({ member }) => joined.push(member));
   await until("both are met", () => joined.length === 2);
+  // Ben's groom is asked for first, although Ann came first.
   const [first, other] = [...joined].sort((a, b) => b.tagText.localeCompare(a.tagText));
   expect(first.tagText).toBe("Ben");
   room.fetchFirst(first.member);

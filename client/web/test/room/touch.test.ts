@@ -10,7 +10,7 @@ import {
 } from "../../src/index";
 import { client } from "../../src/module/client";
 import { handsOf, propBytes, propsOf, sessionBytes, withHands } from "../../src/room/touch";
-import { faultOf } from "../support/faultOf";
+import { errorOf } from "../support/errorOf";
 import { strandsFile } from "../support/grooms";
 import { Person } from "../support/person";
 import { Server } from "../support/server";
@@ -56,14 +56,15 @@ describe("arguments", () => {
       [() => room.setTouch(me, TouchAudience.chosen, [any(5)]), /is no bigint$/],
       [() => room.setProps([{ ...box, number: 1.5 }]), /^setProps: the number of a prop is 1\.5/],
       [() => room.setProps([{ ...box, shape: 9 as PropShape }]), /^setProps: there is no shape 9$/],
+      // Numbers of props are 0 to 127 (kPropsMax).
       [() => room.setProps([], [300]), /^setProps: a removed number is 300/],
     ] as const)
-      expect(faultOf(call).message).toMatch(pattern);
+      expect(errorOf(call).message).toMatch(pattern);
     expect(room.counters.inputsDropped).toBe(0);
     room.close();
   });
 
-  test("that are out of range are dropped, counted and told, and the render loop goes on", async () => {
+  test("that are out of range are dropped, counted and reported, and the render loop goes on", async () => {
     const announced = vi.spyOn(console, "warn").mockImplementation(() => {});
     const room = await waitingRoom();
     for (let i = 0; i < 3; ++i) room.pushHands([hand(NaN)]);
@@ -84,15 +85,20 @@ test("hands and props lie in memory as hairnet.h says", async () => {
   expect(propsOf(module, room.link.room).size).toBe(0);
   withHands(module, [hand(1), { ...hand(2, 7), hasJumped: true }], (at) => {
     const view = module.view();
+    // A hairnet_hand has 80 bytes: position at 40, shapes at 64, their count at 68, first_number at 72, has_jumped at
+    // 76.
     expect([view.getUint32(at + 68, true), view.getUint32(at + 72, true)]).toEqual([2, 0]);
     expect([view.getUint32(at + 148, true), view.getUint32(at + 152, true)]).toEqual([2, 7]);
     expect(view.getFloat64(at + 120, true)).toBe(2);
     expect(view.getUint32(at + 156, true)).toBe(1);
     const second = view.getUint32(at + 144, true);
+    // The shapes of both hands lie one behind the other: two of 32 bytes each before those of the second hand.
     expect(second).toBe(view.getUint32(at + 64, true) + 64);
     expect(view.getFloat32(second + 16, true)).toBeCloseTo(0.08);
   });
+  // A hairnet_touch_body has 96 bytes.
   expect(propBytes([box, box])).toHaveLength(192);
+  // 258 is 2 + 256: the lowest byte comes first.
   expect([...sessionBytes([258n])]).toEqual([2, 1, 0, 0, 0, 0, 0, 0]);
   room.close();
 });

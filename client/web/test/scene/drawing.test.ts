@@ -43,13 +43,15 @@ describe("draw calls", async () => {
       5,
       drawn,
     );
-    expect(drawn.drawCalls).toBe(2); // body, strands
+    // One draw call is that of the body, the other that of the strands.
+    expect(drawn.drawCalls).toBe(2);
     const strand = group.children.filter((mesh) => mesh.visible && mesh.name === "hairnet strand");
     expect(strand).toHaveLength(1);
     const { geometry, material } = strand[0] as unknown as {
       geometry: { instanceCount: number };
       material: RawShaderMaterial;
     };
+    // A copy is the strand or one of its follow hairs.
     expect(geometry.instanceCount).toBe(20 * material.uniforms.copies.value);
     expect(material.uniforms.first_record.value).toBe(5);
   });
@@ -68,6 +70,7 @@ describe("draw calls", async () => {
     fitShares([{ drawing, shown }], 1000);
     expect(shown.map((one) => one.detail.strandShare)).toEqual(wanted);
     const rows = () => shown.reduce((sum, one) => sum + drawing.pointRowsOf(one), 0);
+    // One row less than both need: the strands of both must be cut by the same factor.
     const most = rows() - 1;
     fitShares([{ drawing, shown }], most);
     expect(rows()).toBeLessThanOrEqual(most);
@@ -77,6 +80,7 @@ describe("draw calls", async () => {
   test("another drawing level is another draw call, which begins at its own records", () => {
     const drawn = counts();
     drawing.show([at(400), at(400), at(30)], 0, drawn);
+    // The body is drawn once, and the strands once for each of the two levels. The third character is 30 pixels high.
     expect(drawn.drawCalls).toBe(3);
     const firsts = group.children
       .filter((mesh) => mesh.visible && mesh.name === "hairnet strand")
@@ -114,13 +118,14 @@ describe("draw calls", async () => {
 
 describe("placement", () => {
   const pose = rigidPose([0, 0, 0, 1], [1, 1.6, 0]);
-  pose.set([0, 0, 0, 1, 1, 1.5, 0.25], 7); // a neck of its own
+  // The neck (numbers 7 to 13) is not where the rigid pose has it, so that a bone with a place of its own is tested.
+  pose.set([0, 0, 0, 1, 1, 1.5, 0.25], 7);
   const placed = (character: HairCharacter, of: Pose, room: Matrix4): Placed => {
     const where = place(character, of, room);
     if (typeof where === "string") throw new Error(where);
     return where;
   };
-  /** Where a point of head space, of a bone, is drawn: as body.vert moves it. */
+  /** Where a point that hangs on a bone (head space) is drawn: it is moved as body.vert moves it. */
   const drawnAt = ({ pose: at, size }: Placed, bone: number, point: Vector3) =>
     point
       .clone()
@@ -138,6 +143,7 @@ describe("placement", () => {
     const { pose: at, size } = placed(character, pose, room.matrixWorld);
     expect(size).toBeCloseTo(2);
     expect(at[4]).toBeCloseTo(0);
+    // The head at (1, 1.6, 0) is doubled, turned by 90 degrees about +Y to (0, 3.2, -2), and moved by 10 along z.
     expect(at[5]).toBeCloseTo(3.2);
     expect(at[6]).toBeCloseTo(8);
     room.add(character);
@@ -156,6 +162,7 @@ describe("placement", () => {
     const { pose: at, size } = placed(character, pose, room.matrixWorld);
     expect(size).toBeCloseTo(1.5);
     expect([...at.subarray(4, 7)]).toEqual([5, 0, 0]);
+    // The neck is 0.1 m below and 0.25 m in front of the head; the anchor makes both 1.5 times as much.
     expect([...at.subarray(11, 14)]).toEqual([5, expect.closeTo(-0.15), expect.closeTo(0.375)]);
     expect(at).toHaveLength(kPoseNumbers);
     expect(character.position.x).toBe(5);
@@ -241,7 +248,9 @@ describe("how a head is seen", () => {
     const [one, two] = [1, 2].map((size) => seenBy(through(600), pose, 0.5, size));
     expect(two.screenHeight).toBeCloseTo(2 * one.screenHeight, 6);
     expect(two.headPx).toBeCloseTo(2 * one.headPx, 6);
+    // A head of 0.24 m, 2 m away, in a view of 40 degrees: half of the view is tan(pi / 9) times the distance.
     expect(one.screenHeight).toBeCloseTo(0.24 / (2 * 2 * Math.tan(Math.PI / 9)), 6);
+    // Servers refuse a larger screen height (kScreenHeightMax of view.ts).
     expect(seenBy(through(600), pose, 0.5, 1e6).screenHeight).toBe(100);
   });
 

@@ -34,6 +34,7 @@ function extent(camera: PerspectiveCamera, characters: readonly Framed[]): { x: 
         most.x = Math.max(most.x, Math.abs(point.x));
         most.y = Math.max(most.y, Math.abs(point.y));
       }
+  // A point behind the camera has z above 0, and its projection would look as if it were in the picture.
   expect(nearest).toBeLessThan(0);
   return most;
 }
@@ -48,6 +49,8 @@ describe("a framed picture", () => {
           frameCamera(camera, characters, 1);
           const { x, y } = extent(camera, characters);
           expect(Math.max(x, y)).toBeLessThan(1);
+          // The camera frames the box around hair and body. Its corners are further out than any point, so the points
+          // themselves need not reach the border of 1.
           expect(Math.max(x, y)).toBeGreaterThan(0.7);
         }
   });
@@ -58,6 +61,7 @@ describe("a framed picture", () => {
       frameCamera(camera, [at(0, 1.6, 0)], margin);
       return extent(camera, [at(0, 1.6, 0)]).y;
     });
+    // A margin of 2 shows everything at half the size; perspective makes the ratio only approximately 0.5.
     expect(heights[1] / heights[0]).toBeGreaterThan(0.4);
     expect(heights[1] / heights[0]).toBeLessThan(0.6);
   });
@@ -70,7 +74,8 @@ describe("a framed picture", () => {
       expect(front.toArray()).toEqual([Math.sin(yaw), 0, Math.cos(yaw)].map((x) => expect.closeTo(x, 6)));
     }
     const camera = new PerspectiveCamera(35, 1);
-    frameCamera(camera, [at(0, 0, 0), at(0, 0, 1, Math.PI)]); // face to face
+    // Two characters that stand face to face have no mean direction to look from: the sum of their directions is 0.
+    frameCamera(camera, [at(0, 0, 0), at(0, 0, 1, Math.PI)]);
     expect(camera.position.toArray().every(Number.isFinite)).toBe(true);
   });
 
@@ -154,13 +159,16 @@ describe("a HairScene", () => {
     hair.update(camera);
     join(2, 3);
     hair.update(camera);
+    // The first picture centres on the one character at x = 1; the second centres between x = 1 and x = 3.
     expect(centres).toEqual([expect.closeTo(1), expect.closeTo(2)]);
     const isDone = () => [...hair.characters.values()].every((one) => one.isReady);
     for (; !isDone(); hair.update(camera)) await new Promise((done) => setTimeout(done, 1));
     const count = centres.length;
     join(3, 9);
     hair.update(camera);
-    expect(centres.length).toBe(count); // the request is done
+    // The request of `frame` has ended with the first picture in which all could be drawn, so a late joiner moves no
+    // camera.
+    expect(centres.length).toBe(count);
     hair.frame(camera, { member: 3 });
     expect(centres.at(-1)).toBeCloseTo(9);
     hair.dispose();

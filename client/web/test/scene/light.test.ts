@@ -32,9 +32,10 @@ import { shader } from "../../src/scene/shaders";
 import { drawnIn, furtherViews, seenBy, shadowViews, viewsOf } from "../../src/scene/view";
 import { geometryOf, strandsFile } from "../support/grooms";
 
+/** The width and height of the drawing buffer, pixels. */
 const kPx = 600;
 
-/** Looks like a renderer whose viewport is `viewport`. */
+/** Stands for a renderer: it has a drawing buffer of kPx x kPx pixels, draws into `viewport`, and needs no GPU. */
 function fakeRenderer(viewport = new Vector4(0, 0, kPx, kPx)): WebGLRenderer {
   return {
     xr: { isPresenting: false },
@@ -64,6 +65,7 @@ test("a WebGPURenderer is refused in words that say what is needed", () => {
 describe("further cameras", () => {
   const pose = rigidPose([0, 0, 0, 1], [0, 0, 0]);
   const renderer = fakeRenderer();
+  // The main camera turns its back on the character, which is at the origin.
   const away = viewsOf(renderer, cameraAt(0, 0, 3, new Vector3(0, 0, 9)));
 
   test("draw a character that the main camera does not see, in the detail of the nearest of them", () => {
@@ -91,6 +93,8 @@ describe("further cameras", () => {
     ] as const) {
       const seen = seenBy([view], rigidPose([0, 0, 0, 1], [...at]), 0.1, 1);
       expect(seen.inView).toBe(true);
+      // Each face sees 90 degrees in 128 pixels, so a metre at 1 m is 64 pixels. The head of 0.24 m (kHeadM) is 2 m
+      // away.
       expect(seen.headPx).toBeCloseTo((0.24 * 64) / 2, 6);
     }
   });
@@ -105,7 +109,8 @@ describe("further cameras", () => {
 
   test("a mirror's plane cuts what is in front of it, and nothing is too far behind it", () => {
     const camera = cameraAt(0, 0, 3);
-    // The mirror is the plane z = 1 before the camera: client of Lengyel's oblique near plane.
+    // The mirror is about the plane z = 1 in front of the camera. As a real mirror does, it makes itself the near plane
+    // of the projection (Lengyel, oblique near-plane clipping), which skews the far plane.
     const plane = new Vector4(0, 0.2, -0.98, -2);
     const { elements } = camera.projectionMatrix;
     const q = new Vector4(
@@ -123,6 +128,7 @@ describe("further cameras", () => {
     const seenAt = (z: number) => seenBy(views, rigidPose([0, 0, 0, 1], [0, 0, z]), 0.1, 1).inView;
     expect(seenAt(2)).toBe(false);
     expect(seenAt(0)).toBe(true);
+    // This head is 93 m away and within the camera's 100 m. The skewed far plane must not hide it.
     expect(seenAt(-90)).toBe(true);
   });
 });
@@ -139,6 +145,7 @@ describe("shadow maps", async () => {
     expect(shadowViews(scene)).toHaveLength(0);
     sun.castShadow = true;
     const views = shadowViews(scene);
+    // The shadow map of a directional light reaches 5 m to each side by default in three.js.
     expect(seenBy(views, rigidPose([0, 0, 0, 1], [1, 0, 1]), 0.3, 1).inView).toBe(true);
     expect(seenBy(views, rigidPose([0, 0, 0, 1], [30, 0, 0]), 0.3, 1).inView).toBe(false);
     sun.visible = false;
@@ -153,6 +160,7 @@ describe("shadow maps", async () => {
       seenBy(seeing, pose, 0.3, 1).headPx,
       6,
     );
+    // Now the camera at the same place looks the other way, and the shadow map alone sees the character.
     const turned = viewsOf(fakeRenderer(), cameraAt(0, 0, 5, new Vector3(0, 0, 9)));
     const only = drawnIn([...turned, ...shadowViews(scene)], pose, 0.3, 1);
     expect(only.inView).toBe(true);
@@ -173,6 +181,7 @@ describe("shadow maps", async () => {
     const { strands, uniforms } = drawingWith(true);
     expect(strands.castShadow).toBe(true);
     const before = strands.geometry.instanceCount;
+    // Each strand is drawn with its two follow hairs.
     expect(before).toBe(3);
     const args = [scene, sun, sun.shadow.camera, strands.geometry, strands.customDepthMaterial!, null] as const;
     const renderer = fakeRenderer(new Vector4(0, 0, 512, 512));
@@ -180,6 +189,7 @@ describe("shadow maps", async () => {
     expect(strands.geometry.instanceCount).toBe(1);
     expect((strands.customDepthMaterial as RawShaderMaterial).uniforms.copies.value).toBe(1);
     expect(uniforms.all.viewport_px.value.toArray()).toEqual([512, 512]);
+    // A shadow map has one sample a pixel, unlike the antialiased canvas.
     expect(uniforms.all.samples.value).toBe(1);
     strands.onAfterShadow(renderer, ...(args as unknown as [never, never, never, never, never, never]));
     expect(strands.geometry.instanceCount).toBe(before);
@@ -209,7 +219,10 @@ test("each picture has the width of hair for its own viewport", () => {
 });
 
 describe("an environment", () => {
-  /** The same radiance from everywhere, and more from `towards`. */
+  /**
+   * Makes an environment with the radiance `all` from everywhere, and more from `towards`. The first spherical harmonic
+   * is the constant 0.282095, so its coefficient is the radiance over that number.
+   */
   const radiance = (all: number, more = 0, towards = new Vector3(0, 1, 0)) => {
     const sh = new SphericalHarmonics3();
     sh.coefficients[0].setScalar(all / 0.282095);
@@ -221,6 +234,7 @@ describe("an environment", () => {
 
   test("that is the same everywhere is ambient light alone, as bright as it is", () => {
     const rig = makeLightRig();
+    // A radiance of 0.5 at an intensity of 2 makes ambient light of 1.
     addEnvironment(rig, radiance(0.5), 2);
     for (const light of [rig.ambientAbove, rig.ambientBelow]) expect(light.r).toBeCloseTo(1, 3);
     for (const light of rig.colours) expect(light.r).toBe(0);
@@ -232,6 +246,8 @@ describe("an environment", () => {
     addEnvironment(rig, radiance(0.5, 0.4, side), 1);
     expect(rig.towards[0].distanceTo(side)).toBeLessThan(1e-6);
     expect(rig.colours[0].r).toBeGreaterThan(0.1);
+    // A surface that faces up gets the ambient light, and 0.8 of the directional light: 0.8 is the cosine of the angle
+    // between them. Together they must be what three.js computes for the environment.
     const up = radiance(0.5, 0.4, side).getIrradianceAt(new Vector3(0, 1, 0), new Vector3()).x / Math.PI;
     expect(rig.ambientAbove.r + 0.8 * rig.colours[0].r).toBeCloseTo(up, 6);
   });
@@ -245,6 +261,8 @@ describe("an environment", () => {
     const before = rig.colours.map((colour) => colour.r);
     addEnvironment(rig, radiance(0.5, 0.4), 1);
     expect(rig.colours.map((colour) => colour.r)).toEqual(before);
+    // The rig has three directional lights, and the suns have taken all of them. So the whole environment becomes
+    // ambient light: at least 0.5, beside 1 from the scene's own ambient light.
     expect(rig.ambientAbove.r).toBeGreaterThan(1.4);
   });
 });
@@ -269,12 +287,15 @@ test("the studio's lights turn with the camera, and hair from above has them, to
     for (const towards of rig.towards) expect(towards.length()).toBeCloseTo(1, 5);
     return rig.towards[0].clone();
   };
+  // The key light is 42 degrees to the camera's left and 42 degrees up (client/draw/light_rig.cpp), so its direction is
+  // about (-0.5, 0.67, 0.55).
   const front = lit(0, 1, 3);
   expect(front.z).toBeGreaterThan(0.3);
-  expect(front.x).toBeLessThan(-0.3); // at the camera's left
+  expect(front.x).toBeLessThan(-0.3);
   expect(rig.colours[0].r).toBeGreaterThan(1);
   expect(rig.ambientAbove.r).toBeGreaterThan(rig.ambientBelow.r);
   const side = lit(3, 1, 0);
   expect(side.toArray()).toEqual([front.z, front.y, -front.x].map((each) => expect.closeTo(each, 5)));
+  // A camera straight above has no bearing; the light keeps its height.
   expect(lit(0, 3, 0).y).toBeCloseTo(front.y, 5);
 });

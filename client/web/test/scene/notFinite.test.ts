@@ -28,6 +28,7 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
   afterEach(() => hair.dispose());
 
   function update(): void {
+    // Pictures are a second apart by the clock of the scene; reports go by performance.now(), which tests hold still.
     nowMs += 1000;
     hair.updateAt(nowMs, camera);
   }
@@ -66,6 +67,7 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
       update();
       expect(hair.statistics.inputsDropped).toBeGreaterThan(before);
       expect(warn).toHaveBeenCalledTimes(1);
+      // More than a second after the first report the next one may follow.
       clock.mockReturnValue(51_001);
       update();
       expect(warn).toHaveBeenCalledTimes(2);

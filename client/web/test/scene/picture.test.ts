@@ -39,7 +39,7 @@ const character = (id: number, lattice: MovedLattice | null, x = 0, headPx = 100
   headPx,
 });
 
-/** A picture of them, and the motions that are read in it. */
+/** Writes the records of a picture with these characters, and returns the motions for the average. */
 function motionsOf(records: Records, motion: HairMotion, shown: readonly Shown[]) {
   records.begin(module, shown);
   for (const [n, { id, x, headPx }] of shown.entries()) {
@@ -50,6 +50,7 @@ function motionsOf(records: Records, motion: HairMotion, shown: readonly Shown[]
   return motion.motions();
 }
 
+// Decodes a 16-bit float: the texture of the swing has half precision.
 const fromHalf = (half: number) => {
   const size = (half & 0x3ff) / 1024;
   const power = (half >> 10) & 31;
@@ -68,7 +69,9 @@ test("swing leads from where hair is to where it was", () => {
   const { data, width } = motion.swing.image as { data: Uint16Array; width: number };
   for (let j = 0; j < width; ++j) {
     const y = ((2 * j) / (width - 1) - 1) * 0.45;
+    // The loop reads a column of nodes along y, near the middle of the other two axes.
     const at = 4 * (3 + width * (j + width * 4));
+    // The displacement has grown from 0.1 y to 0.3 y, so hair was at -0.2 y from where it is.
     expect(fromHalf(data[at])).toBeCloseTo(-0.2 * y, 3);
     expect(data[at + 1]).toBe(0);
   }
@@ -80,9 +83,11 @@ test("the motions are those of the largest characters that were in the picture b
   const records = new Records();
   const motion = new HairMotion(records);
   const all = Array.from({ length: kMovingMax + 3 }, (_, n) => character(n + 1, null, 0.1 * n, 10 * n));
+  // The last and largest character was not in the picture before, so it has no motion yet.
   motionsOf(records, motion, all.slice(0, -1));
   const places = motionsOf(records, motion, all).map((one) => one.headToScene.elements[12]);
   expect(places.length).toBe(kMovingMax);
+  // The largest of those that were there before has the index kMovingMax + 1.
   expect(places[0]).toBeCloseTo(0.1 * (kMovingMax + 1));
   records.dispose();
 });
@@ -98,6 +103,7 @@ test("the samples' places of 32 pictures are distinct, and even about the pixel'
   const places = Array.from({ length: 32 }, (_, n) => placeOf(n));
   expect(new Set(places.map(({ x, y }) => `${x} ${y}`)).size).toBe(32);
   const mean = places.reduce((sum, place) => sum.add(place), new Vector2()).divideScalar(32);
+  // Pixels have a width of 1. A mean far from 0 would shift the average picture.
   expect(mean.length()).toBeLessThan(0.03);
   for (const { x, y } of places) expect(Math.max(Math.abs(x), Math.abs(y))).toBeLessThan(0.5);
   expect(placeOf(32)).toEqual(placeOf(0));

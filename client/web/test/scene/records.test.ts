@@ -16,6 +16,7 @@ import { localModule, strandsFile } from "../support/grooms";
 import { plainRecord } from "../support/plainRecord";
 
 const module = await localModule();
+// The lattice has 3 x 4 x 5 nodes with a displacement of 3 numbers each: 180 in all.
 const nodes: MovedLattice = {
   lattice: { origin: [-1, -2, -3], spacing: [0.5, 0.25, 0.125], dims: [3, 4, 5] },
   grid: Float32Array.from({ length: 180 }, (_, i) => 0.5 * Math.sin(i)),
@@ -24,6 +25,7 @@ const rest = { lattice: null };
 
 const records = new Records();
 afterEach(() => records.dispose());
+// Returns the four numbers of texel `n` of the record in that row.
 const texel = (n: number, row = 0) => {
   const { data } = records.texture.image as unknown as { data: Float32Array };
   const at = 4 * (n + kRecordTexels * row);
@@ -41,6 +43,7 @@ test("records lie as client/shaders/character.glsl reads them", () => {
     roughness: 0.5,
     strands: { ...plainRecord.strands, strandCount: 500, strandWidthM: 4e-4 },
     detail: { strandShare: 0.5, followHairCount: 2, toleranceM: 0, quadratic: 1 },
+    // A negative size is a mirrored character, 1.25 times as large as its groom.
     size: -1.25,
     bodyVisible: false,
     firstRow: 7,
@@ -52,18 +55,24 @@ test("records lie as client/shaders/character.glsl reads them", () => {
   const data = write();
   expect(texel(0)).toEqual([0, 0.6, 0, 0.8].map(Math.fround));
   expect(texel(1)).toEqual([1, 2, 3, 7]);
+  // Fewer strands are drawn wider, by the power of -0.8 of their share (width_scale of client/draw/draw_detail.cpp);
+  // the size widens them too.
   expect(texel(2)).toEqual([0.1, 0.2, 0.3, 4e-4 * 0.5 ** -0.8 * 1.25].map((x) => expect.closeTo(x, 7)));
   expect(texel(3)).toEqual([0.5, 1, 0, 0]);
+  // The numbers are the follow hairs, the 2.5 mm by which they stray (kStray_m of character_records.cpp), 1 for a
+  // lattice that moves the hair, and size - 1.
   expect(texel(4)).toEqual([2, expect.closeTo(0.0025, 7), 1, -2.25]);
   expect(texel(5)).toEqual([...[0.4, 0.5, 0.6].map(Math.fround), 1]);
   expect(texel(7)).toEqual([1, 2, 3, 11]);
   expect(texel(15).slice(0, 3)).toEqual([1, 2, 3]);
   expect(texel(kLatticeTexel)).toEqual([-1, -2, -3, 0]);
+  // The shader multiplies, so the record has 1 / spacing.
   expect(texel(kLatticeTexel + 1)).toEqual([2, 4, 8, 0]);
   expect(texel(kLatticeTexel + 2)).toEqual([3, 4, 5, 0]);
   expect(texel(kTipTexel)).toEqual([0.2, 0.3, 0.4, 0.5].map(Math.fround));
   expect(data).toMatchObject({ uploadedRows: 1, nodeRows: 1, lightGrids: 1 });
   expect(data.sources).toEqual([{ basis: 0, scene: 0, index: 0, first: 0, end: 1 }]);
+  // The second node is compared: nodes are 4 floats each in memory and 3 in the grid.
   expect([...module.floats(data.nodes + 4 * 4, 3)]).toEqual([...nodes.grid.subarray(3, 6)]);
 });
 
@@ -97,6 +106,7 @@ test("a texture takes at most a few times the memory in use", () => {
   expect(height()).toBeGreaterThanOrEqual(1000);
   rows.reserve(20);
   expect(height()).toBeGreaterThanOrEqual(20);
+  // A texture shrinks once it has more than four times the rows in use (FloatTexture.reserve).
   expect(height()).toBeLessThanOrEqual(80);
 });
 
@@ -118,9 +128,11 @@ describe("lattices", () => {
       nodes,
       null,
       { ...nodes, grid: new Float32Array(180).fill(NaN) },
+      // 180 numbers are needed.
       { ...nodes, grid: new Float32Array(30) },
       broken({ spacing: [0, 1, 1] }),
       broken({ origin: [NaN, 1, 1] }),
+      // The 180 numbers fit these dimensions, but one node along an axis spans no cell.
       { ...broken({ dims: [1, 12, 15] }) },
       nodes,
     ];
@@ -141,6 +153,7 @@ describe("lattices", () => {
     expect(scene.read()).toBe(1);
     const lattice = new ModuleLattice(scene, scene.at(0), 0);
     const count = nodeCount(lattice.lattice);
+    // The hair must have moved, or a comparison of zeros would prove nothing.
     expect(Math.max(...lattice.grid)).toBeGreaterThan(0.01);
     expect(lattice.modes).toBeUndefined();
     for (const by of [module, await Instance.of(await hairModule())]) {
@@ -176,6 +189,8 @@ test("the detail is chosen for all by their sizes", async () => {
   records.readDetail(1, detail);
   expect(detail).toEqual(detailFor(700, 0.5, 300));
   expect(detail).toMatchObject({ strandShare: 1, followHairCount: 2, quadratic: 1 });
+  // At a quality of 0.5 a head of 700 pixels counts as 350. The strand may be a third of such a pixel off (tolerance_m
+  // of client/draw/draw_detail.cpp).
   expect(detail.toleranceM).toBeCloseTo((0.35 * 0.24) / 350, 9);
 });
 

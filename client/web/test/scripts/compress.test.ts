@@ -21,7 +21,8 @@ describe("compress.mjs", () => {
   it("writes copies that hold the file's own bytes", () => {
     const text = "const hair = 1;\n".repeat(500);
     writeFileSync(join(folder, "index.js"), text);
-    writeFileSync(join(folder, "grooms/long.groom"), Buffer.alloc(2 << 20, 7)); // above the bound of the best quality
+    // A file of 2 MB is above the limit up to which the best quality is used.
+    writeFileSync(join(folder, "grooms/long.groom"), Buffer.alloc(2 << 20, 7));
     expect(compress(folder)).toContain(folder);
     expect(gunzipSync(readFileSync(join(folder, "index.js.gz"))).toString()).toBe(text);
     expect(brotliDecompressSync(readFileSync(join(folder, "index.js.br"))).toString()).toBe(text);

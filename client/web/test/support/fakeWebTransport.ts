@@ -10,11 +10,11 @@ export const kWebTransportPage = JSON.stringify({
 /** The other end of a WebTransport session is the test. Put it in the place of the platform's `WebTransport`. */
 export class FakeWebTransport {
   static made: FakeWebTransport[] = [];
-  /** what becomes of new sessions: they open, fail, or nothing happens */
+  /** What becomes of new sessions: they open, fail, or stay silent. */
   static fate: "open" | "fail" | "silence" = "open";
-  /** how a browser lets datagrams be sent */
+  /** The way in which this browser lets datagrams be sent: browsers differ. */
   static datagramsBy: "writable" | "createWritable" = "writable";
-  /** open: sessions' packets go to a server by it; null: to the test alone */
+  /** With an open WebSocket the packets of sessions go to a server through it; with null they go to the test alone. */
   static relay: WebSocket | null = null;
 
   static reset(): void {

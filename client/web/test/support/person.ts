@@ -8,18 +8,19 @@ const kEveryMs = 10;
 /** A WebSocket of Node's `ws`. */
 export function openSocket(url: string): WebSocket {
   const socket = new WebSocket(url, "hairnet");
-  socket.on("error", () => {}); // its close event follows
+  // The close event, which follows every error, is handled elsewhere.
+  socket.on("error", () => {});
   return socket;
 }
 
 /** Someone in a room, as a page is: it takes pictures, and moves its head while it has a character. */
 export class Person {
-  /** its newest connection */
+  /** The room's newest connection. */
   socket!: WebSocket;
   own: OwnCharacter | null = null;
-  /** its character's heads turn; else they rest */
+  /** Whether the character's head turns. A head that rests sends poses, but its hair comes to rest. */
   moves = true;
-  /** what the room told, one line each */
+  /** The events of the room, one line each. */
   readonly heard: string[] = [];
   readonly #turns = setInterval(() => this.#turn(), kEveryMs);
 
@@ -29,7 +30,7 @@ export class Person {
     room.on("joined", ({ member }) => heard.push(`joined ${member.tagText}`));
     room.on("changed", ({ member }) => heard.push(`changed ${member.tagText}`));
     room.on("left", ({ member }) => heard.push(`left ${member.tagText}`));
-    room.on("fault", ({ detail }) => heard.push(`fault: ${detail}`));
+    room.on("error", ({ detail }) => heard.push(`error: ${detail}`));
   }
 
   static async join(server: string, options: RoomOptions = {}): Promise<Person> {

@@ -10,7 +10,7 @@ import { until } from "./until";
 export class Server {
   port = 0;
   #process: ChildProcess | null = null;
-  /** removed by `dispose` */
+  /** The server's files; `dispose` removes the folder. */
   protected readonly folder = mkdtempSync(join(tmpdir(), "hairnet-web-"));
 
   constructor(private readonly flags: readonly string[] = []) {}

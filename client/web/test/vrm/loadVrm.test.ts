@@ -14,17 +14,19 @@ const text = (words: string) => new TextEncoder().encode(words);
 const model = makeAvatar();
 
 async function refusal(bytes: Uint8Array): Promise<HairnetError> {
-  const fault: unknown = await loadVrm(bytes).then(
+  const error: unknown = await loadVrm(bytes).then(
     () => "loaded",
     (reason: unknown) => reason,
   );
-  expect(fault).toBeInstanceOf(HairnetError);
-  expect((fault as HairnetError).message).not.toContain("\n");
-  return fault as HairnetError;
+  expect(error).toBeInstanceOf(HairnetError);
+  expect((error as HairnetError).message).not.toContain("\n");
+  return error as HairnetError;
 }
 
 /** A model with another description: `change` gets its JSON. */
 function described(change: (json: Record<string, unknown>) => void, file: Uint8Array = model): Uint8Array {
+  // A glTF file begins with a header of 12 bytes, whose number at 8 is the size of the file. The size of the JSON is at
+  // 12, and the JSON begins at 20.
   const bytes = new DataView(file.buffer, file.byteOffset).getUint32(12, true);
   const json = JSON.parse(new TextDecoder().decode(file.subarray(20, 20 + bytes))) as Record<string, unknown>;
   change(json);
@@ -58,20 +60,22 @@ describe("what is no VRM model is refused in plain words", () => {
 
   test("a description that is no JSON", async () => {
     const bytes = model.slice();
+    // The JSON begins with an exclamation mark.
     bytes[20] = 0x21;
     expect((await refusal(bytes)).message).toMatch(/damaged/);
   });
 
   test("an old version of glTF", async () => {
     const bytes = model.slice();
+    // The number at 4 is the version of glTF.
     bytes[4] = 1;
     expect((await refusal(bytes)).message).toMatch(/old version/);
   });
 
   test("more vertices than the limit, whatever the file's own size", async () => {
     const bytes = described((json) => ((json.accessors as { count: number }[])[0].count = 3e9));
-    const fault = await refusal(bytes);
-    expect(fault.code).toBe("too_large");
+    const error = await refusal(bytes);
+    expect(error.code).toBe("too_large");
     for (const count of [-1, 1.5, null, "many"]) {
       const odd = described((json) => ((json.accessors as { count: unknown }[])[0].count = count));
       expect((await refusal(odd)).message).toMatch(/no valid length/);
@@ -79,9 +83,9 @@ describe("what is no VRM model is refused in plain words", () => {
   });
 
   test("a file that is too large", async () => {
-    const fault = await refusal(new Uint8Array(kVrmBytesMax + 1));
-    expect(fault.code).toBe("too_large");
-    expect(fault.message).toMatch(/129 MB; a VRM file may have 128 MB/);
+    const error = await refusal(new Uint8Array(kVrmBytesMax + 1));
+    expect(error.code).toBe("too_large");
+    expect(error.message).toMatch(/129 MB; a VRM file may have 128 MB/);
   });
 
   test("every 97th truncation", async () => {
@@ -106,10 +110,11 @@ describe.skipIf(files.length === 0)("models of others", () => {
     const file = new Uint8Array(readFileSync(join(folder, name)));
     const vrm = await loadVrm(described((json) => dropTextures(json), file));
     lowerArms(vrm);
-    const worn = new VrmHair(vrm);
-    worn.fit(madeGroom());
-    expect(worn.size).toBeGreaterThan(0.8);
-    expect(worn.size).toBeLessThan(7);
+    const vrmHair = new VrmHair(vrm);
+    vrmHair.fit(madeGroom());
+    // Heads of comic figures are several times as large as a real head.
+    expect(vrmHair.size).toBeGreaterThan(0.8);
+    expect(vrmHair.size).toBeLessThan(7);
     vrm.update(0.1);
     vrm.scene.updateMatrixWorld(true);
     const height = (bone: "leftHand" | "rightHand" | "leftUpperArm" | "rightUpperArm") =>

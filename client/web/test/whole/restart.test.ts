@@ -52,7 +52,7 @@ test("everyone and everything is there again after a broken line, and on a new s
   expect(second.member).toBe(ann.named("Anna"));
   await until("the wind blows again", () => ann.room.wind.meanMPerS[2] !== 0);
   expect(ann.room.counters).toMatchObject({ resumes: 1, framesUndecodable: 0 });
-  expect([...ann.heard, ...ben.heard].filter((line) => line.startsWith("fault"))).toEqual([]);
+  expect([...ann.heard, ...ben.heard].filter((line) => line.startsWith("error"))).toEqual([]);
 });
 
 test("a room that may not reconnect, or has tried long enough, is closed with the reason", async () => {

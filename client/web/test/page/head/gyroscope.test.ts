@@ -3,6 +3,7 @@ import { expect, test } from "vitest";
 import { headAngles, rotationOfDevice } from "../../../page/head/gyroscope";
 import { rotationOf } from "../../../page/head/headPose";
 
+/** The rotation of a device with the angles of a DeviceOrientationEvent, in degrees. */
 const held = (alpha: number, beta: number, gamma: number, screenDeg = 0) =>
   rotationOfDevice({ alpha, beta, gamma }, screenDeg)!;
 

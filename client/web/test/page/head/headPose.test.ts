@@ -1,7 +1,7 @@
 import { describe, expect, test } from "vitest";
 import { followYaw, poseOf, rotationOf, yawOf } from "../../../page/head/headPose";
 import { readQuery } from "../../../page/query";
-import { Bone, kNumbersPerBone, poseFault } from "../../../src/hair/pose";
+import { Bone, kNumbersPerBone, poseError } from "../../../src/hair/pose";
 
 describe("a pose from a head alone", () => {
   test("upright has all bones equal", () => {
@@ -16,7 +16,7 @@ describe("a pose from a head alone", () => {
     for (let yawRad = -3; yawRad < 3; yawRad += 0.7)
       for (let pitchRad = -1.5; pitchRad < 1.5; pitchRad += 0.4) {
         const pose = poseOf(rotationOf({ yawRad, pitchRad, rollRad: 0.3 }), [0, 1.6, 0], 0.2);
-        expect(poseFault(pose)).toBeNull();
+        expect(poseError(pose)).toBeNull();
         const trunk = pose.subarray(Bone.upperTrunk * kNumbersPerBone);
         expect([trunk[0], trunk[2]]).toEqual([0, 0]);
       }
@@ -24,6 +24,8 @@ describe("a pose from a head alone", () => {
 
   test("head, neck and trunk meet at the neck's joint", () => {
     const pose = poseOf(rotationOf({ yawRad: 0.8, pitchRad: 0.4, rollRad: 0 }), [0, 1.6, 0], 0);
+    // The point is the joint of the neck at rest, head space (kNeck of headPose.ts). All three bones must move it to
+    // the same place, or the body would come apart.
     const joint = [Bone.head, Bone.neck, Bone.upperTrunk].map((bone) => moved(pose, bone, [0, -0.1, -0.02]));
     for (const axis of [0, 1, 2]) {
       expect(joint[1][axis]).toBeCloseTo(joint[0][axis], 9);
@@ -32,11 +34,13 @@ describe("a pose from a head alone", () => {
   });
 
   test("the trunk stays for small turns and follows large ones without a jump", () => {
+    // The trunk follows a head that turns by more than 0.6 rad (kTrunkFollowsBeyondRad).
     expect(followYaw(0, 0.5)).toBe(0);
     let body = 0;
     let before = 0;
     for (let head = 0; head < 7; head += 0.01) {
       body = followYaw(body, head);
+      // The head turns by 0.01 rad a step and the trunk by no more, even where the angle passes pi.
       expect(Math.abs(body - before)).toBeLessThan(0.011);
       before = body;
     }
@@ -66,6 +70,7 @@ test("reads room, server, token and role from the page's address", () => {
   expect(alone("?server=ws://other:1")).toMatchObject({ local: false, server: "ws://other:1" });
 });
 
+/** Where the bone moves a point of head space at rest: the rotation of the quaternion, then its position. */
 function moved(pose: Float64Array, bone: Bone, rest: readonly number[]): number[] {
   const [x, y, z, w, ...position] = pose.subarray(bone * kNumbersPerBone, (bone + 1) * kNumbersPerBone);
   const cross = (a: readonly number[], b: readonly number[]) => [

@@ -1,7 +1,7 @@
 import { Matrix4, PerspectiveCamera, Quaternion, Vector3 } from "three";
 import { expect, test } from "vitest";
 import { OwnHead, type HeadsetView } from "../../../page/head/ownHead";
-import { poseFault } from "../../../src/hair/pose";
+import { poseError } from "../../../src/hair/pose";
 
 const camera = new PerspectiveCamera();
 camera.position.set(0, 1.6, 2);
@@ -13,11 +13,13 @@ test("a dragged head follows the mouse, and returns smoothly after its release",
   const head = new OwnHead();
   head.placeAt(new Vector3(0, 1.6, 0), 0);
   head.grab();
+  // 80 pixels turn the head by 0.56 rad (kRadPerPx of ownHead.ts).
   head.drag(80, 0, false, camera);
   let before = 0;
   for (let n = 0; n < 60; ++n) {
     const yaw = yawOf(head.update(1 / 60, camera));
     expect(yaw).toBeGreaterThanOrEqual(before - 1e-9);
+    // A larger step in one picture would be a visible jump.
     expect(yaw - before).toBeLessThan(0.15);
     before = yaw;
   }
@@ -34,7 +36,9 @@ test("a head turns no further than necks do, for any drag or key press", () => {
   head.onKey("ArrowDown");
   let pose = head.update(0.1, camera);
   for (let n = 0; n < 200; ++n) pose = head.update(0.1, camera);
-  expect(poseFault(pose)).toBeNull();
+  expect(poseError(pose)).toBeNull();
+  // The limits are 1.2 rad to the side and 0.7 rad up and down (kTurnMaxRad, kNodMaxRad); both together turn the head
+  // by less than 1.5 rad.
   expect(2 * Math.acos(Math.abs(pose[3]))).toBeLessThan(1.5);
 });
 
@@ -57,6 +61,7 @@ test("moved with Shift it stays where it was put", () => {
   head.drag(100, 0, true, camera);
   head.release();
   const pose = head.update(1, camera);
+  // 100 pixels move the head by 0.15 m (kMPerPx).
   expect(pose[4]).toBeGreaterThan(0.05);
   expect(pose[5]).toBeCloseTo(1.6);
 });
@@ -75,11 +80,12 @@ test("a headset's eyes are where the pose has them, and its trunk stays upright"
   });
   const head = new OwnHead();
   const pose = head.ofHeadset(seen(true), rig);
-  expect(poseFault(pose)).toBeNull();
+  expect(poseError(pose)).toBeNull();
   const rotation = new Quaternion(pose[0], pose[1], pose[2], pose[3]);
   const forward = new Vector3(0, 0, 1).applyQuaternion(rotation);
   const looked = new Vector3(0, 0, -1).applyQuaternion(look);
   expect(forward.distanceTo(looked)).toBeLessThan(1e-6);
+  // The eyes are at this place from the head joint (kEyes of ownHead.ts).
   const eyes = new Vector3(0, 0.085, 0.085).applyQuaternion(rotation).add(new Vector3(pose[4], pose[5], pose[6]));
   expect(eyes.distanceTo(eye.clone().applyMatrix4(rig))).toBeLessThan(1e-6);
   expect([...head.ofHeadset(seen(false), rig)]).toEqual([...pose]);

@@ -6,7 +6,7 @@ export class FakeRoom implements TouchedRoom {
   state: TouchedRoom["state"] = "connected";
   readonly members = new Map<number, Member>();
   readonly calls: string[] = [];
-  /** the last place at which something was taken hold of */
+  /** The last place at which hair was taken hold of. */
   place: readonly number[] = [];
 
   /** `untouchable`: a member's number. */

@@ -5,10 +5,11 @@ import type { Hand } from "../../../src/index";
 import { FakeHeadset } from "./headset";
 
 const space = {} as XRReferenceSpace;
+/** The headset's space is 0.5 m above the world's. */
 const rig = new Matrix4().makeTranslation(0, 0.5, 0);
 const still = new Quaternion();
 const tracked = (headset: FakeHeadset) => trackedHands(headset.inputs, headset, space, rig);
-/** Ends of a shape, world. */
+/** The two ends of the shape with index `n`, in the world. */
 const endsOf = ({ rotation, position, shapes }: Hand, n: number) =>
   [shapes[n].from, shapes[n].to].map((end) =>
     new Vector3()
@@ -47,6 +48,7 @@ test("a pinch is between the tips, closes below 15 mm and opens above 25 mm", ()
   expect(place.distanceTo(new Vector3(0.03, 0.49, -0.17))).toBeLessThan(1e-6);
   expect(openM).toBeCloseTo(0.02, 6);
   const closed = [false];
+  // At 20 mm the pinch stays as it was: open on the way in, closed on the way out.
   for (const apartM of [0.03, 0.02, 0.014, 0.02, 0.026]) closed.push(isClosed(apartM, closed.at(-1)!));
   expect(closed).toEqual([false, false, false, true, true, false]);
 });
@@ -58,7 +60,8 @@ test("a controller is a capsule along its handle; the trigger closes, squeezed i
   expect(isClosed(open.openM, true)).toBe(false);
   const [front, back] = [...endsOf(open.hand, 0)].reverse();
   expect(front.distanceTo(open.place)).toBeLessThan(1e-6);
-  expect(front.x).toBeLessThan(back.x); // -z, turned by a quarter
+  // A controller's front is along its own -z, which a quarter turn about +Y makes -x.
+  expect(front.x).toBeLessThan(back.x);
   expect(open.holdRadiusM).toBeGreaterThan(open.hand.shapes[0].radiusM);
   const [pulled] = tracked(new FakeHeadset().addController("left", at, turned, [true, true]));
   expect(isClosed(pulled.openM, false)).toBe(true);

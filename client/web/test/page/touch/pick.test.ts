@@ -3,6 +3,7 @@ import { expect, test } from "vitest";
 import { nearestHair, pickHair } from "../../../page/touch/pick";
 import { personAt } from "./people";
 
+/** The angle within which a press counts as on a hair: some 2 cm at the 3 m of these rays. */
 const kWithinRad = 0.008;
 const rayFrom = (from: [number, number, number], to: [number, number, number]) =>
   new Ray(new Vector3(...from), new Vector3(...to).sub(new Vector3(...from)).normalize());
@@ -12,6 +13,7 @@ test("a press finds the hair that the eye sees first, on the nearer side of the 
   const ray = rayFrom([3, 1.6, 0], [0, 1.6, 0]);
   const picked = pickHair(ray, kWithinRad, people);
   expect(picked?.member.member).toBe(2);
+  // The hair is 0.09 m from the axis of the head at x = 1, and the ray comes from x = 3.
   expect(picked!.place.x).toBeGreaterThan(1.08);
   expect(ray.distanceToPoint(picked!.place)).toBeLessThan(kWithinRad * 2);
 });

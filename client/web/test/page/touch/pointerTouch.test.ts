@@ -27,12 +27,14 @@ test("a press takes hold with a ball at the hair, which then follows the pointer
   expect(at(0).distanceTo(place)).toBeLessThan(1e-9);
   touch.onHeld(member, 0, 12, 40);
   touch.move(rayTo(-1, 1.2, 0.5));
-  expect(at(50).distanceTo(place)).toBeLessThanOrEqual(0.1 + 1e-9); // 2 m/s since its last place
+  // The hand moves at most 2 m/s (kSpeedMPerMs of pointerTouch.ts): 0.1 m in these 50 ms.
+  expect(at(50).distanceTo(place)).toBeLessThanOrEqual(0.1 + 1e-9);
   expect(at(50).distanceTo(place)).toBeGreaterThan(0.09);
   const moved = at(1000);
   expect(moved.x).toBeCloseTo(place.x, 9);
   expect(rayTo(-1, 1.2, 0.5).distanceToPoint(moved)).toBeLessThan(1e-9);
-  touch.move(new Ray(eye, new Vector3(1, 0, 0))); // away from the picture: the hand stays
+  // A ray away from the plane of the picture never meets it, so the hand stays.
+  touch.move(new Ray(eye, new Vector3(1, 0, 0)));
   expect(at(1060).distanceTo(moved)).toBeLessThan(1e-9);
   touch.release(false, 1100);
   expect(room.calls.at(-1)).toBe("let go 1 0 drop");
@@ -46,11 +48,14 @@ test("a late answer is waited for, and asked again after it; answers to earlier 
   touch.press({ member, place }, rotation, false, room, 20);
   touch.move(rayTo(0, 1.2, 0.5));
   touch.onHeld(member, 0, 12, 30);
+  // The answer belonged to hand 0 of the first press, so the second one still waits: 2 s without an answer
+  // (kAnswersMs).
   expect(at(900).distanceTo(place)).toBeLessThan(1e-9);
   touch.onHeld(member, 1, 0, 910);
   expect(room.calls.slice(-2)).toEqual(["take 1 1", "take 1 1"]);
   expect(at(1300).distanceTo(place)).toBeLessThan(1e-9);
   touch.onHeld(member, 1, 9, 1310);
+  // Since 1300 ms the hand has moved 2 m/s.
   expect(at(1400).distanceTo(place)).toBeCloseTo(0.2, 6);
 });
 
@@ -59,9 +64,11 @@ test("until it holds, the ball waits at the hair and asks again, for half a seco
   touch.move(rayTo(0, 1.2, 0.5));
   expect(at(30).distanceTo(place)).toBeLessThan(1e-9);
   touch.onHeld(member, 0, 0, 40);
-  touch.onHeld({ member: 2 } as Member, 0, 0, 41); // of others, or of another hand
+  // Answers about other members or another hand are ignored.
+  touch.onHeld({ member: 2 } as Member, 0, 0, 41);
   touch.onHeld(member, 16, 0, 42);
   expect(room.calls).toEqual(["hands 1", "take 1 0", "take 1 0"]);
+  // Half a second after the first answer at 40 ms (kTakesMs) the hand stops to ask and follows the pointer.
   expect(at(600).distanceTo(place)).toBeGreaterThan(0.1);
   touch.onHeld(member, 0, 0, 610);
   expect(room.calls).toHaveLength(3);
@@ -90,6 +97,7 @@ test.each([
   const [held] = touch.hands(999);
   release(touch);
   expect(room.calls.at(-1)).toBe("let go 1 0 pin");
+  // The hand stays for 300 ms (kLingersMs): without a hand the server would let the hair go before it hears of the pin.
   expect(touch.hands(1100)).toEqual([held]);
   expect(touch.hands(1400)).toEqual([]);
   holds.unpin(room, null);

@@ -9,7 +9,7 @@ const handOf = (shapes: Hand["shapes"]): Hand => ({
   position: [0, 1, 0],
   shapes,
 });
-/** Lowest and highest corner of what is drawn. */
+/** The box around what is drawn. */
 function boxOf(mesh: Mesh) {
   mesh.updateMatrix();
   mesh.geometry.computeBoundingBox();
@@ -20,7 +20,7 @@ test("a capsule is drawn around its line, and is gone with its hand", () => {
   const shown = new ShownHands();
   shown.show([handOf([{ from: [0.1, 0, 0], to: [0.2, 0, 0], radiusM: 0.01 }])]);
   expect(shown.children).toHaveLength(1);
-  // The hand's x is the world's y.
+  // The hand is turned by 90 degrees about z, so its x is the world's y.
   const { min, max } = boxOf(shown.children[0] as Mesh);
   expect(min.distanceTo(new Vector3(-0.01, 1.09, -0.01))).toBeLessThan(1e-3);
   expect(max.distanceTo(new Vector3(0.01, 1.21, 0.01))).toBeLessThan(1e-3);
@@ -35,6 +35,8 @@ test("what is no hand to look at is not drawn", () => {
     handOf([
       { ...sphere, radiusM: 0.02 },
       { ...sphere, radiusM: 0.02, isInsideOut: true },
+      // Shapes beyond 0.15 m of radius or 0.5 m of length (kRadiusMaxM, kLengthMaxM of shownHands.ts) are not drawn,
+      // and neither are those that keep hair within.
       { ...sphere, radiusM: 9 },
       { from: [0, 0, 0], to: [9, 0, 0], radiusM: 0.02 },
     ]),
@@ -52,6 +54,7 @@ test("hands of hundreds of sizes keep few geometries", () => {
     if (!seen.has(geometry)) geometry.addEventListener("dispose", () => ++disposed);
     seen.add(geometry);
   }
+  // A geometry is made for each length in mm; at most 256 are cached (kGeometriesMax).
   expect(seen.size - disposed).toBeLessThanOrEqual(256);
 });
 

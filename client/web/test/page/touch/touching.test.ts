@@ -6,6 +6,7 @@ import type { Room } from "../../../src/index";
 import { FakeRoom } from "./fakeRoom";
 import { personAt } from "./people";
 
+/** Values of clientX whose ray meets the hair of the person, and misses it: see rayAt. */
 const kHair = 1;
 const kBeside = 900;
 const eye = new Vector3(3, 1.6, 0);
@@ -59,8 +60,10 @@ test("a press on hair takes hold of it and keeps the camera still; releasing let
   send("pointerdown");
   expect(touching.isPressed).toBe(true);
   expect(room.calls).toEqual(["hands 1", "take 1 0"]);
-  expect(captured).toEqual([7]); // so that it hears of a release outside of the canvas
+  // The pointer is captured, so that the page hears of a release outside of the canvas.
+  expect(captured).toEqual([7]);
   expect(orbit.enabled).toBe(false);
+  // Another pointer is released, which does not concern this press.
   send("pointerup", { pointerId: 8 });
   expect(touching.isPressed).toBe(true);
   send("pointerup");
@@ -118,6 +121,7 @@ test("a hand that holds is sent while no picture is drawn, or it would be gone",
   const { room, send } = makePage();
   send("pointerdown");
   vi.advanceTimersByTime(1000);
+  // A server forgets hands half a second after they were last sent (hairnet_push_hands).
   expect(room.calls.filter((call) => call === "hands 1").length).toBeGreaterThan(5);
   send("pointerup");
   const { length } = room.calls;
@@ -150,6 +154,7 @@ test("the hint is there until the user touches hair, and only where there is som
 });
 
 test("an own head that is drawn in another size is not touched: hair in the room is elsewhere", () => {
+  // The avatar makes the head 1.2 times as large in this page alone.
   const { room, hint, touching, send, draw } = makePage({ scale: 1.2 });
   draw();
   expect(hint.hidden).toBe(true);

@@ -2,7 +2,7 @@ import { expect } from "vitest";
 import { HairnetError } from "../../src/index";
 
 /** The error of a call: a `HairnetError` of one line. */
-export function faultOf(call: () => unknown): HairnetError {
+export function errorOf(call: () => unknown): HairnetError {
   try {
     call();
   } catch (error) {

@@ -46,3 +46,8 @@ function sentence(line: string): string {
   if (!text) return "The server gave no reason.";
   return `${isolated(text[0].toUpperCase() + text.slice(1))}${/[.!?]$/.test(text) ? "" : "."}`;
 }
+
+/** The message of what was thrown, whatever it is. */
+export function messageOf(thrown: unknown): string {
+  return thrown instanceof Error ? thrown.message : String(thrown);
+}
