@@ -4,7 +4,8 @@
 
 namespace hairnet {
 
-// SkinPush of one point in double: tests compare it with the others. Not for production.
+// Returns what SkinPush::push makes of `point`, in double: tests compare that function and the shaders with it. `rest`
+// and `blend` are as there. Not for production.
 Vec3 reference_skin_push(const SkinPush& skin, const Pose& pose, const Vec3& rest, double blend, const Vec3& point);
 
 }  // namespace hairnet

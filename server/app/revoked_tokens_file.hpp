@@ -15,9 +15,9 @@ class RevokedTokensFile {
   explicit RevokedTokensFile(std::string path) : path_(std::move(path)) {}
 
   // Reads the file when its time or size has changed, and looks at most once a second. `tokens` stays as it is while
-  // the file cannot be read, and when a file that named some is empty: a tool that writes it may have failed, and
-  // whoever is revoked would come in again. An empty line alone revokes nobody. The log tells each error once. Returns
-  // the error; empty when there is none.
+  // the file cannot be read, and also when the file has become empty: the tool that writes it may have failed, and all
+  // revoked people would come in again. To clear the list, write a file with one blank line. The log tells each error
+  // once. Returns the error; empty when there is none.
   const std::string& poll(RevokedTokens& tokens, std::int64_t now_ns);
 
  private:

@@ -18,6 +18,7 @@ class CapacitySearch {
     double resolution = 0.05;
     // Probes are multiples of this number, the characters of one client.
     std::uint32_t granule = 1;
+    // Steps by halves over 100 000 characters need 17; more mean that the answers contradict each other.
     std::uint32_t probe_count_max = 30;
   };
   struct Probe {

@@ -19,6 +19,7 @@ Plan probe_plan(const Plan& plan, const CapacitySearch::Probe& probe, const Capa
   ramp.clients = probe.characters / ramp.characters;
   ramp.kind = StageKind::ramp;
   ramp.name = "ramp";
+  // Clients join during three quarters of the time before the measured part, and settle in the last quarter.
   ramp.duration_s = options.warm_s * 0.75;
   ramp.warm_s = ramp.churn_hz = ramp.storm_share = 0;
   ramp.measured = false;
@@ -36,8 +37,10 @@ Plan probe_plan(const Plan& plan, const CapacitySearch::Probe& probe, const Capa
 }
 
 Result<void> find_capacity(const Options& options, const Prober& run, Report& report) {
-  CapacitySearch search({options.capacity->first, options.capacity->most, options.capacity->resolution,
-                         is_one_client(options.plan) ? 1 : options.plan.stages.back().characters, 30});
+  CapacitySearch search({.first = options.capacity->first,
+                         .most = options.capacity->most,
+                         .resolution = options.capacity->resolution,
+                         .granule = is_one_client(options.plan) ? 1 : options.plan.stages.back().characters});
   CapacityReport found;
   while (const auto probe = search.next()) {
     auto result = run(probe_plan(options.plan, *probe, *options.capacity));
@@ -50,7 +53,8 @@ Result<void> find_capacity(const Options& options, const Prober& run, Report& re
     search.report(complete && met && trusted);
     found.points.push_back({search.probes().back(), complete ? result->stages.back().figures : Figures()});
     const bool early = result->ended_early, died = result->server_died;
-    if (search.capacity() > 0 || report.runs.empty() || search.probes().back().passed) {
+    // The report shows the last run that passed, and a failed one only until then.
+    if (report.runs.empty() || search.probes().back().passed) {
       report.runs.clear();
       report.runs.push_back(std::move(*result));
       report.verdicts = std::move(verdicts);

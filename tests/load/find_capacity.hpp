@@ -17,8 +17,8 @@ Plan probe_plan(const Plan& plan, const CapacitySearch::Probe& probe, const Capa
 // Runs a plan; refused when it cannot.
 using Prober = std::function<Result<RunResult>(const Plan&)>;
 
-// Runs the search; `runs` of the report gets the confirming run, or the last one. A probe with a late generator counts
-// as failed.
+// Runs the search; `runs` of the report gets the last run that passed, which confirms the capacity, or the first run
+// where none passed. A probe with a late generator counts as failed.
 Result<void> find_capacity(const Options& options, const Prober& run, Report& report);
 
 }  // namespace hairnet::load

@@ -14,7 +14,7 @@ namespace hairnet::load {
 // All virtual clients of a run. No I/O, no clock: the caller passes the time, early and often. One thread.
 class Fleet {
  public:
-  // `context.wake` is the fleet's own business.
+  // Sets `context.wake` and `context.hand_clocks` itself. Keeps a pointer to `plan`.
   Fleet(const Plan& plan, ClientContext context, std::int64_t begin_ns);
   Fleet(const Fleet&) = delete;
   Fleet& operator=(const Fleet&) = delete;
@@ -28,9 +28,10 @@ class Fleet {
   void finish(std::int64_t now_ns);
   [[nodiscard]] bool empty() const { return virtual_clients_.empty(); }
 
-  // Counts the well-behaved.
+  // Count well-behaved clients that have not left, and their characters.
   [[nodiscard]] std::size_t client_count() const { return counted_clients_; }
   [[nodiscard]] std::size_t character_count() const { return characters_; }
+  // Counts attackers, and well-behaved clients that have left but still wait for their goodbye.
   [[nodiscard]] std::size_t bad_client_count() const { return virtual_clients_.size() - counted_clients_; }
 
  private:
@@ -51,6 +52,7 @@ class Fleet {
 
   const Plan* plan_;
   ClientContext context_;
+  // By person, the capture times of hands that others will see: latencies are measured with them.
   std::unordered_map<std::uint64_t, PoseClock> hand_clocks_;
   std::int64_t begin_ns_;
   std::vector<Action> schedule_;

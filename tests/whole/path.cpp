@@ -5,7 +5,8 @@
 
 namespace hairnet::whole {
 
-// Two states of random length: in a burst all packets get lost, between bursts none.
+// There are two states of random length: in a burst all packets get lost, between bursts none. The mean times are such
+// that bursts are `loss` of all time. Each path begins with a burst, so that the first packets of a session get lost.
 bool Path::is_lost() {
   if (quality_.loss <= 0) return false;
   if (quality_.burst_ns <= 0) return random_.unit() < quality_.loss;
@@ -18,7 +19,7 @@ bool Path::is_lost() {
   return in_burst_;
 }
 
-// What the narrowest link has is lost behind it.
+// A packet that gets lost has occupied the narrowest link all the same: losses happen behind it.
 void Path::send(std::size_t bytes, const std::function<void()>& arrive) {
   const std::int64_t now_ns = timeline_->now_ns();
   const double waiting_bytes =

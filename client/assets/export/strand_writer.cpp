@@ -99,12 +99,12 @@ Result<void> StrandWriter::finish() {
 }
 
 Result<void> KeptFrames::check(std::size_t frame_count) const {
-  // The division needs a point, which `check` of the strands has made sure of.
+  // The strands were checked before, so there is a point to divide by.
   const std::size_t frames_max = bytes_max_ / (sizeof(Vec3f) * point_count_);
   if (frame_count <= frames_max) return {};
   return Refusal(std::to_string(frame_count) + " frames of " + std::to_string(point_count_) +
                  " points are too many for this format, which takes " + std::to_string(frames_max) +
-                 ": write fewer, or an .abc");
+                 ": write fewer, or an .abc or .npz");
 }
 
 Result<void> KeptFrames::add(std::span<const Vec3f> points) {

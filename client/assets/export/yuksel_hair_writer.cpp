@@ -18,7 +18,7 @@ class YukselHairWriter : public StrandWriter {
  private:
   Result<void> put(std::span<const Vec3f> points) override {
     const ExportedStrands& out = strands();
-    // Where all strands have as many points, the header states the number and the array is left out.
+    // Where all strands have equally many points, the header states the number and the array is left out.
     const std::uint32_t each = out.points_of_each();
     const bool has_one_width =
         out.widths_m.empty() || std::ranges::count(out.widths_m, out.widths_m[0]) == std::ssize(out.widths_m);

@@ -6,14 +6,14 @@
 
 namespace hairnet {
 
-Result<TriangleMesh> decode_draco(std::span<const std::byte> bytes, std::size_t position) {
+Result<TriangleMesh> decode_draco(std::span<const std::byte> bytes, std::size_t position_id) {
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   draco::Decoder decoder;
   auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
   if (!decoded.ok()) return Refusal("its mesh is compressed by Draco, and damaged: export it again");
   const draco::Mesh& packed = *decoded.value();
-  const draco::PointAttribute* const positions = packed.GetAttributeByUniqueId(static_cast<std::uint32_t>(position));
+  const draco::PointAttribute* const positions = packed.GetAttributeByUniqueId(static_cast<std::uint32_t>(position_id));
   // All indices come from the file, so positions and corners are checked below.
   if (!positions || positions->num_components() != 3) return Refusal("its compressed mesh has no positions");
   TriangleMesh mesh;

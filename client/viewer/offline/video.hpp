@@ -9,7 +9,8 @@
 
 namespace hairnet::viewer {
 
-// The times of a video's pictures, from 0 to the end that `options` sets; at least one.
+// The times of a video's pictures, from 0 to the end that `options` sets; at least one, but none in a build
+// without a renderer.
 std::vector<double> video_times_s(const ViewOptions& options);
 
 // These make clips with all characters in one picture, drawn off-screen into options.out. They refuse where nothing can

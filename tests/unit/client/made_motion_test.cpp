@@ -25,7 +25,9 @@ TEST_P(MadeMotion, poses_are_valid_and_never_faster_than_a_person_but_where_it_t
   }
 }
 
-TEST_P(MadeMotion, speed_changes_smoothly) {
+// A neck cannot accelerate a head faster than some 12 g without harm. At 60 poses a second a speed that jumps by 2 m/s
+// is found; that of "glide" jumps by 1.4 m/s on purpose.
+TEST_P(MadeMotion, speed_changes_no_faster_than_a_neck_bears) {
   const Motion motion = make();
   for (std::size_t i = 2; i < motion.poses.size(); ++i) {
     if (motion.teleports[i] || motion.teleports[i - 1]) continue;
@@ -36,7 +38,8 @@ TEST_P(MadeMotion, speed_changes_smoothly) {
   }
 }
 
-TEST_P(MadeMotion, begins_and_ends_upright_at_rest) {
+// The head's joint of a person who stands is 1.55 m above the floor.
+TEST_P(MadeMotion, begins_and_ends_upright_and_ends_at_rest) {
   const Motion motion = make();
   for (const Pose* pose : {&motion.poses.front(), &motion.poses.back()}) {
     const Vec3 up = pose->head().vector(Vec3::UnitY());

@@ -111,8 +111,8 @@ TEST_F(Playing, time_never_goes_back_under_jitter_and_earlier_render_times) {
     const std::int64_t jitter = (i * 7919 % 31) * kMs;
     push(i, static_cast<int>(i), LevelIndex::high, false, jitter);
     for (int s = 0; s < 3; ++s) {
-      // Every fifth frame is rendered 9 ms too early, so that render times go back too.
-      render = i * kInterval + kLateness + jitter + s * 5 * kMs - (i % 5 == 0 ? 9 * kMs : 0);
+      // After every fifth frame the second of three render times lies 9 ms before the first.
+      render = i * kInterval + kLateness + jitter + s * 5 * kMs - (i % 5 == 0 && s == 1 ? 14 * kMs : 0);
       const Playout::Sample sample = playout_.sample(render);
       EXPECT_GE(sample.time_ns, last);
       last = sample.time_ns;
