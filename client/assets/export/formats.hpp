@@ -25,7 +25,7 @@ OpenedWriter write_ply(OutputFile file, const ExportedStrands& strands, const Ma
 class KeptFrames {
  public:
   KeptFrames(std::size_t point_count, std::size_t bytes_max) : point_count_(point_count), bytes_max_(bytes_max) {}
-  // Whether that many frames fit. The refusal names the formats that need no such memory.
+  // Whether that many frames fit. The refusal names .abc, which needs no such memory.
   [[nodiscard]] Result<void> check(std::size_t frame_count) const;
   Result<void> add(std::span<const Vec3f> points);
   [[nodiscard]] std::size_t count() const { return frames_.size(); }

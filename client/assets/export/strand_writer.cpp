@@ -104,7 +104,7 @@ Result<void> KeptFrames::check(std::size_t frame_count) const {
   if (frame_count <= frames_max) return {};
   return Refusal(std::to_string(frame_count) + " frames of " + std::to_string(point_count_) +
                  " points are too many for this format, which takes " + std::to_string(frames_max) +
-                 ": write fewer, or an .abc or .npz");
+                 ": write fewer, or an .abc");
 }
 
 Result<void> KeptFrames::add(std::span<const Vec3f> points) {
