@@ -14,7 +14,8 @@ namespace hairnet {
 struct NumberRange {
   static constexpr double kSmallest = 1e-12;
 
-  std::string_view name;  // with the unit
+  // Includes the unit.
+  std::string_view name;
   double value = 0, least = 0, most = 0;
   double smallest = kSmallest;
 

@@ -16,12 +16,12 @@ inline void run_loop(const ParallelFor& parallel_for, std::size_t count, const s
   for (std::size_t i = 0; i < count; ++i) body(i);
 }
 
-// The same in chunks, where a call for each index would take longer than what it does: calls body(begin, end).
+// Runs the loop in chunks, where a call for each index would take longer than what it does: calls body(begin, end).
 template <class Body>
 void run_chunks(const ParallelFor& parallel_for, std::size_t count, const Body& body) {
   constexpr std::size_t kChunk = 64;
   const auto run_chunk = [&](std::size_t chunk) { body(chunk * kChunk, std::min(count, (chunk + 1) * kChunk)); };
-  // a reference, because a copy into std::function would allocate
+  // A reference is passed, because a copy into std::function would allocate.
   run_loop(parallel_for, (count + kChunk - 1) / kChunk, std::cref(run_chunk));
 }
 

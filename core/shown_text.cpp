@@ -35,7 +35,8 @@ std::string_view beginning(std::string_view text, std::size_t bytes_max) {
 }  // namespace
 
 Utf8Character first_character(std::string_view text) {
-  constexpr std::uint32_t kCodeMin[5] = {0, 0, 0x80, 0x800, 0x10000};  // a smaller code has a shorter form
+  // A smaller code has a shorter form, so its longer one is not valid.
+  constexpr std::uint32_t kCodeMin[5] = {0, 0, 0x80, 0x800, 0x10000};
   const auto lead = static_cast<std::uint8_t>(text.front());
   if (lead < 0x80) return {lead, 1};
   const auto bytes = static_cast<std::size_t>(std::countl_one(lead));

@@ -9,7 +9,8 @@ namespace hairnet {
 
 struct Utf8Character {
   std::uint32_t code = 0;
-  std::size_t bytes = 0;  // 0: the text does not begin with a character of UTF-8
+  // Zero means that the text does not begin with a character of UTF-8.
+  std::size_t bytes = 0;
 };
 
 // The character that `text` begins with; text must not be empty. Forms that are too long, halves of pairs of UTF-16 and

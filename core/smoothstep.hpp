@@ -10,7 +10,7 @@ constexpr T smoothstep(T t) {
   return t * t * (3 - 2 * t);
 }
 
-// The same while x goes from `low` to `high`: 0 below, 1 above. NaN stays NaN.
+// Rises in the same way while x goes from `low` to `high`: 0 below, 1 above. NaN stays NaN.
 template <class T>
 constexpr T smoothstep(T low, T high, T x) {
   return smoothstep(std::clamp((x - low) / (high - low), T{0}, T{1}));

@@ -6,8 +6,8 @@
 namespace hairnet::draw {
 namespace {
 
-// How much of the light that resting hair blocks comes back: on the head a little, by scattering; on back and shoulders
-// most, because that hair swings away.
+// Resting hair blocks light from the body, but this share of the blocked light reaches the skin all the same: a little
+// on the head, by scattering, and most of it on back and shoulders, because the hair there moves away.
 constexpr float kSwungAway = 0.6f, kScattered = 0.2f;
 
 }  // namespace

@@ -4,8 +4,8 @@
 
 namespace hairnet::draw {
 
-// A pinhole camera. World space, m, in doubles, so that a scene may lie far from the world's origin. Not every value
-// can be drawn with: the renderer repairs a camera by render::sanitized().
+// A pinhole camera. World space, m, in doubles, so that a scene may lie far from the world's origin. Some values cannot
+// be drawn with, such as an eye at its target: the renderer repairs them (render::sanitized).
 struct Camera {
   Vec3 eye{0, 0, 1}, target{0, 0, 0}, up{0, 1, 0};
   // The vertical field of view.

@@ -12,7 +12,8 @@ using Vec4f = Eigen::Vector4f;
 
 // The texture of nodes shrinks only when it has more rows than these, and more than four times those wanted.
 constexpr std::size_t kNodeRowsMin = 8;
-// Texels of a record (character.glsl). The w of texels that hold positions carries what has no texel of its own.
+// Are the numbers of texels in a record (character.glsl lists all). The w of texels that hold positions carries numbers
+// that have no texel of their own.
 constexpr std::size_t kFirstBone = 6, kLatticeTexel = 16, kTipTexel = 19, kDensityTexel = 20, kCoefficientTexel = 21;
 // Coefficients of hair are far smaller: larger ones are damaged, and would throw strands across the picture.
 constexpr float kCoefficientMax_m = 1e3f;

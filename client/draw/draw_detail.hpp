@@ -20,7 +20,8 @@ struct DrawDetail {
   float follow_hair_count = 2;
   // The largest distance between a strand's drawn line and its points, m; zero draws all of them.
   float tolerance_m = 0;
-  // 1 is quadratic FFD, 0 linear; between, the two are blended. A linear FFD reads 8 nodes a point instead of 27.
+  // 1 means quadratic FFD, 0 linear FFD, and numbers between blend the two. A linear FFD reads 8 nodes a point instead
+  // of 27.
   float quadratic = 1;
 };
 

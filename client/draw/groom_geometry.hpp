@@ -30,12 +30,12 @@ struct StrandVertex {
 // The points of the drawn strands in the order of drawing, for StrandDeformPass. So the first n strands are also the
 // first points, and fewer strands need no other buffers.
 struct StrandPoints {
-  // Position at rest, m; delta of the root blend (eq. 7).
+  // Each entry is a position at rest, m, and the delta of the root blend (eq. 7).
   std::vector<std::array<float, 4>> rest;
   // These are the length from the root, m, and the number of the point in its strand; the number is 0 where FFD alone
   // places the point.
   std::vector<std::array<float, 2>> arc;
-  // The first n strands have the points below end[n]; strand count + 1 entries.
+  // The first n strands have the points below end[n]; the list has one entry more than there are strands.
   std::vector<std::uint32_t> end{0};
 };
 // The points of the strands to draw at one tolerance: indices into the same vertices, so that all tolerances share
@@ -45,25 +45,25 @@ struct SimplifiedStrands {
   float tolerance_m = 0;
   // Two triangles join each pair of points that stay.
   std::vector<std::uint32_t> triangles;
-  // The first n strands have the indices below end[n]; strand count + 1 entries.
+  // The first n strands have the indices below end[n]; the list has one entry more than there are strands.
   std::vector<std::uint32_t> end;
 };
-// Left and right of a pair of points of a HairCard.
+// A point of a HairCard's edge, on its left or on its right. Points come in pairs.
 struct CardVertex {
   std::array<float, 4> rest;
   Half4 direction;
   // The first six are as those of strands; then the fraction along the card, and 0 on the left or 255 on the right.
   Byte4 sides, ends;
-  // A unit vector from left to right; the number of the card, for its random numbers.
+  // Is a unit vector from the left to the right point of the pair, then the number of the card, for its random numbers.
   std::array<float, 4> side;
 };
 // A point of a thread, which the shader widens by `cord`, or of cloth, which has its own width.
 struct FabricVertex {
   std::array<float, 4> rest;
-  // A normal for cloth, a tangent for thread; d delta / ds.
+  // Is the normal of cloth or the tangent of a thread, then the derivative of delta by the length, 1/m.
   Half4 direction;
   Byte4 sides, ends;
-  // Linear RGB; opacity.
+  // Is linear RGB, then the opacity.
   std::array<float, 4> albedo;
   // Half of a thread's width, m, negative on its left; 0 for cloth.
   float cord;
@@ -71,7 +71,7 @@ struct FabricVertex {
 // The body is skinned by bones instead of FFD; its five shares sum to 1.
 struct BodyVertex {
   std::array<float, 3> rest;
-  // A normal; the share of scalp at the vertex.
+  // Is the normal, then the share of scalp at the vertex (Scalp::at).
   Half4 normal;
   // The first six are as those of strands; then the share of the fifth bone, and 0.
   Byte4 sides, ends;

@@ -21,7 +21,8 @@ struct MovingCharacter {
   float ball_radius_m = 0;
   // The head's height on the screen, pixels.
   float head_px = 0;
-  float scale = 1;  // as that of a ShownCharacter
+  // Is ShownCharacter::scale.
+  float scale = 1;
 };
 
 // Where hair was in the last picture, for every place where it is now (client/shaders/accumulate.frag). Hair bends, so
@@ -29,9 +30,9 @@ struct MovingCharacter {
 // One thread.
 class HairMotion {
  public:
-  // Characters whose motion is known, the largest on the screen; the shader has arrays of that length.
+  // So many characters at most have a known motion, the largest on the screen; the shader has arrays of that length.
   static constexpr std::size_t kMovingMax = 8;
-  // On each axis of a character's swing.
+  // The motion of a character's hair is given at so many nodes on each axis of a cube (swing()).
   static constexpr std::size_t kSwingNodes = 8;
 
   // The motion of one character's hair since the last picture.
@@ -53,7 +54,8 @@ class HairMotion {
   // The nodes as they were, copied, since their geometry may be gone in the next picture.
   struct Nodes {
     Lattice lattice;
-    std::vector<Vec3f> grid_displacements;  // empty: at rest
+    // Is empty for hair at rest.
+    std::vector<Vec3f> grid_displacements;
   };
 
  private:

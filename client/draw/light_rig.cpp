@@ -6,8 +6,9 @@
 namespace hairnet::draw {
 namespace {
 
-// Key, fill and rim light: bearing and height in degrees, then linear RGB. The key is warm from the camera's left, the
-// fill is weak and cool from its right, and the rim behind outlines the hair.
+// The key, the fill and the rim light. The first list has their bearing and their height in degrees, the second their
+// linear RGB. The key is warm and comes from the camera's left, the fill is weak and cool from its right, and the rim
+// light from behind outlines the hair.
 constexpr std::array<std::array<float, 2>, 3> kBearingHeight_deg{{{-42, 42}, {55, 12}, {152, 38}}};
 constexpr std::array<std::array<float, 3>, 3> kColours{
     {{1.02f, 0.98f, 0.92f}, {0.24f, 0.26f, 0.29f}, {0.80f, 0.84f, 0.92f}}};

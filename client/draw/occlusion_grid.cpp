@@ -14,7 +14,7 @@ constexpr float kCellMin_m = 0.004f;
 constexpr int kMargin = 2;
 // Points of groom files are multiples of 0.05 mm. No side of a cell lies on one: rounding would decide its cell.
 constexpr float kBetweenPoints_m = 1.9e-5f;
-// The grid's shade fades out over so many cells beyond it. A hard end would show as an edge on the body.
+// The shade of the grid fades out over so many cells outside of it. A hard end would show as an edge on the body.
 constexpr float kFade = 5;
 // This share of blocked light is lost; the rest is scattered on by the hair. Losing all of it would make the inside of
 // thick hair black.
@@ -109,7 +109,8 @@ void OcclusionGrid::add_cards(const Groom& groom) {
     const std::span<const Vec3f> points = groom.points_of(card.points);
     for (std::size_t i = 0; i + 3 < points.size(); i += 2) {
       const Vec3f middle = 0.25f * (points[i] + points[i + 1] + points[i + 2] + points[i + 3]);
-      // The whole piece counts in the cell of its middle; the limits keep a large card from making that cell black.
+      // The whole piece counts in the cell of its middle; the limits of four cells keep a large card from making that
+      // cell black.
       const float width = std::min((points[i + 1] - points[i]).norm(), 4.0f * cell_m_);
       const float length = std::min((points[i + 2] - points[i]).norm(), 4.0f * cell_m_);
       std::size_t cell = 0;
@@ -125,6 +126,7 @@ void OcclusionGrid::add_body(const TriangleMesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     const Vec3f &a = mesh.vertices[triangle[0]], &b = mesh.vertices[triangle[1]], &c = mesh.vertices[triangle[2]];
     const float longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+    // The bound of 24 steps limits the work. A triangle of more cells marks some of its cells only.
     const int steps = std::clamp(static_cast<int>(std::ceil(longest / cell_m_)), 1, 24);
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; i + j <= steps; ++j) {

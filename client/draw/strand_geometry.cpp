@@ -98,10 +98,10 @@ void simplify(const Line& line, std::size_t first, std::size_t last, float toler
 std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   std::vector<bool> kept(line.size(), tolerance_m == 0);
   kept.front() = kept.back() = true;
-  // A straight line also keeps some points, for the lattice to bend: at rest they all lie on the line, and would be
-  // dropped. Roots and tips always stay, because they are visible ends.
+  // All lists of kTolerances_m but the last keep every fourth point, for the lattice to bend: at rest the points of a
+  // straight strand all lie on the line, and would be dropped. Roots and tips always stay: they are visible ends.
   for (std::size_t i = 0; i < line.size(); i += 4) kept[i] = kept[i] || tolerance_m < 2e-3f;
-  // Nearly exact lists keep the groom's own points.
+  // The first two lists, which are nearly exact, keep the groom's own points.
   for (std::size_t i = 0; i < line.size(); ++i) kept[i] = kept[i] || (line[i].own && tolerance_m < 5e-4f);
   kept[line.size() / 2] = kept[line.size() / 4] = true;
   for (std::size_t i = 0; i < line.size(); i += kRunMax) kept[i] = true;

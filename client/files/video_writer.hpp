@@ -23,7 +23,8 @@ class VideoWriter {
   static Result<VideoWriter> create(const std::string& path, int width, int height, double rate_hz);
   VideoWriter(VideoWriter&& other) noexcept;
   VideoWriter& operator=(VideoWriter&&) = delete;
-  ~VideoWriter();  // abandons an unfinished video
+  // Abandons an unfinished video.
+  ~VideoWriter();
 
   // RGBA, rows from the top.
   Result<void> add(std::span<const std::uint8_t> rgba);
@@ -33,11 +34,13 @@ class VideoWriter {
 
  private:
   explicit VideoWriter(OutputFile file) : file_(std::move(file)) {}
-  std::string end_process();  // its error output, or empty
+  // Ends ffmpeg, and returns its error output, or an empty string.
+  std::string end_process();
 
   OutputFile file_;
   std::string path_;
   std::size_t picture_bytes_ = 0;
+  // Are the process of ffmpeg, the pipe to its input, and the pipe from its error output.
   int process_ = -1, pictures_fd_ = -1, complaints_fd_ = -1;
 };
 

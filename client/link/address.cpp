@@ -10,6 +10,7 @@
 namespace hairnet::link {
 namespace {
 
+// A scheme has a name, a transport and a default port.
 struct Scheme {
   std::string_view name;
   Transport transport;

@@ -12,9 +12,12 @@ enum class Transport : std::uint8_t { tcp, tls, ws, wss };
 
 // How a link's packets travel.
 enum class TransportChoice : std::uint8_t {
-  automatic,     // by WebTransport where server and network have it, else as the address says
-  webtransport,  // by WebTransport, or not at all
-  address,       // as the address says
+  // They travel by WebTransport where server and network have it, else as the address says.
+  automatic,
+  // They travel by WebTransport, or the link fails.
+  webtransport,
+  // They travel as the address says.
+  address,
 };
 
 // The address of a server, and the protocol to use. `/wt.json` of the same host and port says where WebTransport is.
@@ -26,16 +29,19 @@ struct Address {
   std::string path = "/ws";
 
   [[nodiscard]] bool encrypted() const { return transport == Transport::tls || transport == Transport::wss; }
-  // As in the request of a page or a WebSocket.
+  // Returns "HOST:PORT" as the request of a page or of a WebSocket names the server.
   [[nodiscard]] std::string authority() const { return authority_at(port); }
-  [[nodiscard]] std::string authority_at(std::uint16_t other_port) const;  // likewise, of another port of the host
+  // Does the same for another port of the host.
+  [[nodiscard]] std::string authority_at(std::uint16_t other_port) const;
   [[nodiscard]] bool web_socket() const { return transport == Transport::ws || transport == Transport::wss; }
 };
 
 // How a server's certificate is checked.
 struct TlsOptions {
-  std::string ca_file;    // PEM; empty: the system's store
-  bool insecure = false;  // accepts any certificate: for a demo, never for users
+  // Names a PEM file of the authorities that may sign; empty: the system's store.
+  std::string ca_file;
+  // Accepts any certificate: for a demo, never for users.
+  bool insecure = false;
 };
 
 // Parses "HOST:PORT", "tcp://HOST:PORT", "tls://HOST:PORT", "ws://HOST:PORT/PATH" or "wss://HOST:PORT/PATH". The

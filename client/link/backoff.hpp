@@ -4,10 +4,10 @@
 
 namespace hairnet::link {
 
-// Computes the wait before the next connection attempt: random, from 0 up to the length of the outage so far ("full
-// jitter"). That upper bound is clamped to kBoundMin_ns ... kBoundMax_ns. Jitter keeps the clients of a restarted
-// server from reconnecting all at once. A client is back after at most twice the outage plus kBoundMin_ns. Seeded;
-// one thread.
+// Computes the wait before the next connection attempt. It is random, from 0 up to the length of the outage so far
+// ("full jitter"), clamped to kBoundMin_ns ... kBoundMax_ns. Chance keeps the clients of a restarted server from
+// reconnecting all at once. A client is back after at most twice the outage plus kBoundMin_ns. The same seed gives the
+// same waits. One thread.
 class Backoff {
  public:
   static constexpr std::int64_t kBoundMin_ns = 100'000'000;

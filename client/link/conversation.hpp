@@ -37,11 +37,13 @@ class Conversation {
   virtual void request_groom(const wire::GroomHash& hash) = 0;
   // Says goodbye; Disconnected is the last event.
   virtual void close() = 0;
-  [[nodiscard]] virtual std::int64_t now_ns() const = 0;  // monotonic
+  // Returns the time of a monotonic clock.
+  [[nodiscard]] virtual std::int64_t now_ns() const = 0;
   // Converts a time of the server's clock to that of now_ns(); unchanged while no server's clock is known.
   [[nodiscard]] virtual std::int64_t to_local_ns(std::int64_t server_time_ns) const = 0;
   [[nodiscard]] virtual LinkCounters counters() const = 0;
-  // Drawn hair must be kept out of it (SkinPush). Null until frames of coefficients have brought the groom's basis.
+  // Returns the skin out of which drawn hair must be pushed (SkinPush). Null until the groom's basis has arrived, which
+  // frames with coefficients make the link download.
   [[nodiscard]] virtual std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const = 0;
 };
 
@@ -49,7 +51,8 @@ class Conversation {
 class CoreConversation final : public Conversation {
  public:
   explicit CoreConversation(LinkCore& core) : core_(core) {}
-  void set_now(std::int64_t now_ns) { now_ns_ = now_ns; }  // never goes back
+  // The time must never go back.
+  void set_now(std::int64_t now_ns) { now_ns_ = now_ns; }
 
   std::vector<Event> poll() override { return core_.take_events(); }
   void send(wire::ClientMessage message) override { core_.send(std::move(message)); }

@@ -30,7 +30,8 @@ class DownloadReader {
   // The server sends no more of it: forgets what has come. Returns how many bytes that was.
   std::size_t drop(StreamId download);
   [[nodiscard]] const std::deque<Packet>& packets() const { return packets_; }
-  Packet take();  // the first one; asserts that there is one
+  // Returns the first packet. Asserts that there is one.
+  Packet take();
 
  private:
   std::map<StreamId, channel::PacketSplitter> splitters_;

@@ -101,7 +101,8 @@ void EventQueue::push_last(Disconnected event) {
 
 void EventQueue::drop_oldest_frames() {
   const auto oldest = std::find_if(events_.begin(), events_.end(), is_of_one_tick);
-  HAIRNET_ASSERT(oldest != events_.end());  // their bytes are counted
+  // There is one, because its bytes were counted.
+  HAIRNET_ASSERT(oldest != events_.end());
   const Event dropped = std::move(*oldest);
   const auto after = events_.erase(oldest);
   HAIRNET_ASSERT(frame_bytes_ >= bytes_of(dropped));

@@ -14,13 +14,16 @@ namespace hairnet::link {
 // The server has welcomed the client: for the first time, or after a Reconnecting.
 struct Connected {
   wire::Welcome welcome;
-  bool again = false;  // true after a Reconnecting; `welcome.resumed`: the server still had the session
+  // Is true after a Reconnecting; `welcome.resumed` then says whether the server still had the session.
+  bool again = false;
 };
 // The connection is lost and the link is reconnecting; Connected or Disconnected follows.
 struct Reconnecting {
-  wire::GoodbyeReason reason = wire::GoodbyeReason::none;  // the server's; none when the connection broke
+  // Is the server's reason; none when the connection broke.
+  wire::GoodbyeReason reason = wire::GoodbyeReason::none;
   std::string detail;
-  double wait_s = 0;  // before the next attempt
+  // Is the wait before the next attempt.
+  double wait_s = 0;
 };
 // The last event. `reason` is the server's, or client_leaves after leaving, or none when the connection broke. `detail`
 // describes it in one line.
@@ -28,7 +31,8 @@ struct Disconnected {
   wire::GoodbyeReason reason = wire::GoodbyeReason::none;
   std::string detail;
 };
-// Whether a client that a server has left for that reason would be refused again, by the same server or the next.
+// Whether a client whose server ended the session for that reason would be refused again, by the same server or by
+// another one.
 bool is_final(wire::GoodbyeReason reason);
 
 // A requested groom: its file's bytes, for wire::decode_groom; or null, and the reason in one line.

@@ -44,7 +44,8 @@ class FallbackStream final : public ServerStream {
       better_ = attempt;
       const Outcome outcome = co_await open_in_time(attempt);
       better_.reset();
-      block();  // where sessions open but do not last, the next one waits, too
+      // A session that opens may not last, so the next try waits after a success, too.
+      block();
       if (outcome.failure == WebTransportFailure::none && !is_closed_) co_return attempt;
       attempt->close();
     }
@@ -69,14 +70,15 @@ class FallbackStream final : public ServerStream {
  private:
   struct Outcome {
     WebTransportFailure failure;
-    std::string error;  // one line, or empty
+    // Is one line, or empty.
+    std::string error;
   };
 
   [[nodiscard]] bool is_blocked() const { return channel::monotonic_ns() < memory_->blocked_until_ns; }
   void block() { memory_->blocked_until_ns = channel::monotonic_ns() + memory_->blocked_for.count(); }
 
-  // Within kWebTransportWait.
-  // Closes the attempt when the time is over; open() then ends soon, with an outcome that no longer counts.
+  // Opens a session within kWebTransportWait. Closes the attempt when the time is over; open() then ends soon, with an
+  // outcome that no longer counts.
   asio::awaitable<Outcome> open_in_time(std::shared_ptr<WebTransportAttempt> attempt) {
     asio::steady_timer timer(*io_, kWebTransportWait);
     // The handler must not keep the attempt alive: it may run after the attempt has ended.
@@ -98,7 +100,8 @@ class FallbackStream final : public ServerStream {
   const StreamOptions options_;
   const std::shared_ptr<FallbackMemory> memory_;
   asio::steady_timer retry_;
-  std::shared_ptr<ServerStream> stream_, better_;  // the latter while it opens
+  // stream_ is the one that is in use, better_ an attempt at WebTransport beside it, while it opens.
+  std::shared_ptr<ServerStream> stream_, better_;
   std::string fallback_reason_;
   bool is_closed_ = false, may_get_better_ = false;
 };

@@ -14,13 +14,13 @@ namespace hairnet::link {
 template <class Known>
 class KnownFiles {
  public:
-  // Null: no core has it.
+  // Returns null when no core has the file.
   [[nodiscard]] std::shared_ptr<const Known> find(const wire::GroomHash& file) const {
     const auto found = files_.find(file);
     return found == files_.end() ? nullptr : found->second.lock();
   }
-  // Returns the copy that is here already, or keeps this one. Only weak references are kept, so that a file goes with
-  // the last core that uses it.
+  // Returns the copy that is here already, or stores this one. The references here are weak, so that a file is freed
+  // with the last core that uses it.
   std::shared_ptr<const Known> keep(const wire::GroomHash& file, Known decoded) {
     if (std::shared_ptr<const Known> known = find(file)) return known;
     std::erase_if(files_, [](const auto& f) { return f.second.expired(); });
@@ -30,7 +30,8 @@ class KnownFiles {
   }
 
  private:
-  std::map<wire::GroomHash, std::weak_ptr<const Known>> files_;  // by the hash of the file
+  // Holds files by the hash of their bytes.
+  std::map<wire::GroomHash, std::weak_ptr<const Known>> files_;
 };
 
 // What all LinkCores of one thread share: cores that need the same file share one copy.

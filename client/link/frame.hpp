@@ -44,8 +44,10 @@ void displacements_of(const Frame& frame, std::vector<Vec3f>& out);
 // The frames of one tick.
 struct FrameBatch {
   std::uint64_t tick = 0;
-  std::int64_t sample_time_ns = 0;  // server clock: when the poses were sampled (tick time - pose delay)
-  std::int64_t received_ns = 0;     // this client's clock: when it came, or was decoded at last
+  // Is the time at which the poses were sampled (tick time minus pose delay), on the server's clock.
+  std::int64_t sample_time_ns = 0;
+  // Is the time at which the batch came, or could be decoded at last, on this client's clock.
+  std::int64_t received_ns = 0;
   std::vector<Frame> frames;
 };
 

@@ -15,9 +15,10 @@ namespace hairnet::link {
 // Grooms of other clients that are being downloaded in pieces and checked against their hashes. No I/O; one thread.
 class GroomFetch {
  public:
-  // Counts the files that are on their way, and those that have arrived since none was.
+  // Counts the files of the present round of downloads: those on their way, and those that have arrived since no file
+  // was on its way.
   struct Progress {
-    // Count the bytes that are here, and those of files whose size is known.
+    // Count the bytes that are here, and the bytes of all files whose size is known.
     std::uint64_t bytes = 0, byte_count = 0;
   };
   [[nodiscard]] Progress progress() const;
@@ -40,7 +41,7 @@ class GroomFetch {
     std::uint64_t byte_count = 0;
   };
   std::map<wire::GroomHash, Fetch> fetches_;
-  // Counts the bytes of files that arrived since none was on its way.
+  // Counts the bytes of the files that have arrived whole in this round.
   std::uint64_t arrived_bytes_ = 0;
 };
 

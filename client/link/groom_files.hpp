@@ -33,8 +33,8 @@ class GroomFiles {
     Entry& entry = entries_[groom];
     if (entry.file != file) entry = {file, known_->find(file), false, std::nullopt};
   }
-  // The file to ask for, once a frame needs it: none while the file is here, cannot be used, was not announced, or was
-  // asked for a moment ago.
+  // Returns the file to ask for when a frame needs the groom's file. None: the file is here, cannot be used, was not
+  // announced, or was asked for less than kAskAgain_ns ago.
   std::optional<wire::GroomHash> wanted(const wire::GroomHash& groom, std::int64_t now_ns) {
     const auto found = entries_.find(groom);
     if (found == entries_.end()) return std::nullopt;
@@ -65,12 +65,12 @@ class GroomFiles {
     }
     return decoded ? std::string() : decoded.error();
   }
-  // Null: not here.
+  // Returns null when the groom's file is not here.
   [[nodiscard]] std::shared_ptr<const Known> of(const wire::GroomHash& groom) const {
     const auto found = entries_.find(groom);
     return found == entries_.end() ? nullptr : found->second.known;
   }
-  // The hash of the groom's file; none: not announced.
+  // Returns the hash of the groom's file; none: the server has announced none.
   [[nodiscard]] std::optional<wire::GroomHash> file_of(const wire::GroomHash& groom) const {
     const auto found = entries_.find(groom);
     return found == entries_.end() ? std::nullopt : std::optional(found->second.file);
@@ -84,17 +84,19 @@ class GroomFiles {
   }
 
  private:
-  // Between two requests for one file: a server that sends too much already refuses.
+  // Is the time between two requests for one file: a server that has too much to send refuses requests meanwhile.
   static constexpr std::int64_t kAskAgain_ns = 2'000'000'000;
   struct Entry {
     wire::GroomHash file{};
     std::shared_ptr<const Known> known;
     bool is_unusable = false;
+    // Is the time of the last request.
     std::optional<std::int64_t> asked_ns;
   };
   std::shared_ptr<KnownFiles<Known>> known_;
   Decode decode_;
-  std::map<wire::GroomHash, Entry> entries_;  // by groom
+  // Holds an entry for each groom.
+  std::map<wire::GroomHash, Entry> entries_;
 };
 
 using Bases = GroomFiles<KnownBasis>;

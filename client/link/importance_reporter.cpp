@@ -9,7 +9,7 @@
 namespace hairnet::link {
 namespace {
 
-// The server assumes this height for a member of which nothing was reported.
+// The server assumes this height for a member of which nothing was reported (PROTOCOL.md, Levels of detail).
 constexpr float kUnreportedHeight = 0.25f;
 
 bool differs(const wire::MemberImportance& a, const wire::MemberImportance& b) {

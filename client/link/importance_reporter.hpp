@@ -14,12 +14,12 @@ namespace hairnet::link {
 class ImportanceReporter {
  public:
   static constexpr std::int64_t kInterval_ns = 250'000'000;
-  // A relative change of the screen height by this is worth a report.
+  // A change of the screen height by this share of the larger height is worth a report.
   static constexpr float kChange = 0.1f;
 
   void report(std::span<const wire::MemberImportance> members);
-  // The member has left. A report that is on its way may come to the next one with its number, so the server's
-  // knowledge of it is undone.
+  // The member has left. Another member may get its number, for which the server would use the old report. So the next
+  // report sets the number back to the value of members that were never reported.
   void forget(std::uint32_t member);
   void forget_all();
   // Marks every member as due, after a reconnect.
@@ -31,6 +31,7 @@ class ImportanceReporter {
 
  private:
   struct Reported {
+    // Are the newest value, and the one in the last message to the server.
     wire::MemberImportance now, sent;
     bool due = true, is_sent = false, has_left = false;
   };

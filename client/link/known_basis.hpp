@@ -11,6 +11,7 @@ namespace hairnet::link {
 struct KnownBasis {
   explicit KnownBasis(wire::HairBasis b) : hair(std::move(b)), code(hair.basis.deviation_m) {}
   wire::HairBasis hair;
+  // Decodes coefficients of this basis.
   codec::CoefficientCode code;
 };
 

@@ -17,7 +17,8 @@ struct HairSnapshot {
   wire::GroomHash groom{};
   std::shared_ptr<const KnownBasis> basis;
   std::vector<float> coefficients;
-  wire::HairState state;  // the same, for the server
+  // Is the same hair in the form that a server takes.
+  wire::HairState state;
 };
 
 // The last known hair of this client's own characters, stored when the connection was lost. A new server has no lattice
@@ -28,7 +29,7 @@ class LastKnownHair {
   void keep(std::uint32_t character, HairSnapshot hair);
   void drop(std::uint32_t character) { last_known_.erase(character); }
   void drop_of(const wire::GroomHash& groom);
-  // The connection is lost: what is still shown waits for the next server's lattice from its beginning.
+  // The connection is lost: the wait for a lattice begins again with the next server.
   void on_lost();
   // The server has the groom, so its lattice frames should follow. If they are still rigid a second after the first one
   // (the server may keep the character rigid), the last known hair is no longer shown.
@@ -41,7 +42,9 @@ class LastKnownHair {
   static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
   struct Kept {
     HairSnapshot hair;
-    bool is_ready = false;  // the server has the groom
+    // The server has the groom.
+    bool is_ready = false;
+    // The hair is shown until then, while frames are rigid.
     std::int64_t until_ns = kNever_ns;
   };
   std::map<std::uint32_t, Kept> last_known_;

@@ -9,8 +9,10 @@
 namespace hairnet::link {
 namespace {
 
-constexpr float kResidualKept = 0.85f;  // a tick: it is halved every 0.14 s
-constexpr float kNothing_m = 1e-5f;     // nobody sees a smaller step of the hair
+// So much of the residual remains after each tick: at 30 Hz, the rate of learnt hair, it is halved every 0.14 s.
+constexpr float kResidualKept = 0.85f;
+// Nobody sees a smaller step of the hair.
+constexpr float kNothing_m = 1e-5f;
 
 float at(const std::vector<float>& numbers, std::size_t k) {
   return k < numbers.size() ? numbers[k] : 0;
@@ -41,7 +43,8 @@ std::optional<LearntMotion> LearntTrack::begin(std::shared_ptr<const LearntHair>
   followed_ticks_ = has_begun_ ? followed_ticks_ + frame.ticks : 0;
   hair_ = std::move(hair);
   evaluated_.resize(hair_->mode_count);
-  if (has_begun_ && frame.discontinuous) {  // the World does not step it either
+  // The World does not step learnt hair across a discontinuity either.
+  if (has_begun_ && frame.discontinuous) {
     state_.poses.forget();
     return std::nullopt;
   }
@@ -59,6 +62,7 @@ std::optional<LearntMotion> LearntTrack::begin(std::shared_ptr<const LearntHair>
 void LearntTrack::finish(const LearntFrame& frame, std::span<const float> before, std::span<float> coefficients) {
   const std::size_t count = coefficients.size();
   const bool is_continued = frame.from && frame.ticks <= kLearntGapMax_ticks && !frame.discontinuous;
+  // The bound only keeps the number of ticks exact as a float: after 1000 ticks nothing of a residual is left.
   const float share = std::pow(kResidualKept, static_cast<float>(std::min<std::uint64_t>(frame.ticks, 1000)));
   fade(residual_, share);
   fade(surprise_, share);

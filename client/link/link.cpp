@@ -48,9 +48,11 @@ struct Link::Impl {
   // One attempt at a connection, and what came of it.
   struct Connection {
     std::shared_ptr<ServerStream> stream;
-    asio::steady_timer wake;  // its writer waits on it when there is nothing to write
+    // transmit() waits on it when there is nothing to write.
+    asio::steady_timer wake;
     bool half_closed = false;
-    bool over = false;  // the core knows, or has dropped it
+    // The core knows that the connection has ended, or has dropped it.
+    bool over = false;
   };
 
   explicit Impl(LinkOptions o) : options(std::move(o)), core(core_options(options)), thread([this] { io.run(); }) {
@@ -58,9 +60,8 @@ struct Link::Impl {
     asio::post(io, [this] { asio::co_spawn(io, watch(), asio::detached); });
   }
 
-  // Leaves behind whatever is still waiting when the goodbye takes too long.
   ~Impl() {
-    // Asks for a goodbye, and waits for it. Only then the I/O thread is stopped, with all that is still pending.
+    // Asks for a goodbye, and waits for it, but not too long. Then the I/O thread is stopped, with all that is pending.
     leave();
     ended_future.wait_for(kDestructionWait_max);
     work.reset();
@@ -79,14 +80,14 @@ struct Link::Impl {
     const std::lock_guard lock(mutex);
     return use(core);
   }
-  // The caller's thread calls this: the I/O thread then looks what is to be done.
+  // Changes the core from the caller's thread, and wakes the I/O thread, which does what the core then wants.
   template <class Use>
   void ask(Use use) {
     with_core(use);
     asio::post(io, [this] { look_again(); });
   }
-  // Runs on the I/O thread alone, where watch() and transmit() are then suspended: one that waits wakes up, and one
-  // that writes looks again by itself. No wake-up can get lost.
+  // Wakes watch() and transmit(), which both run on the I/O thread, as this does. A coroutine that waits wakes up now;
+  // one that writes asks the core again when the write is done. So no wake-up can get lost.
   void look_again() {
     wake.cancel();
     if (current) current->wake.cancel();
@@ -104,6 +105,7 @@ struct Link::Impl {
     }
   }
 
+  // Does what the core wants at this time. Returns the time of the next call.
   std::int64_t turn(std::int64_t now_ns) {
     const std::lock_guard lock(mutex);
     core.poll(now_ns);
@@ -135,7 +137,7 @@ struct Link::Impl {
     return make_fallback_stream(io, std::move(stream), fallback_memory);
   }
 
-  // The mutex is held.
+  // Ends the current connection. The caller must hold the mutex.
   void drop(std::int64_t now_ns) {
     HAIRNET_ASSERT(current);
     current->over = true;
@@ -163,7 +165,7 @@ struct Link::Impl {
     }
   }
 
-  // Its stream is open.
+  // Begins the conversation over a connection whose stream is open.
   void talk_over(const std::shared_ptr<Connection>& c) {
     with_core([&](LinkCore& k) {
       transport = c->stream->transport();
@@ -174,7 +176,7 @@ struct Link::Impl {
     asio::co_spawn(io, transmit(c), asio::detached);
   }
 
-  // Goes on over a stream that is open, if the session can.
+  // Moves the session to another open stream, if there is a session that may move.
   void move_to(std::shared_ptr<ServerStream> stream, const std::shared_ptr<Connection>& from) {
     const std::int64_t now_ns = channel::monotonic_ns();
     // The core decides and the old connection goes under one lock, so that the caller's thread never sees a state
@@ -265,6 +267,7 @@ struct Link::Impl {
     if (!std::exchange(answered, true)) answer.set_value(std::move(welcome));
   }
 
+  // Is the longest wait of a timer, an hour: a time-out of "never" would overflow Asio's clock.
   static constexpr std::int64_t kWait_ns_max = 3'600'000'000'000;
 
   const LinkOptions options;
@@ -282,8 +285,10 @@ struct Link::Impl {
   std::promise<Result<wire::Welcome>> answer;
   std::promise<void> ended_promise;
   std::future<void> ended_future = ended_promise.get_future();
-  bool connect_called = false;  // caller's thread
-  std::thread thread;           // last: it uses all of the above
+  // Belongs to the caller's thread.
+  bool connect_called = false;
+  // It is the last member, because it uses all members above.
+  std::thread thread;
 };
 
 Link::Link(LinkOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}

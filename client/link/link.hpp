@@ -20,7 +20,7 @@ struct LinkOptions {
   Address server;
   TlsOptions tls;
   TransportChoice transport = TransportChoice::automatic;
-  // `automatic`: so long after a try that was blocked, WebTransport is tried again, and a session moves up to it.
+  // With `automatic`, WebTransport is tried again so long after a try that was blocked, and the session moves to it.
   std::chrono::nanoseconds blocked_for = std::chrono::seconds(60);
   LinkCoreOptions core;
 };
@@ -30,7 +30,8 @@ struct LinkOptions {
 class Link final : public Conversation {
  public:
   explicit Link(LinkOptions options);
-  ~Link() override;  // sends a goodbye, and waits a moment until it is sent
+  // Sends a goodbye, and waits up to 0.6 s until it is sent.
+  ~Link() override;
   // Resolves the name, connects, and exchanges hello and welcome, within the time-out. Call it once: a link that has
   // ended cannot be used again.
   Result<wire::Welcome> connect();
@@ -46,8 +47,8 @@ class Link final : public Conversation {
   [[nodiscard]] LinkCounters counters() const override;
   // How the open connection's packets travel: "webtransport", or the scheme of an address. Empty: none is open.
   [[nodiscard]] std::string transport() const;
-  // Why these packets do not travel by WebTransport, which was tried before, in one line. Empty: they do, or it was not
-  // tried.
+  // Says in one line why these packets do not travel by WebTransport, which was tried before. Empty: they do, or
+  // WebTransport was not tried.
   [[nodiscard]] std::string fallback_reason() const;
   [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const override;
   void close() override;

@@ -15,23 +15,25 @@ using wire::GoodbyeReason;
 // A pose waits for at most one chunk of a groom: it is kept small.
 constexpr std::size_t kChunkBytes = 16u << 10;
 static_assert(kChunkBytes <= wire::kGroomChunkBytesMax);
-// With those before them they fit kDatagramBytesMax.
+// So many poses, with the two poses of each character before them (SentPoses), fit kDatagramBytesMax.
 constexpr std::size_t kPosesPerDatagram = 3;
-// So many at once are a crowd's: as datagrams they would be too many, and travel in order.
+// More poses at once come from a crowd: they would take too many datagrams, and travel in the channel instead.
 constexpr std::size_t kPosesInDatagramsMax = 32;
 constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
+// Bases that frames of sleeping characters wait for are asked for again at this interval.
 constexpr std::int64_t kAskAgain_ns = 1'000'000'000;
 // A pose that was captured before the connection is sent up to this age. The server refuses poses of more than a
 // second.
 constexpr std::int64_t kPoseAgeMax_ns = 500'000'000;
+// After a goodbye the server gets so long to close the connection.
 constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
 // A session that lasted this long counts as successful: the backoff starts again at its shortest wait.
 constexpr std::int64_t kStable_ns = 5'000'000'000;
 // After a resume the server announces all members. A member that is not announced in this time has left.
 constexpr std::int64_t kMembersResendWait_ns = 1'000'000'000;
-// Servers that send a client on and on contradict each other.
+// After so many redirects in a row without a welcome, servers contradict each other.
 constexpr std::uint8_t kRedirectsMax = 4;
-// A client that was sent on before its first welcome asks for so long: until a dead server's lease has ended, and more.
+// A client that is redirected before its first welcome asks for so long, which is more than a dead server's lease.
 constexpr std::int64_t kRoomPatience_ns = 30'000'000'000;
 
 std::int64_t to_ns(double seconds) {
@@ -68,8 +70,8 @@ std::optional<wire::Error> refused_here(const wire::ClientMessage& message) {
   return std::visit(refused, message);
 }
 
-// Poses and hands, but for those that mark a jump, for hands that are gone, and for an empty batch, which is a sign of
-// life.
+// Poses and hands may be lost, since newer ones follow. Not so a jump, the empty list that says that hands are gone,
+// and an empty batch, which is a sign of life.
 bool may_be_lost(const wire::ClientMessage& message) {
   const auto* batch = std::get_if<wire::PoseBatch>(&message);
   if (!batch || (batch->poses.empty() && !batch->hands)) return false;
@@ -78,6 +80,7 @@ bool may_be_lost(const wire::ClientMessage& message) {
   return std::ranges::none_of(batch->poses, &wire::PoseSample::teleport);
 }
 
+// Whether a server may send this message before its welcome.
 bool may_come_first(const wire::Message& message) {
   return std::holds_alternative<wire::Welcome>(message) || std::holds_alternative<wire::Error>(message) ||
          std::holds_alternative<wire::Redirect>(message) || std::holds_alternative<wire::Goodbye>(message);
@@ -95,7 +98,7 @@ LinkCore::LinkCore(LinkCoreOptions options)
   if (options_.files_wait_for_grooms) members_.wait_for_grooms();
 }
 
-// Holds between two calls from outside.
+// The invariants hold between two calls from outside.
 void LinkCore::check_invariants() const {
   switch (state_) {
     case State::idle:
@@ -193,7 +196,8 @@ void LinkCore::poll(std::int64_t now_ns) {
         "the server is silent: nothing came from it for " + std::to_string(wire::kSilence_ms / 1000) + " s", now_ns);
   }
   if (active() && now_ns - sent_ns_ >= channel::kSignOfLife_ns) {
-    if (queue_.empty()) enqueue(wire::PoseBatch{});  // keep-alive
+    // An empty batch is a sign of life.
+    if (queue_.empty()) enqueue(wire::PoseBatch{});
     sent_ns_ = now_ns;
   }
   if (active()) {
@@ -262,6 +266,7 @@ void LinkCore::on_open(std::int64_t, bool has_datagrams) {
   hello.datagram_layout = wire::kFrameDatagramLayout;
   hello.trace = options_.trace;
   hello.signs_of_life = true;
+  // Only the server that has sent the welcome knows the session, which it resumes by its secret.
   if (welcome_ && welcomed_at_ == redirected_to_) {
     hello.session = welcome_->session;
     hello.secret = welcome_->secret;
@@ -277,13 +282,17 @@ void LinkCore::on_closed(std::string detail, std::int64_t now_ns) {
     on_connection_lost(GoodbyeReason::none, std::move(detail), now_ns, !active());
 }
 
+// Waits, and then asks for another connection; ends the conversation where that is of no use. `is_unanswered` means
+// that the server has not answered over this connection.
 void LinkCore::on_connection_lost(GoodbyeReason reason, std::string detail, std::int64_t now_ns, bool is_unanswered) {
   HAIRNET_ASSERT(state_ == State::opening || state_ == State::greeting || state_ == State::active);
+  // Before its first welcome a client tries again only after a redirect, and not for long.
   const bool was_active = active(), is_patient = sent_on_ns_ && now_ns - *sent_on_ns_ < kRoomPatience_ns;
   const bool is_refused = is_final(reason) || (!welcome_ && reason == GoodbyeReason::room_refused);
   if (!(welcome_ ? options_.reconnect : is_patient) || is_refused) return end(reason, std::move(detail));
   drop_connection(now_ns);
   if (!was_active) redirected_to_ = next_to_ask();
+  // After a wait the client has followed one redirect at most (PROTOCOL.md, Fleets).
   redirects_ = std::min<std::uint8_t>(redirects_, 1);
   state_ = State::backing_off;
   const std::int64_t since_ns = away_since_ns_.value_or(sent_on_ns_.value_or(now_ns));
@@ -295,7 +304,7 @@ void LinkCore::on_connection_lost(GoodbyeReason reason, std::string detail, std:
   check_invariants();
 }
 
-// Once the last server does not answer: the caller's, then those that it has named, and so on.
+// When the last server does not answer: the caller's server comes first, then those in its welcome, then it again.
 std::optional<wire::ServerAt> LinkCore::next_to_ask() {
   const std::size_t count = welcome_ ? welcome_->others.size() : 0, turn = asked_++ % (count + 1);
   return turn == 0 ? std::nullopt : std::optional(welcome_->others[turn - 1]);
@@ -303,10 +312,12 @@ std::optional<wire::ServerAt> LinkCore::next_to_ask() {
 
 void LinkCore::drop_connection(std::int64_t now_ns) {
   if (active()) {
+    // A session that was too short continues the outage before it, so that the waits go on growing.
     if (!away_since_ns_ || now_ns - active_since_ns_ >= kStable_ns) away_since_ns_ = now_ns;
     give_up_ns_ = options_.give_up_after_s > 0 ? now_ns + to_ns(options_.give_up_after_s) : kNever_ns;
   }
   last_known_.on_lost();
+  // The newest hair of own characters is stored: a new server continues it, and until then the link shows it.
   for (const auto& [number, character] : requested_.characters()) {
     std::optional<HairSnapshot> hair = members_.hair_of(number);
     if (!hair) continue;
@@ -335,6 +346,7 @@ void LinkCore::push(Event event) {
 std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   if (!connection_ || ended() || goodbye_taken_) return {};
   if (state_ != State::greeting && state_ != State::active && state_ != State::leaving) return {};
+  // A piece of a groom goes when nothing else waits, or when other messages have had their share of the bytes.
   const bool is_chunk = active() && uploads_.is_waiting() && (queue_.empty() || upload_scheduler_.is_due());
   const bool as_datagrams = has_datagrams_ && queue_.next_pose_count() <= kPosesInDatagramsMax;
   std::optional<wire::ClientMessage> message =
@@ -357,8 +369,8 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   return packet;
 }
 
-// What does not fit it is left out: first the poses of before, then the hands, which go alone. Hands alone that do not
-// fit make a packet that is no datagram.
+// Parts that do not fit a datagram are left out: first the earlier poses, then the hands, which go into the next
+// packet. Hands alone that do not fit make a packet that is no datagram.
 std::vector<std::uint8_t> LinkCore::encode_datagram(wire::ClientMessage& message, std::int64_t now_ns) {
   auto& batch = std::get<wire::PoseBatch>(message);
   sent_poses_.repeat_in(batch);
@@ -391,12 +403,13 @@ void LinkCore::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_
   if (decoded.error != wire::DecodeError::none)
     return on_connection_lost(GoodbyeReason::protocol_error, "the server sent a bad packet: " + decoded.detail, now_ns);
   wire::Message& message = decoded.envelope.message;
+  // Before the welcome, frames and hands may come in datagrams that have overtaken it: they are ignored.
   if (const auto* early = std::get_if<wire::FrameBatch>(&message);
       early && state_ == State::greeting && !early->generations.empty()) {
-    counters_.frames_unknown += early->frames.size();  // a datagram that has overtaken the welcome
+    counters_.frames_unknown += early->frames.size();
     return;
   }
-  if (state_ == State::greeting && std::holds_alternative<wire::RoomHands>(message)) return;  // so has this one
+  if (state_ == State::greeting && std::holds_alternative<wire::RoomHands>(message)) return;
   // A new session may belong to another server with another clock.
   if (const auto* welcome = std::get_if<wire::Welcome>(&message); welcome && !welcome->resumed)
     clock_ = channel::ClockEstimate();
@@ -421,7 +434,8 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
   const bool again = welcome_.has_value();
   const bool resumed = again && welcome.resumed;
   HAIRNET_ASSERT(connection_);
-  HAIRNET_ASSERT(welcome.tick_rate_hz > 0);  // a divisor; the decoder has checked it
+  // dispatch() divides by the rate; the decoder has checked it.
+  HAIRNET_ASSERT(welcome.tick_rate_hz > 0);
   welcome_ = welcome;
   welcomed_at_ = redirected_to_;
   redirects_ = 0;
@@ -430,6 +444,8 @@ void LinkCore::on(wire::Welcome& welcome, std::int64_t now_ns) {
   counters_.reconnects += again;
   counters_.resumes += resumed;
   push(Connected{welcome, again});
+  // A resumed session has the same members, except for those that have left meanwhile. A new session begins without
+  // any.
   if (resumed) {
     members_.mark_all_unconfirmed();
     members_due_ns_ = now_ns + kMembersResendWait_ns;
@@ -466,12 +482,13 @@ void LinkCore::tell_left(const std::vector<std::uint32_t>& members) {
 }
 
 void LinkCore::on(wire::GroomNeed& need, std::int64_t) {
-  uploads_.need(need);  // a groom that was dropped meanwhile is no longer known
+  // The result is not used: a groom that was dropped meanwhile is no longer known.
+  uploads_.need(need);
 }
 
 void LinkCore::on(wire::GroomStatus& status, std::int64_t) {
-  // Keep our bytes until then: the server may be taking them from another client, which may leave or may have sent
-  // wrong bytes.
+  // Keeps our bytes until the groom is ready or refused: the server may be taking the bytes from another client, which
+  // may leave or may send wrong ones.
   if (status.state == wire::GroomState::ready || status.state == wire::GroomState::refused) uploads_.drop(status.hash);
   if (status.state == wire::GroomState::ready) {
     requested_.on_ready(status.hash);
@@ -536,6 +553,7 @@ void LinkCore::on(wire::GroomLearnt& announced, std::int64_t) {
 void LinkCore::on(wire::GroomData& data, std::int64_t now_ns) {
   std::optional<GroomFetched> fetched = fetch_.take(data);
   if (!fetched) return;
+  // Bases, networks and grooms come in the same messages, and the hash tells which of them a file is.
   if (const auto grooms = members_.bases().grooms_of(fetched->hash); !grooms.empty())
     return take(*fetched, grooms, now_ns);
   const std::vector<wire::GroomHash> grooms = members_.learnt().grooms_of(fetched->hash);
@@ -548,6 +566,7 @@ void LinkCore::on(wire::GroomData& data, std::int64_t now_ns) {
     push(wire::Error{wire::ErrorReason::groom_invalid, 0, grooms[0], "its learnt hair cannot be used: " + error});
 }
 
+// Takes the basis of these grooms, and reports the frames that have waited for it.
 void LinkCore::take(const GroomFetched& basis, const std::vector<wire::GroomHash>& grooms, std::int64_t now_ns) {
   const std::string error = members_.bases().take(basis);
   if (!error.empty())
@@ -591,11 +610,12 @@ void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
   if (!events.frames.empty()) push(std::move(events));
 }
 
+// Passes a frame to the sink, or else adds it to `events`.
 void LinkCore::dispatch(const ReceivedFrame& received, FrameBatch& events, std::int64_t now_ns) {
   const auto& [tick, sample_time_ns, frame, decoded] = received;
   HAIRNET_ASSERT(welcome_);
   HAIRNET_ASSERT((decoded.pose != nullptr) == (decoded.outcome == Members::Outcome::decoded));
-  // The server simulates it, or has always had it.
+  // The last known hair is dropped when the server simulates the character, or has simulated it all the time.
   if (decoded.character != 0 && (decoded.basis || welcome_->resumed)) last_known_.drop(decoded.character);
   if (decoded.character != 0 && decoded.basis) requested_.forget_state(decoded.character);
   if (sink_) {
@@ -626,12 +646,14 @@ void LinkCore::show_last_known(Frame& frame, std::int64_t now_ns) {
 }
 
 void LinkCore::on(wire::Error& error, std::int64_t) {
+  // An error that names a groom may answer a request for a groom, a request for its basis or network, or an upload.
   const bool may_be_fetch =
       error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
   const bool ends_fetch = may_be_fetch && fetch_.refuse(error.groom);
   const bool is_made =
       !members_.bases().grooms_of(error.groom).empty() || !members_.learnt().grooms_of(error.groom).empty();
-  if (may_be_fetch && is_made) return;  // frames that need it ask for it again
+  // Frames that need the basis or the network ask for the file again.
+  if (may_be_fetch && is_made) return;
   if (!ends_fetch && ends_upload(error)) {
     uploads_.drop(error.groom);
     requested_.on_refused(error.groom);
@@ -647,6 +669,8 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
 void LinkCore::on(wire::Redirect& redirect, std::int64_t now_ns) {
   if (active()) wind_.on_sent_on();
   if (!sent_on_ns_) sent_on_ns_ = now_ns;
+  // No server holds the room now, or servers send the client in a circle. The client waits, and asks its first server
+  // again.
   if (!redirect.to || redirects_ == kRedirectsMax) {
     if (redirect.to) ++counters_.redirect_loops;
     const char* const error =
@@ -662,6 +686,7 @@ void LinkCore::on(wire::Redirect& redirect, std::int64_t now_ns) {
   redirected_to_ = std::move(redirect.to);
 }
 
+// Asks for another connection at once, without the wait of a broken one.
 void LinkCore::reconnect_to(std::string error, std::int64_t now_ns) {
   drop_connection(now_ns);
   if (welcome_) push(Reconnecting{GoodbyeReason::none, std::move(error), 0});

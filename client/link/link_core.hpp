@@ -35,20 +35,21 @@ struct LinkCoreOptions {
   // Empty means the lobby, and no token.
   std::string room, token;
   wire::Role role = wire::Role::participant;
-  // Lasts from the attempt to the welcome; a Link that is `automatic` adds 3.
+  // Is the time from an attempt to the server's welcome. A Link with TransportChoice::automatic adds the 3 s of
+  // kWebTransportWait, which an attempt at WebTransport may take first.
   double connect_timeout_s = 5;
   // Reconnects after the first welcome; before it, only a redirect is a reason to try again.
   bool reconnect = true;
   // Trying to reconnect ends after this time; zero means never.
   double give_up_after_s = 0;
-  // The logs of all its servers name this number, and it seeds the waits between attempts, in which clients that lost
-  // their server together must differ; zero means that a Link draws one.
+  // The logs of all servers that the client meets name this number. It also seeds the waits between attempts, which
+  // must differ between clients that lose their server together. Zero means that a Link draws a number.
   std::uint64_t trace = 0;
   // Is the fraction of members whose frames are decoded; the others are only counted.
   double decode_share = 1;
   // Learnt hair is computed from poses alone: networks are downloaded, and frames of it are smaller.
   bool evaluate_learnt = true;
-  // Bases and learnt hair are downloaded of the grooms only that are here: hair that cannot be drawn needs none.
+  // Bases and learnt hair are downloaded only for grooms that have arrived: hair that cannot be drawn needs none.
   bool files_wait_for_grooms = false;
   // Cores of one thread share it; null means that the core makes its own.
   std::shared_ptr<FileCatalog> catalog = {};
@@ -66,7 +67,7 @@ struct LinkCounters {
   std::uint64_t frames_received = 0;
   // Counts frames whose bytes are wrong.
   std::uint64_t frames_undecodable = 0;
-  // Counts frames of a member that is not known (yet), or not newer than its last frame.
+  // Counts frames of a member that is not known (yet), and frames that are not newer than the member's last one.
   std::uint64_t frames_unknown = 0;
   // Counts frames without coefficients whose hair this client has evaluated.
   std::uint64_t frames_evaluated = 0;
@@ -76,11 +77,11 @@ struct LinkCounters {
   std::uint64_t reconnects = 0;
   // Counts the reconnects to a server that still had the session.
   std::uint64_t resumes = 0;
-  // Counts connections given up since nothing came any more.
+  // Counts connections that were given up because nothing came for channel::kSilence_ns.
   std::uint64_t servers_silent = 0;
   // Counts the redirects that were followed, to the server that holds the room.
   std::uint64_t redirects = 0;
-  // Counts the redirects given up, as servers sent it on and on; it asked the first one again.
+  // Counts the times that servers redirected the client on and on, so that it asked the first server again.
   std::uint64_t redirect_loops = 0;
   GroomFetch::Progress downloads;
 };
@@ -88,7 +89,8 @@ struct LinkCounters {
 // A frame as received, before any copy.
 struct ReceivedFrame {
   std::uint64_t tick = 0;
-  std::int64_t sample_time_ns = 0;  // server clock
+  // Is on the server's clock.
+  std::int64_t sample_time_ns = 0;
   const wire::Frame& frame;
   const Members::DecodedFrame& decoded;
 };
@@ -113,9 +115,10 @@ class FrameSink {
 //
 // What arrives goes into on_bytes() (a stream) or on_packet() (a message each), the end into on_closed().
 //
-// A server that does not hold the room names the one that does: the core asks for a connection to that one, and goes on
-// there with a new session and the hair as it was. Where that one does not answer, the core asks the first one again,
-// before its first welcome for half a minute: the lease of a server that has died must end first.
+// A server that does not hold the room redirects the client to the server that does: the core asks for a connection to
+// that server, and goes on there with a new session and the hair as it was. When that server does not answer, the core
+// asks the first server again. Before its first welcome it does so for half a minute (kRoomPatience_ns), because the
+// lease of a server that has died must end before another server holds its room.
 //
 // When the connection breaks, the core asks for a new one after a wait, then sends the caller's requests again. The
 // caller may call it in every state: requests are stored and sent after the reconnect, but poses and hands are dropped.
@@ -136,24 +139,27 @@ class LinkCore {
   // refused at once, with an Error event.
   void send(wire::ClientMessage message);
   void push_poses(std::vector<wire::PoseSample> poses);
-  // All hands of this client at `now_ns`; empty: they are gone. Without a session they are dropped. Asserts that they
-  // are valid.
+  // Sends all hands of this client at `now_ns`; an empty list means that they are gone. Without a session they are
+  // dropped. Asserts that they are valid.
   void push_hands(std::vector<Hand> hands, std::int64_t now_ns);
   // Sends at most four reports a second, of relevant changes only.
   void report_importance(std::span<const wire::MemberImportance> members) { importance_.report(members); }
   // Requests the groom of another client: GroomFetched follows, or an Error (groom_unavailable).
   void request_groom(const wire::GroomHash& hash);
   void set_frame_sink(FrameSink* sink) { sink_ = sink; }
-  void leave(std::int64_t now_ns);  // says goodbye; ended() follows
+  // Says goodbye; ended() follows.
+  void leave(std::int64_t now_ns);
   std::vector<Event> take_events() { return events_.take_all(); }
   [[nodiscard]] bool active() const { return state_ == State::active; }
   [[nodiscard]] bool ended() const { return state_ == State::ended; }
-  [[nodiscard]] const std::string& end_detail() const { return end_detail_; }             // once ended()
-  [[nodiscard]] const std::optional<wire::Welcome>& welcome() const { return welcome_; }  // the last one
+  // Says in one line why the conversation has ended; empty before ended().
+  [[nodiscard]] const std::string& end_detail() const { return end_detail_; }
+  // Returns the last welcome.
+  [[nodiscard]] const std::optional<wire::Welcome>& welcome() const { return welcome_; }
   // Converts a time of the server's clock to ours. Returns it unchanged while no server's clock is known.
   [[nodiscard]] std::int64_t to_local_ns(std::int64_t server_time_ns) const;
   [[nodiscard]] LinkCounters counters() const;
-  // The skin of the groom's body; null: its basis is not here.
+  // Returns the skin of the groom's body. Null: the groom's basis, whose file has it, is not here.
   [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const;
 
   // The connection's side.
@@ -161,24 +167,25 @@ class LinkCore {
   void poll(std::int64_t now_ns);
   [[nodiscard]] std::int64_t next_deadline_ns() const;
   [[nodiscard]] bool wants_connection() const { return state_ == State::needs_connection && !connection_; }
-  // Where to: a server that another one has named; none: the one that the caller knows.
+  // Returns the server to connect to, as another server has named it; none: the server that the caller knows.
   [[nodiscard]] const std::optional<wire::ServerAt>& redirected_to() const { return redirected_to_; }
   [[nodiscard]] bool wants_half_close() const { return connection_ && state_ == State::leaving && goodbye_taken_; }
   [[nodiscard]] bool wants_close() const;
-  // Gives up a connection that works: wants_close(), then at once wants_connection() for a better one, over which the
-  // session goes on. Returns false, and does nothing, without a session or where the options say not to reconnect.
+  // Gives up a connection that works, for a better one: wants_close() and then wants_connection() become true, and the
+  // session goes on over the next connection. Returns false, and does nothing, without a session or where the options
+  // say not to reconnect.
   bool replace_connection(std::string error, std::int64_t now_ns);
   void on_opening(std::int64_t now_ns);
-  // `has_datagrams`: packets that may be lost travel as such.
+  // `has_datagrams`: packets for which taken_may_be_lost() is true travel as datagrams.
   void on_open(std::int64_t now_ns, bool has_datagrams = false);
   void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
-  // Exactly one, size prefix included, or a frame datagram.
+  // `packet` is exactly one packet, size prefix included, or a frame datagram.
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns);
   // `detail`: one line that says why it could not be opened or how it ended.
   void on_closed(std::string detail, std::int64_t now_ns);
   // The next packet to send, stamped with the time; empty when there is none.
   std::vector<std::uint8_t> take_packet(std::int64_t now_ns);
-  // Whether newer packets replace the last one taken: it may travel where packets get lost or overtake others.
+  // Whether the packet that was taken last may get lost or overtake others, because newer packets replace it.
   [[nodiscard]] bool taken_may_be_lost() const { return taken_may_be_lost_; }
 
  private:
@@ -227,14 +234,15 @@ class LinkCore {
   // Is true from on_opening() to on_closed().
   bool connection_ = false;
   bool has_datagrams_ = false;
+  // goodbye_taken_: the last packet of the connection was taken. taken_may_be_lost_: see taken_may_be_lost().
   bool goodbye_taken_ = false, taken_may_be_lost_ = false;
   // The state ends at this time at the latest.
   std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();
-  // Applies while reconnecting.
+  // While reconnecting, the core gives up at this time.
   std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();
-  // All members are announced by then, after a resume.
+  // After a resume, members that the server has not announced by then have left.
   std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();
-  // Bases that frames wait for are asked for again then.
+  // At this time bases are asked for again for which frames of sleeping characters wait.
   std::int64_t ask_again_ns_ = 0;
   std::int64_t active_since_ns_ = 0;
   // Is the start of the current or the last outage.
@@ -253,10 +261,10 @@ class LinkCore {
   // Holds what was sent over this connection, if it has datagrams.
   SentPoses sent_poses_;
   std::uint32_t hands_sequence_ = 0;
-  // The newest sample that was sent had hands.
+  // The hands that were sent last were not an empty list.
   bool has_hands_ = false;
   Members members_;
-  // Holds the frames of the batch in hand.
+  // Holds the decoded frames of the batch that on() handles now.
   std::vector<Members::DecodedFrame> decoded_;
   LastKnownHair last_known_;
   ImportanceReporter importance_;
@@ -265,9 +273,10 @@ class LinkCore {
   EventQueue events_;
   LinkCounters counters_;
   std::optional<wire::Welcome> welcome_;
-  // None means the server that the caller knows.
+  // redirected_to_ is the server to connect to, welcomed_at_ the one that sent the last welcome. None means the server
+  // that the caller knows.
   std::optional<wire::ServerAt> redirected_to_, welcomed_at_;
-  // Counts attempts since the one at the last server failed.
+  // Counts the servers that next_to_ask() has named since the last welcome.
   std::size_t asked_ = 0;
   // Counts redirects in a row, since the last welcome.
   std::uint8_t redirects_ = 0;

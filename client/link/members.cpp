@@ -11,10 +11,12 @@
 namespace hairnet::link {
 namespace {
 
+// Is the step of the displacements in a HairState: a quarter of a millimetre, which nobody sees.
 constexpr float kStateStep_m = 0.25e-3f;
 // Over a longer time the difference of two frames is no velocity: hair swings back and forth meanwhile.
 constexpr std::int64_t kVelocityOver_ns_max = 250'000'000;
 
+// Counts `unit` in a value, clamped to the symmetric range of 16 bits.
 std::int16_t to_integer(float value, float unit) {
   return static_cast<std::int16_t>(std::clamp(std::nearbyint(value / unit), -32767.0f, 32767.0f));
 }
@@ -187,7 +189,7 @@ void Members::follow_learnt(Member& member, const std::shared_ptr<const KnownBas
   if (is_first || is_gap) decoded.evaluates = wire::EvaluateLearnt{member.groom, *learnt_.file_of(member.groom)};
 }
 
-// Once, until the answer has come.
+// The server is told once, and again only when a network would have settled since: its answer takes a while.
 bool Members::tells_of_gap(const wire::GroomHash& groom, std::uint64_t tick) {
   std::optional<std::uint64_t>& announced = learnt_announced_[groom];
   if (announced && tick - *announced < kLearntSettled_ticks) return false;

@@ -29,11 +29,14 @@ class Members {
   // appearance has changed.
   enum class Joined : std::uint8_t { is_new, same, changed };
   Joined join(const wire::MemberJoined& joined);
-  bool change(const wire::MemberChanged& changed);  // false: no such member, or it has both already
+  // Returns false when there is no such member, or when its tag and appearance are already these.
+  bool change(const wire::MemberChanged& changed);
   bool add_own(const wire::CharacterAdded& added);
   bool leave(std::uint32_t member);
-  void remove_own(std::uint32_t character);  // if there is such a character
-  // From now on frames want files of the grooms only that are added: hair that cannot be drawn needs none.
+  // Does nothing where there is no such character.
+  void remove_own(std::uint32_t character);
+  // From now on frames want the files of those grooms alone that add_groom() has named: hair that cannot be drawn needs
+  // no basis.
   void wait_for_grooms() { grooms_here_.emplace(); }
   void add_groom(const wire::GroomHash& groom) {
     if (grooms_here_) grooms_here_->insert(groom);
@@ -46,9 +49,13 @@ class Members {
 
   enum class Outcome : std::uint8_t {
     decoded,
-    skipped,      // its member is not in the decoded share
-    undecodable,  // its bytes are wrong; if discontinuous, the next frame is marked too
-    unknown,      // no such member, of an earlier or later one of its number, or not newer than the last frame
+    // The frame's member is not in the decoded share.
+    skipped,
+    // The frame's bytes are wrong. If the frame was discontinuous, the member's next frame is marked in its place.
+    undecodable,
+    // There is no such member, or another member had its number when the frame was made, or the frame is not newer than
+    // the member's last one.
+    unknown,
   };
   struct DecodedFrame {
     Outcome outcome = Outcome::unknown;
@@ -56,8 +63,8 @@ class Members {
     std::optional<wire::GroomHash> wants_basis;
     // Names the file of the learnt hair that the frame shows, if it is not here.
     std::optional<wire::GroomHash> wants_learnt;
-    // Is the message for the server: what the hair depends on is here; or again, since the network has missed too many
-    // frames.
+    // Is the message for the server that this client evaluates the groom's learnt hair. It comes when the network is
+    // here, and again when the network has missed too many frames.
     std::optional<wire::EvaluateLearnt> evaluates;
     // The frame has no coefficients, and the learnt hair is not here.
     bool lacks_learnt = false;
@@ -72,8 +79,8 @@ class Members {
     // Is null when the hair is at rest, or its basis has not arrived yet.
     std::shared_ptr<const KnownBasis> basis;
   };
-  // After a frame that cannot be decoded, the character still has the one before. `generation`: of the member that the
-  // frame is of; none: its packet has not overtaken others.
+  // After a frame that cannot be decoded, the character still has the one before. `generation` is that of the member
+  // whose frame it is, as datagrams say it; none: the frame came in order, so its member is the one of that number.
   DecodedFrame decode_frame(const wire::Frame& frame, std::optional<std::uint8_t> generation, std::uint64_t tick,
                             std::int64_t sample_time_ns, std::int64_t now_ns);
 
@@ -87,9 +94,10 @@ class Members {
     std::int64_t sample_time_ns = 0;
     DecodedFrame decoded;
   };
-  // Decodes those that waited for the basis of this groom and are still the newest; valid until the next frame.
+  // Decodes the frames that waited for the basis of this groom and are still the newest of their members. The result is
+  // valid until the next frame.
   std::vector<WaitingFrame> decode_waiting(const wire::GroomHash& groom);
-  // The files of bases that such frames still lack and that are to be asked for again.
+  // Returns the files of bases that waiting frames still lack and that are to be asked for again.
   std::vector<wire::GroomHash> wanted_again(std::int64_t now_ns);
 
   // The hair of an own character's last decoded frame, if it had coefficients of the groom's newest basis.
@@ -109,35 +117,47 @@ class Members {
   std::vector<std::uint32_t> drop_all();
 
  private:
+  // Is a decoded frame, as a member keeps it.
   struct Moment {
-    std::optional<std::uint64_t> tick;  // none: there is no frame
+    // None means that there is no frame.
+    std::optional<std::uint64_t> tick;
     std::int64_t sample_time_ns = 0;
     codec::DecodedFrame decoded;
-    std::shared_ptr<const KnownBasis> basis;  // null: no hair
+    // Is null for a frame without hair.
+    std::shared_ptr<const KnownBasis> basis;
   };
   struct Member {
-    std::uint64_t session = 0;  // the owner's; 0: this one
+    // Is the owner's session; zero means this client's own.
+    std::uint64_t session = 0;
     std::uint32_t character = 0;
     wire::GroomHash groom{};
     std::string tag;
     std::optional<wire::Appearance> appearance;
+    // Tells this member from earlier and later ones of its number.
     std::uint8_t generation = 0;
+    // `confirmed`: the server has announced it over this connection.
     bool own = false, confirmed = true;
-    bool discontinuity_pending = false;  // a frame that could not be shown was discontinuous
+    // A frame that could not be shown was discontinuous.
+    bool discontinuity_pending = false;
+    // Is the tick of the newest frame that came, decoded or not.
     std::optional<std::uint64_t> last_tick;
+    // Are the last two decoded frames.
     Moment newest, before;
     LearntTrack learnt;
     std::optional<WaitingFrame> waiting;
+    // Holds the bytes of the waiting frame, whose packet is gone.
     std::vector<std::uint8_t> waiting_content;
   };
+  // Is a frame whose learnt hair evaluate() is to compute. The pointer is into members_.
   struct Evaluation {
     Member* member = nullptr;
     LearntFrame frame;
+    // None means that the network is not stepped for this frame.
     std::optional<LearntMotion> motion;
   };
   static bool decode(Member& member, const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
                      const std::shared_ptr<const KnownBasis>& basis, DecodedFrame& decoded);
-  // `basis_before`: of the frame before.
+  // `basis_before` is the basis of the member's frame before this one.
   void follow_learnt(Member& member, const std::shared_ptr<const KnownBasis>& basis_before, const wire::Frame& frame,
                      std::int64_t now_ns, DecodedFrame& decoded);
   bool put(std::uint32_t number, Member member);
@@ -149,14 +169,16 @@ class Members {
   }
 
   double decode_share_;
-  std::optional<std::set<wire::GroomHash>> grooms_here_;  // none: files of all are wanted
+  // None means that the files of all grooms are wanted.
+  std::optional<std::set<wire::GroomHash>> grooms_here_;
   std::unordered_map<std::uint32_t, Member> members_;
   Bases bases_;
   LearntHairs learnt_;
+  // Whether the server is to be told, at the frame of this tick, that the network has missed too many frames.
   bool tells_of_gap(const wire::GroomHash& groom, std::uint64_t tick);
 
-  // Grooms whose hair the server knows this client to evaluate, and the tick of the frame at which it was told so
-  // again; none: frames have had coefficients since.
+  // Holds the grooms of which the server has been told that this client evaluates their hair, each with the tick of the
+  // frame at which it was told so once more; none: frames have had coefficients since.
   std::map<wire::GroomHash, std::optional<std::uint64_t>> learnt_announced_;
   std::vector<Evaluation> evaluations_;
 };

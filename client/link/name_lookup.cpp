@@ -12,7 +12,8 @@ struct NameLookup::State {
   explicit State(const asio::any_io_executor& executor)
       : resolver(executor), done(executor, asio::steady_timer::time_point::max()) {}
   asio::ip::tcp::resolver resolver;
-  asio::steady_timer done;  // cancelled when it is
+  // find() waits on it; it is cancelled when the system's call is done.
+  asio::steady_timer done;
   Found found;
   error_code error;
   bool is_cancelled = false;

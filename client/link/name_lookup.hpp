@@ -9,7 +9,7 @@
 
 namespace hairnet::link {
 
-// Finds the addresses of a host. The system's own call cannot be interrupted: after cancel() it ends unheard. One
+// Finds the addresses of a host. The system's own call cannot be interrupted: after cancel() its result is ignored. One
 // thread.
 class NameLookup {
  public:
@@ -20,7 +20,7 @@ class NameLookup {
   NameLookup& operator=(const NameLookup&) = delete;
   ~NameLookup() { cancel(); }
 
-  // Once. After cancel(), also an earlier one, `error` is operation_aborted at once.
+  // Call it once. After cancel(), also one before this call, `error` is operation_aborted at once.
   asio::awaitable<Found> find(const Address& address, boost::system::error_code& error);
   void cancel();
 

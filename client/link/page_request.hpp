@@ -12,15 +12,18 @@ namespace hairnet::link {
 class PageRequest {
  public:
   struct Answer {
-    std::string error;         // one line, if there is no page
-    bool is_reachable = true;  // false: the server does not answer at all, or is not the one that was meant
+    // Is one line if there is no page, else empty.
+    std::string error;
+    // False means that the server does not answer at all, or is not the one that was meant.
+    bool is_reachable = true;
     std::string text;
     asio::ip::address server;
   };
 
   PageRequest(asio::io_context& io, StreamOptions options) : socket_(io, std::move(options)) {}
   asio::awaitable<Answer> get(std::string_view path);
-  void cancel() { socket_.close(); }  // get() ends soon, also one that comes later
+  // Ends a get() soon, also one that is called later.
+  void cancel() { socket_.close(); }
 
  private:
   Socket socket_;

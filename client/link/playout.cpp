@@ -10,10 +10,11 @@
 namespace hairnet::link {
 namespace {
 
-// Bounds the memory while no caller samples.
+// Bounds the memory while no caller samples: some eight seconds at 30 Hz.
 constexpr std::size_t kFramesMax = 256;
 // Covers two seconds at 30 Hz: the delay remembers a burst of late frames for so long.
 constexpr std::size_t kArrivalsMax = 60;
+// Is the interval between frames until two have arrived: that of 30 Hz.
 constexpr std::int64_t kIntervalDefault_ns = 33'333'333;
 // Hair waits so long for the next frame, or for two steps of its character; then it takes kEaseToRest_ns to reach its
 // rest shape.
@@ -22,12 +23,16 @@ constexpr std::int64_t kEaseToRest_ns = 500'000'000;
 // The delay changes by at most this share of the elapsed time: motion becomes slower or faster, but too little to
 // notice.
 constexpr double kSlewMax = 0.1;
-// Farther frames say nothing about the speed at a frame.
+// Two frames that lie further apart in time say nothing about a speed: hair swings back and forth between them.
 constexpr std::int64_t kSmooth_ns_max = 300'000'000;
-// How long the last speed would go on if it did not become less.
+// After the last frame hair moves at most as far as its last speed would carry it in this time, one interval at 30 Hz.
 constexpr double kGoOn_ns = 33e6;
+// A late frame changes the curve. The change is faded in over the gap between that frame and the one before it, within
+// these limits, whose reasons stand in correct().
 constexpr std::int64_t kCorrect_ns_min = 40'000'000, kCorrect_ns_max = 100'000'000;
 
+// Returns the new curve's transform plus a share `left` of the difference between the transform that was shown and the
+// new curve's, both as they were when the curve changed.
 RigidTransform corrected(const RigidTransform& curve, const RigidTransform& was_shown, const RigidTransform& was_curve,
                          double left) {
   const Quat turn = was_shown.rotation * was_curve.rotation.conjugate();
@@ -176,8 +181,8 @@ bool Playout::is_joined(std::size_t i) const {
   return !frames_[i + 1].discontinuous && are_joined(frames_[i].state, frames_[i + 1].state);
 }
 
-// Whether frame i and the next say how fast the character moved. Where they are far nearer than its steps, the server's
-// clock has been estimated differently between them.
+// Whether frame i and the next say how fast the character moved. Frames that are nearer than half of the character's
+// step do not: the estimate of the server's clock has changed between their arrivals.
 bool Playout::is_smooth(std::size_t i) const {
   const std::int64_t apart_ns = frames_[i + 1].time_ns - frames_[i].time_ns;
   return is_joined(i) && !frames_[i].asleep && apart_ns <= kSmooth_ns_max &&
@@ -188,14 +193,14 @@ double Playout::duration_ns(std::size_t i) const {
   return static_cast<double>(frames_[i + 1].time_ns - frames_[i].time_ns);
 }
 
-// Adds a share of the mean speed between frame j and the next.
+// Adds a share of the mean speed between frame j and the next to the weights of frames i - 2 to i + 2.
 void Playout::add_difference(std::size_t i, std::size_t j, double share, Weights& weights) const {
   weights[j + 1 + 2 - i] += share / duration_ns(j);
   weights[j + 2 - i] -= share / duration_ns(j);
 }
 
-// Adds a share of the speed at frame j: of the parabola through it and its neighbours, or, at an end, through it and
-// the two next to it.
+// Adds a share of the speed at frame j, in the same weights. The speed is the slope of the parabola through frame j and
+// its neighbours. Where it has a neighbour on one side alone, the parabola goes through frame j and the two next to it.
 void Playout::add_slope(std::size_t i, std::size_t j, double share, Weights& weights) const {
   const bool has_before = j > 0 && is_smooth(j - 1), has_after = j + 1 < frames_.size() && is_smooth(j);
   if (has_before && has_after) {
@@ -215,6 +220,7 @@ void Playout::add_slope(std::size_t i, std::size_t j, double share, Weights& wei
   }
 }
 
+// Sums up frames i - 2 to i + 2 with these weights.
 void Playout::blend(std::size_t i, const Weights& weights, State& out) const {
   std::size_t count = 0;
   for (std::size_t w = 0; w < weights.size(); ++w) {
@@ -260,6 +266,7 @@ void Playout::between(std::size_t i, std::int64_t time_ns, State& out) const {
   out.basis = to.state.basis ? to.state.basis : from.state.basis;
 }
 
+// Shows the hair when no newer frame has come: it goes on ever more slowly, waits, and then eases to rest.
 void Playout::after_last(std::int64_t time_ns, State& out) const {
   const std::size_t i = frames_.size() - 1;
   const BufferedFrame& last = frames_[i];

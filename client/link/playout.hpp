@@ -70,7 +70,8 @@ class Playout {
     Pose pose;
     LevelIndex level = LevelIndex::rigid;
     std::vector<float> coefficients;
-    std::shared_ptr<const KnownBasis> basis;  // null: at rest
+    // Is null at rest.
+    std::shared_ptr<const KnownBasis> basis;
   };
   struct BufferedFrame {
     std::int64_t time_ns = 0;
@@ -84,12 +85,13 @@ class Playout {
   struct Arrival {
     std::int64_t time_ns, lateness_ns;
   };
-  // What a frame that came after its turn changed: the state that was shown then, and that of the new curve.
+  // Describes what a frame that came after its turn has changed: the state that was shown then, and the state of the
+  // new curve at that time.
   struct Correction {
     State shown, curve;
     std::int64_t begun_ns = 0, duration_ns = 0;
   };
-  // Shares of frames i - 2 to i + 2 in the coefficients.
+  // Holds the shares of frames i - 2 to i + 2 in the coefficients that are shown, where i is the played frame.
   using Weights = std::array<double, 5>;
 
   void record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_time_ns);
@@ -114,16 +116,19 @@ class Playout {
   std::deque<BufferedFrame> frames_;
   // Holds the last frames, in the order of their arrival.
   std::deque<Arrival> arrivals_;
+  // Are the smallest and the largest lateness in arrivals_.
   std::int64_t min_late_ns_ = 0, max_late_ns_ = 0;
-  // Nine tenths of the intervals between frames are shorter.
+  // Nine tenths of the intervals between frames are not longer.
   std::int64_t interval_ns_ = 0;
-  // Are the last result of sample(), and its time.
+  // Are the state and the sample time that sample() returned last.
   State shown_;
   std::int64_t time_ns_ = 0;
   std::optional<Correction> correction_;
   // sample() has returned a valid sample.
   bool started_ = false;
+  // Is the latest time that the caller has passed to sample().
   std::int64_t render_time_ns_ = 0;
+  // Follows target_delay_ns() slowly.
   std::int64_t delay_ns_ = 0;
   std::uint64_t dropped_count_ = 0;
 };

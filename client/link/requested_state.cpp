@@ -17,7 +17,8 @@ void RequestedState::store(const wire::ClientMessage& message) {
   if (const auto* removed = std::get_if<wire::RemoveCharacter>(&message)) return remove(removed->character);
   if (const auto* wanted = std::get_if<wire::SetLevel>(&message)) return set_level(*wanted);
   if (const auto* set = std::get_if<wire::SetAppearance>(&message)) {
-    if (Character* character = find(set->character)) {  // a new server announces it with the newest
+    // A new server must announce the character with the newest appearance.
+    if (Character* character = find(set->character)) {
       character->added.tag = set->tag;
       character->added.appearance = set->appearance;
     }

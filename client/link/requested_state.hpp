@@ -18,15 +18,21 @@ namespace hairnet::link {
 class RequestedState {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
-  using Settings = std::map<std::size_t, wire::ClientMessage>;  // the newest of each kind, by its index
+  // Holds the newest message of each kind, by its index in wire::ClientMessage.
+  using Settings = std::map<std::size_t, wire::ClientMessage>;
   struct Character {
-    wire::AddCharacter added;  // with its newest level, and the state from which a new server continues its hair
-    Settings settings;         // those of Resent::per_character
-    bool confirmed = false;    // CharacterAdded has come
-    std::optional<wire::PoseSample> pose = {};  // the newest
+    // Has the character's newest level, and the state from which a new server continues its hair.
+    wire::AddCharacter added;
+    // Holds the messages whose kResent is Resent::per_character.
+    Settings settings;
+    // The server has answered with CharacterAdded.
+    bool confirmed = false;
+    // Is the newest pose.
+    std::optional<wire::PoseSample> pose = {};
   };
 
-  void offer(const wire::GroomHash& hash, Bytes bytes);  // kept until the groom is refused
+  // Stores the groom until the server refuses it.
+  void offer(const wire::GroomHash& hash, Bytes bytes);
   // Stores what the message changes: the characters and their levels, and every message that has a kResent.
   void store(const wire::ClientMessage& message);
   // Stores the newest pose of each character: a new server shows the character before its next one.
@@ -39,24 +45,24 @@ class RequestedState {
   void on_refused(const wire::GroomHash& hash) { grooms_.erase(hash); }
   void on_added(std::uint32_t character);
   void on_removed(std::uint32_t character) { leaving_.erase(character); }
-  // True for an error that the caller must not see: it answers a message that was sent twice, because the connection
-  // broke after the server had received the first.
+  // Returns true for an error that the caller must not see: it answers a message that was sent twice, because the
+  // connection broke after the server had received the first one.
   bool on_error(const wire::Error& error);
 
   // Forgets the sessions that the caller has named: another server gives their numbers to others.
   void forget_sessions();
 
-  // The messages to send again after the welcome of a new connection. `resumed`: the server still has what it has
-  // confirmed.
+  // The messages to send again after the welcome of a new connection: first the offers, then the messages, and the
+  // poses last. `resumed`: the server still has what it has confirmed.
   struct Resend {
-    std::vector<std::pair<wire::GroomHash, Bytes>> offers;  // first
+    std::vector<std::pair<wire::GroomHash, Bytes>> offers;
     std::vector<wire::ClientMessage> messages;
-    std::vector<wire::PoseSample> poses;  // last
+    std::vector<wire::PoseSample> poses;
   };
   Resend take_resend(bool resumed);
 
   [[nodiscard]] const std::map<std::uint32_t, Character>& characters() const { return characters_; }
-  // Its removal may not be confirmed yet.
+  // Whether the character was added, and its removal is not confirmed yet.
   [[nodiscard]] bool has_asked_for(std::uint32_t character) const {
     return characters_.contains(character) || leaving_.contains(character);
   }
@@ -64,19 +70,23 @@ class RequestedState {
  private:
   struct Offered {
     Bytes bytes;
+    // The server has the whole groom.
     bool ready = false;
   };
-  Character* find(std::uint32_t character);  // null: not there
+  // Returns null where there is no such character.
+  Character* find(std::uint32_t character);
   void add(const wire::AddCharacter& added);
   void remove(std::uint32_t character);
   void set_level(const wire::SetLevel& wanted);
 
   std::map<wire::GroomHash, Offered> grooms_;
   std::map<std::uint32_t, Character> characters_;
-  std::set<std::uint32_t> leaving_;  // removed, and not confirmed
+  // Holds the characters whose removal the server has not confirmed.
+  std::set<std::uint32_t> leaving_;
   // Characters whose AddCharacter was sent twice. The server may announce one and then refuse its second AddCharacter.
   std::set<std::uint32_t> sent_twice_;
-  Settings settings_;  // those of Resent::per_session
+  // Holds the messages whose kResent is Resent::per_session.
+  Settings settings_;
 };
 
 }  // namespace hairnet::link

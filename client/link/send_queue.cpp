@@ -56,13 +56,14 @@ bool SendQueue::push(wire::ClientMessage message) {
 
 void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
   if (!teleport_pending_.empty()) {
-    // The pose that said so was dropped. Without the mark the server would see a fast motion, and the hair would swing.
+    // The pose with the teleport was dropped. Without its mark on the next pose the server would see a fast motion, and
+    // the hair would swing.
     for (wire::PoseSample& pose : poses) pose.teleport |= teleport_pending_.erase(pose.character) != 0;
   }
   auto* const last = messages_.empty() ? nullptr : std::get_if<wire::PoseBatch>(&messages_.back());
-  // An empty batch is a sign of life.
-  // Programs push one character after another, so a waiting batch takes the next one in. A second pose of a character
-  // begins a new batch, which keeps one moment in one batch.
+  // Programs push one character after another, so a waiting batch takes the next pose in. A second pose of a character
+  // begins a new batch, so that the poses of a batch belong to one time. An empty batch is a sign of life, and stays
+  // so.
   const bool continues =
       last && !last->poses.empty() && last->poses.size() + poses.size() <= wire::kPosesPerBatchMax &&
       std::ranges::none_of(poses, [&](const auto& pose) { return in_last_.contains(pose.character); });
@@ -86,7 +87,8 @@ void SendQueue::push_poses(std::vector<wire::PoseSample> poses) {
 
 void SendQueue::drop_oldest_poses() {
   const auto oldest = std::find_if(messages_.begin(), messages_.end(), holds_poses);
-  HAIRNET_ASSERT(oldest != messages_.end());  // it is counted
+  // pose_batch_count_ has counted a batch, so there is one.
+  HAIRNET_ASSERT(oldest != messages_.end());
   const wire::PoseBatch dropped = std::get<wire::PoseBatch>(std::move(*oldest));
   const auto after = messages_.erase(oldest);
   --pose_batch_count_;

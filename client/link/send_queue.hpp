@@ -14,23 +14,26 @@ namespace hairnet::link {
 // the queue drops the oldest pose batches, which newer poses replace anyway. No I/O; one thread.
 class SendQueue {
  public:
-  static constexpr std::size_t kPoseBatchesMax = 64;  // beside those pushed last
+  // Bounds the pose batches that wait beside those that were pushed last: more than two seconds at 30 Hz.
+  static constexpr std::size_t kPoseBatchesMax = 64;
+  // Bounds all other messages that wait.
   static constexpr std::size_t kOthersMax = 65'536;
 
   // False when full: the caller has sent more requests than any server accepts.
   [[nodiscard]] bool push(wire::ClientMessage message);
-  // A batch that waits last takes them in, unless it has one of their characters: programs push one character after
-  // another. All are queued: where there are too many batches with them, those pushed before are dropped. A dropped
-  // pose's teleport passes to the character's next pose.
+  // Adds the poses to the batch at the end of the queue, unless that batch has one of their characters: programs push
+  // one character after another. All these poses are queued; where there are then too many batches, the oldest ones are
+  // dropped. A dropped pose's teleport passes to the character's next pose.
   void push_poses(std::vector<wire::PoseSample> poses);
-  // They travel with the next poses, or alone where other messages or none are next. They replace those that wait: a
-  // jump of a hand passes on.
+  // The hands travel with the next poses, or alone where no poses are next. They replace the hands that wait; a jump of
+  // a waiting hand passes to the new hand of its number.
   void push_hands(wire::HandsSample hands);
-  // They have no place beside poses: they are next, alone, or newer ones in their place.
+  // Takes back hands that did not fit beside poses: they are the next message, alone.
   void put_back(wire::HandsSample hands);
-  // That `pop` would return; 0: another message is next, or none.
+  // Returns the number of poses in the message that is next; 0: the next message has no poses, or none waits.
   [[nodiscard]] std::size_t next_pose_count() const;
-  // Of a larger batch only the first `poses_max` poses; the others are next.
+  // Returns the next message; none: the queue is empty. A batch of more than `poses_max` poses is divided, and its
+  // other poses are next.
   std::optional<wire::ClientMessage> pop(std::size_t poses_max = wire::kPosesPerBatchMax);
   // Drops everything, since the connection is lost. A teleport among the dropped poses passes to the character's next
   // pose.
@@ -47,9 +50,12 @@ class SendQueue {
 
   std::deque<wire::ClientMessage> messages_;
   std::size_t pose_batch_count_ = 0;
-  std::optional<wire::HandsSample> hands_;    // the newest that wait
-  std::set<std::uint32_t> in_last_;           // characters of the batch that was pushed last
-  std::set<std::uint32_t> teleport_pending_;  // characters whose next pose must be sent as a teleport
+  // Holds the newest hands that wait.
+  std::optional<wire::HandsSample> hands_;
+  // Holds the characters of the batch that was pushed last.
+  std::set<std::uint32_t> in_last_;
+  // Holds the characters whose next pose must be sent as a teleport.
+  std::set<std::uint32_t> teleport_pending_;
   std::uint64_t poses_dropped_ = 0;
 };
 

@@ -12,18 +12,19 @@ namespace hairnet::link {
 // thread.
 class SentPoses {
  public:
-  // So many poses of a character are sent again; still older ones would come too late.
+  // So many poses of a character are sent again: a pose gets through unless three datagrams in a row are lost.
   static constexpr std::size_t kPosesMax = 2;
-  // Poses may be this much older than the one that they are sent with.
+  // A pose is not sent again with one that is this much newer: the server has sampled past it by then.
   static constexpr std::int64_t kAgeMax_ns = 200'000'000;
 
-  // Sets the batch's earlier poses, and stores its own.
+  // Fills the batch's list of earlier poses, and stores the batch's own poses for the next call.
   void repeat_in(wire::PoseBatch& batch);
   void forget(std::uint32_t character) { sent_.erase(character); }
   void clear() { sent_.clear(); }
 
  private:
-  std::map<std::uint32_t, std::vector<wire::PoseSample>> sent_;  // oldest first
+  // Holds the last poses of each character, the oldest first.
+  std::map<std::uint32_t, std::vector<wire::PoseSample>> sent_;
 };
 
 }  // namespace hairnet::link

@@ -22,35 +22,43 @@ namespace asio = boost::asio;
 struct StreamOptions {
   Address server;
   TlsOptions tls;
-  std::optional<asio::ip::address> local = {};  // the client's own address; none: the system chooses
+  // Is the client's own address; none: the system chooses.
+  std::optional<asio::ip::address> local = {};
 };
 
 // One connection over one of the transports. Everything on the thread of its io_context.
 class ServerStream {
  public:
   struct Read {
-    std::span<const std::uint8_t> bytes;  // valid until the next read
-    std::string error;                    // one line, if the connection has ended
-    bool is_packet = false;               // exactly one; else a piece of a stream of packets
+    // They are valid until the next read.
+    std::span<const std::uint8_t> bytes;
+    // Is one line if the connection has ended, else empty.
+    std::string error;
+    // The bytes are exactly one packet; otherwise they are a piece of a stream of packets.
+    bool is_packet = false;
   };
 
   virtual ~ServerStream() = default;
   // Resolves, connects, shakes hands. Returns an empty string, or one line with the reason of the failure.
   virtual asio::awaitable<std::string> open() = 0;
   virtual asio::awaitable<Read> read() = 0;
-  // For a transport with messages, `bytes` is one packet. One that may be lost may also overtake others. Returns false
-  // when the connection has ended; read() then returns the reason.
+  // For a transport with messages, `bytes` is one packet. A packet that may be lost may also overtake other packets.
+  // Returns false when the connection has ended; read() then returns the reason.
   virtual asio::awaitable<bool> write(std::span<const std::uint8_t> bytes, bool may_be_lost) = 0;
-  virtual void half_close() = 0;  // nothing more will be written
-  virtual void close() = 0;       // pending operations end soon
+  // Tells the server that nothing more will be written.
+  virtual void half_close() = 0;
+  // Ends the connection; pending operations end soon.
+  virtual void close() = 0;
   [[nodiscard]] virtual bool has_messages() const = 0;
-  [[nodiscard]] virtual bool has_datagrams() const { return false; }  // else what may be lost is not
+  // Whether packets that may be lost travel as datagrams; otherwise they travel in order with all others.
+  [[nodiscard]] virtual bool has_datagrams() const { return false; }
   // "webtransport", or the scheme of an address.
   [[nodiscard]] virtual std::string_view transport() const = 0;
-  // Why it is not WebTransport, which was tried before, in one line. Empty: it is, or that was not tried.
+  // Says in one line why the transport is not WebTransport, which was tried before. Empty: the transport is
+  // WebTransport, or WebTransport was not tried.
   [[nodiscard]] virtual std::string_view fallback_reason() const { return {}; }
-  // Waits until WebTransport, which this open stream does without, is available after all. Returns an open session, or
-  // null: it is not waited for, or this stream was closed.
+  // Waits until WebTransport is available, for an open stream that could not have it. Returns an open session. Null:
+  // this stream does not wait for WebTransport, or was closed.
   virtual asio::awaitable<std::shared_ptr<ServerStream>> better() { co_return nullptr; }
 };
 
@@ -59,41 +67,49 @@ std::unique_ptr<ServerStream> make_web_socket_stream(asio::io_context& io, Strea
 // Makes a stream of the address's kind.
 std::unique_ptr<ServerStream> make_server_stream(asio::io_context& io, StreamOptions options);
 
-// What several streams to one server learn of its WebTransport. One thread.
+// What several streams to one server share of its WebTransport page. One thread.
 struct WebTransportMemory {
-  std::optional<WebTransportPage> page = {};  // as last read, unless a session then failed to open
-  std::optional<asio::ip::address> server;    // where the page was read
+  // Is the page as it was read last; none after a session failed to open.
+  std::optional<WebTransportPage> page = {};
+  // Is the address of the machine that has answered with the page.
+  std::optional<asio::ip::address> server;
 };
 
 // Why a WebTransport session did not open.
 enum class WebTransportFailure : std::uint8_t {
   none,
-  unreachable,  // the server does not answer at all
-  absent,       // it has no WebTransport
-  blocked,      // it offers WebTransport, but no session opened
+  // The server does not answer at all.
+  unreachable,
+  // The server has no WebTransport.
+  absent,
+  // The server offers WebTransport, but no session opened.
+  blocked,
 };
 
 class WebTransportAttempt : public ServerStream {
  public:
   [[nodiscard]] virtual WebTransportFailure failure() const = 0;
-  // For who does not read now: handles packets for a moment, so that the server hears that this end lives. What
+  // Handles packets for a moment without reading, so that the server hears from a client that does not read now. What
   // arrives waits for read(), and the server may send no more than the window. Returns false when the connection has
   // ended; read() then returns the reason.
   virtual asio::awaitable<bool> rest() = 0;
 };
 
-// `memory`: of a page that is to be read once for several streams; null: this one reads it for itself.
+// `memory` is shared by streams that should read the page once together; null: this stream reads it for itself.
 std::shared_ptr<WebTransportAttempt> make_web_transport_stream(asio::io_context& io, StreamOptions options,
                                                                std::shared_ptr<WebTransportMemory> memory = {});
 
-// Networks that drop UDP say nothing: after this time the address's own transport is tried.
+// A network that drops UDP sends no error: after this time the address's own transport is tried.
 constexpr std::chrono::milliseconds kWebTransportWait{3000};
 
-// What one attempt learns for the next ones.
+// What the attempts of one link remember: a network that has blocked WebTransport is not tried again at once.
 struct FallbackMemory {
+  // WebTransport is not tried for so long after an attempt that was blocked (LinkOptions::blocked_for).
   std::chrono::nanoseconds blocked_for;
-  std::int64_t blocked_until_ns = 0;  // until then WebTransport is not tried
-  std::string blocked_reason = {};    // or why it was not available, in one line
+  // WebTransport is not tried until then, on the clock of channel::monotonic_ns().
+  std::int64_t blocked_until_ns = 0;
+  // Says in one line why the last attempt had no WebTransport.
+  std::string blocked_reason = {};
 };
 
 // A stream over WebTransport, or of the address's kind where that is not available in time.

@@ -15,7 +15,7 @@ namespace {
 using asio::ip::tcp;
 using boost::system::error_code;
 
-// A small send buffer: a new pose waits behind everything that the kernel has not sent yet.
+// The kernel holds back at most so many bytes that it has not sent: a new pose waits behind all of them.
 constexpr int kUnsentBytesMax = 64 << 10;
 // The kernel alone would try for many minutes before it reports a peer that vanished.
 constexpr unsigned kUnacknowledgedMax_ms = 15'000;
@@ -42,7 +42,8 @@ asio::awaitable<void> connect_from(tcp::socket& socket, const asio::ip::address&
     if (entry.endpoint().address().is_v4() != local.is_v4()) continue;
     socket.open(entry.endpoint().protocol(), error);
     if (!error) {
-      // Or an address would have ports for 28 000 connections a minute only.
+      // The kernel chooses the port at connect(), where the whole connection must be unique. A port that is chosen at
+      // bind() would be taken for the address: it then has ports for some 28 000 connections a minute only.
       const asio::detail::socket_option::boolean<IPPROTO_IP, IP_BIND_ADDRESS_NO_PORT> port_later(true);
       error_code ignored;
       socket.set_option(port_later, ignored);

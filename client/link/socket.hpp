@@ -24,15 +24,16 @@ class Socket : public AnyStream {
 
   executor_type get_executor() override { return socket_.get_executor(); }
   [[nodiscard]] const StreamOptions& options() const { return options_; }
-  // The server's, of an open socket.
+  // Returns the server's address. The socket must be open.
   [[nodiscard]] asio::ip::address remote_address() const;
 
   // Resolves and connects; with TLS, names the host to the server and checks its certificate. Once. Returns an empty
   // string, or one line with the reason of the failure.
   asio::awaitable<std::string> open();
-  // Ends TCP's sending direction alone: whoever reads until the server closes loses nothing of TLS.
+  // Ends TCP's sending direction alone: a caller that reads until the server closes loses nothing of TLS.
   void half_close();
-  void close();  // open() and other operations end soon
+  // Ends open() and other operations soon.
+  void close();
   // Describes the end of the connection in one line.
   [[nodiscard]] std::string describe(const boost::system::error_code& error) const;
 
@@ -45,7 +46,8 @@ class Socket : public AnyStream {
   const StreamOptions options_;
   asio::ip::tcp::socket socket_;
   std::optional<asio::ssl::context> context_;
-  std::optional<asio::ssl::stream<asio::ip::tcp::socket&>> tls_;  // once connected
+  // Is there once the socket is connected.
+  std::optional<asio::ssl::stream<asio::ip::tcp::socket&>> tls_;
   NameLookup lookup_;
 };
 

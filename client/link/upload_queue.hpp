@@ -18,7 +18,7 @@ class UploadQueue {
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
   explicit UploadQueue(std::size_t chunk_bytes) : chunk_bytes_(chunk_bytes) { HAIRNET_ASSERT(chunk_bytes > 0); }
 
-  // Asserts that `bytes` is not null. The offer to send; none if this groom is already being uploaded.
+  // Returns the offer to send; none if this groom is already being uploaded. Asserts that `bytes` is not null.
   std::optional<wire::GroomOffer> offer(const wire::GroomHash& hash, Bytes bytes);
   // The server wants the bytes from `need.offset` on. An offset equal to the groom's size means that it wants none now:
   // another client may be uploading them, and if it leaves, the server asks again. False for an unknown groom, or an
@@ -39,11 +39,13 @@ class UploadQueue {
 
   struct Upload {
     Bytes bytes;
+    // The next chunk begins here.
     std::uint64_t sent_bytes = 0;
   };
   std::size_t chunk_bytes_;
   std::map<wire::GroomHash, Upload> uploads_;
-  std::deque<wire::GroomHash> wanted_;  // in order of their requests
+  // Holds the grooms whose bytes the server waits for, in the order of its requests.
+  std::deque<wire::GroomHash> wanted_;
 };
 
 }  // namespace hairnet::link

@@ -87,7 +87,8 @@ class WebSocketStream : public ServerStream {
     return "the server closed the WebSocket without a goodbye" + (reason.empty() ? reason : ": " + reason);
   }
 
-  websocket::stream<Socket, false> stream_;  // without compression
+  // `false` leaves compression out.
+  websocket::stream<Socket, false> stream_;
   beast::flat_buffer buffer_;
 };
 

@@ -24,10 +24,12 @@ using asio::ip::udp;
 using boost::system::error_code;
 
 constexpr int kSystemBufferBytes = 1 << 20;
+// Is more than a UDP packet has on an Ethernet path, 1500 bytes.
 constexpr std::size_t kPacketBytesMax = 2048;
 constexpr int kPacketsAtOnceMax = 64;
-// A tick brings one datagram for every few people, all at once.
+// Bounds the datagrams that wait for read(). A tick brings one datagram for every few people, all at once.
 constexpr std::size_t kIncomingDatagramsMax = 1024;
+// kWait_ns_max stands for a wait without end, an hour. One call of rest() handles packets for kRest_ns.
 constexpr std::int64_t kWait_ns_max = 3'600'000'000'000, kRest_ns = 20'000'000;
 
 class WebTransportStream final : public WebTransportAttempt, private WebTransportEvents {
@@ -131,7 +133,9 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   struct Io {
     explicit Io(asio::io_context& io) : socket(io), event(io), writable(io) {}
     udp::socket socket;
-    asio::steady_timer event, writable;  // cancelled when something has happened, or may be written
+    // Coroutines wait on these: `event` is cancelled when something has happened, `writable` when there is room to
+    // write.
+    asio::steady_timer event, writable;
     bool is_watched = false;
   };
 
@@ -151,7 +155,8 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     co_return std::string();
   }
 
-  // Opens the socket towards where the page was read, and the session.
+  // Opens a socket to the machine that has answered with the page, and begins the session. Returns an empty string, or
+  // one line with the reason of the failure.
   std::string begin() {
     const WebTransportPage& page = *memory_->page;
     const udp::endpoint remote(*memory_->server, page.port);
@@ -181,7 +186,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     return quic::Address::of(endpoint.data(), static_cast<socklen_t>(endpoint.size()));
   }
 
-  // Without one of these the socket still works.
+  // Sets options of the socket. A failure is ignored, because the socket works without them too.
   void tune(bool is_v6) {
     const auto set = [this](int level, int name, int value) {
       ::setsockopt(io_->socket.native_handle(), level, name, &value, sizeof(value));
@@ -193,8 +198,9 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     if (is_v6) set(IPPROTO_IPV6, IPV6_MTU_DISCOVER, IPV6_PMTUDISC_PROBE);
   }
 
-  // Takes what has come and sends what is due. Where nothing had come, waits until something may have; else lets the
-  // rest of the thread's work go on in between, so that a server that never pauses cannot hold it up.
+  // Takes the packets that have come, and sends those that are due. If none had come, waits until one may have, or
+  // until QUIC has something to do. Otherwise gives way to the other work of the thread, so that a server that never
+  // pauses cannot hold it up.
   asio::awaitable<void> turn(std::int64_t wait_ns_max = kWait_ns_max) {
     const bool was_open = session_->is_open();
     const bool has_come = receive();
@@ -245,10 +251,10 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   void flush() {
     session_->write(
         [this](std::span<const std::uint8_t> packet) {
-          // QUIC takes what is dropped here for lost.
+          // A packet that the system does not take is dropped; QUIC notices that as a loss.
           const ssize_t count =
               ::send(io_->socket.native_handle(), packet.data(), packet.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
-          // The system tells it to the next call, whichever that is.
+          // The system reports a refusal of an earlier packet at the next call, to send or to receive.
           if (count < 0 && errno == ECONNREFUSED) is_refused_ = true;
         },
         channel::monotonic_ns());
@@ -287,15 +293,17 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   const std::shared_ptr<Io> io_;
   // Is null before it is begun.
   std::unique_ptr<WebTransportSession> session_;
-  // What has arrived and is not read yet. The window bounds the channel's bytes. They are read first, since datagrams
-  // may belong to members that messages announce.
+  // These three hold what has arrived and is not read yet. The window bounds the channel's bytes, which are read first:
+  // datagrams may belong to members that messages announce.
   std::vector<std::uint8_t> channel_bytes_;
   std::deque<std::vector<std::uint8_t>> datagrams_;
   DownloadReader downloads_;
   // Holds what was read last.
   std::vector<std::uint8_t> current_;
+  // The next read() gives so many bytes of the channel back to the window.
   std::size_t untaken_bytes_ = 0;
-  std::int64_t due_ns_ = 0;  // until when turn() waits
+  // turn() waits until then.
+  std::int64_t due_ns_ = 0;
   WebTransportFailure failure_ = WebTransportFailure::none;
   bool is_closed_ = false, is_refused_ = false;
 };

@@ -12,9 +12,10 @@
 
 namespace hairnet::local {
 
-// Where a character is at the end of a tick.
+// A character's pose at the end of a tick.
 struct TickPose {
   Pose pose;
+  // The pose does not continue the one before: the hair does not swing after the jump.
   bool teleport = false;
 };
 
@@ -26,19 +27,21 @@ class PlayedWorld {
   static constexpr std::uint32_t kCharactersMax = 65'536;
   // Counts from 1.
   using Id = std::uint32_t;
-  // Where the character is at `to_s`, and whether it jumps after `from_s`. Called once for each tick, and with two
-  // equal times for what is shown; times of the world.
+  // Returns the character's pose at `to_s`, and whether it jumps after `from_s`; both are times of the world. It is
+  // called once for each tick, and with two equal times for the pose that is shown.
   using PoseAt = std::function<TickPose(double from_s, double to_s)>;
   struct Def {
     double tick_rate_hz = 30;
     double start_s = 0;
     Wind wind;
-    ClockNs clock_ns = nullptr;  // times steps; null: not timed
+    // Times steps; null means that they are not timed.
+    ClockNs clock_ns = nullptr;
   };
   // The hands and props at the end of a tick from `from_s` to `to_s`, in the order of their keys. Called once for each
   // tick; it may grab and let go.
   using BodiesAt = std::function<std::vector<TouchBody>(double from_s, double to_s)>;
-  explicit PlayedWorld(const Def& def);  // asserts that the rate is in its range and the wind is valid
+  // Asserts that the rate is in its range and the wind is valid.
+  explicit PlayedWorld(const Def& def);
 
   // Its hair is rigid until it has levels. Returns 0 when there are kCharactersMax.
   Id add(PoseAt pose);
@@ -47,8 +50,9 @@ class PlayedWorld {
   void give_levels(Id id, std::shared_ptr<const LevelSet> levels);
   // Nothing is learnt here: learnt hair is stepped at level low, as by a server before it has learnt.
   void set_level(Id id, LevelIndex level);
-  void set_material(Id id, const MaterialScale& scale);  // asserts that it is valid
-  void set_wind(const Wind& wind);                       // asserts that it is valid
+  // These two assert that their argument is valid.
+  void set_material(Id id, const MaterialScale& scale);
+  void set_wind(const Wind& wind);
   [[nodiscard]] const Wind& wind() const { return def_.wind; }
   // Everyone may touch everyone's hair, for this program alone has hands here.
   void touch_by(BodiesAt bodies) { bodies_ = std::move(bodies); }
@@ -103,7 +107,7 @@ class PlayedWorld {
     MaterialScale material;
     // Holds the last two ticks.
     Lattice before, after;
-    // Hold what is shown, for active nodes and for all grid nodes.
+    // Hold the displacements that are shown, of the active nodes and of all grid nodes.
     std::vector<Vec3f> displacement, grid;
     // Is the lattice that is shown.
     const Lattice* lattice = nullptr;
@@ -123,7 +127,9 @@ class PlayedWorld {
   BodiesAt bodies_;
   OnTick on_tick_;
   Id next_id_ = 1;
-  std::uint64_t tick_ = 0, start_tick_ = 0;  // the second is the first tick at the present rate, at start_s_
+  // tick_ counts the ticks that are done. Tick start_tick_ ended at start_s_; the ticks after it have the present rate.
+  std::uint64_t tick_ = 0, start_tick_ = 0;
+  // shown_s_ is the time that is shown.
   double start_s_, shown_s_;
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 // The minimum that OpenGL ES 3 guarantees.
 constexpr GLsizei kSamples = 4;
-// After so many pictures the places of the samples repeat. The average is of no more pictures either.
+// After so many pictures the places of the samples repeat. The average has no more pictures either (accumulate.frag).
 constexpr int kPlaces = 32;
 // A camera that turns or moves further than this between two pictures shows something else: the average ends, because
 // looking up each pixel in the picture before would find nothing.
@@ -143,8 +143,8 @@ void Picture::draw(Stage& stage, std::span<const draw::ShownCharacter> character
   }
   const draw::Camera camera = sanitized(wanted);
   if (before_ && is_cut(before_->camera, camera)) cut();
-  // Four samples already spread over the pixel. Half the shift suffices: together with their shifts they cover it
-  // evenly.
+  // Each picture has four samples a pixel, which spread over the pixel already. So half of the shift suffices: the
+  // samples of all pictures together then cover the pixel evenly.
   const auto [x_px, y_px] = place_of(number_);
   const Sampling sampling{0.5f * x_px / static_cast<float>(width), 0.5f * y_px / static_cast<float>(height), number_};
   glBindFramebuffer(GL_FRAMEBUFFER, samples_target_.name());

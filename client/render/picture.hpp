@@ -49,7 +49,8 @@ class Picture {
 
   Program accumulate_, present_, depths_;
   Renderbuffer colour_samples_, depth_samples_;
-  // These are textures of one sample; the samples of a picture are resolved into them.
+  // current_ and depth_ have one sample a pixel; the samples of a picture are resolved into them. swing_ has
+  // HairMotion::swing().
   Texture current_, depth_, swing_;
   Framebuffer samples_target_, current_target_;
   // Two averages take turns: one is read while the other is written.

@@ -21,7 +21,8 @@
 namespace hairnet::render {
 namespace {
 
-// Beyond this distance from the camera nothing of a head is seen, and a damaged position would spoil the depth range.
+// Characters farther from the camera are left out: nothing of a head is seen there, and a damaged position would spoil
+// the depth range of the picture.
 constexpr double kCoordinateMax_m = 1e4;
 // A nearer plane would leave little precision of depth for what is far.
 constexpr float kNearMin_m = 0.01f;
@@ -204,7 +205,7 @@ std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::
       continue;
     nearest = std::min(nearest, depth - radius);
     furthest = std::max(furthest, depth + radius);
-    // A camera inside a head would get an endless detail: the depth has a minimum.
+    // A camera inside a head would get an endless detail, so the depth counts as 5 cm at least.
     const float head_px = scale * draw::kHead_m * view.px_per_m / static_cast<float>(std::max(depth, 0.05));
     const draw::DrawDetail detail =
         character.detail.value_or(draw::detail_for(head_px, look.quality, groom.strand_count()));
@@ -285,7 +286,7 @@ void GlStage::add_records(std::span<const draw::ShownCharacter> characters,
       const Appearance& one = by_groom[g][i];
       const std::size_t rows = groom->point_rows(strands_of(*groom, one));
       if (!records_.has_room(one.number) || point_rows_ + rows > rows_max_) {
-        // Those behind it in the list would not fit either, or only by chance: they are left out together.
+        // The characters behind this one in the list would not fit either, or only by chance: all are left out.
         statistics_.left_out += by_groom[g].size() - i;
         by_groom[g].resize(i);
         break;

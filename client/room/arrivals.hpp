@@ -10,7 +10,7 @@ namespace hairnet::room {
 // the GPU); frames that arrive meanwhile are all read afterwards, but were not late. Times in ns, of one clock.
 class Arrivals {
  public:
-  // The thread runs at this moment. Call it after what has arrived was read, with the time before reading.
+  // The thread runs now. Call it after all that has arrived was read, with the time before reading.
   void on_awake(std::int64_t now_ns) { awake_ns_ = now_ns; }
 
   // The estimated arrival of a batch of frames that was read at `read_ns`; `sample_ns` is on this clock.
@@ -21,16 +21,20 @@ class Arrivals {
       return read_ns;
     }
     if (lateness_min_ns_ == kUnknown_ns) return read_ns;
-    // On time, unless the thread would have read it before it blocked.
+    // The batch counts as on time, that is, as late as the best ones, unless the thread would then have read it before
+    // it blocked.
     return std::clamp(sample_ns + lateness_min_ns_, awake_ns_, read_ns);
   }
 
  private:
+  // A thread that has not run for longer than this counts as blocked: some four pictures at 60 Hz.
   static constexpr std::int64_t kStalled_ns = 60'000'000;
   // The remembered minimum of the lateness grows by this with each batch, so it follows clocks that drift apart.
   static constexpr std::int64_t kForget_ns = 100'000;
   static constexpr std::int64_t kUnknown_ns = std::numeric_limits<std::int64_t>::max() - kForget_ns;
+  // Is the last time at which the thread is known to have run.
   std::int64_t awake_ns_ = std::numeric_limits<std::int64_t>::min() / 2;
+  // Is the smallest time from a batch's sampling to its reading.
   std::int64_t lateness_min_ns_ = kUnknown_ns;
 };
 

@@ -5,8 +5,8 @@
 namespace hairnet::room {
 namespace {
 
-// A program's first report comes often before its camera is placed, so two are awaited. Calls count as well as time,
-// because a program that loads may call rarely at first.
+// A program's first report of heights comes often before its camera is placed, so two are awaited. A program that sends
+// no reports waits 0.6 s and four calls: calls count too, because a program that loads may call rarely at first.
 constexpr int kReports = 2, kWaitCalls = 4;
 constexpr std::int64_t kWait_ns = 600'000'000;
 

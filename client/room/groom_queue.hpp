@@ -19,9 +19,9 @@ class GroomQueue {
   void add(const wire::GroomHash& groom) {
     if (groom != current_) waiting_.insert(groom);
   }
-  // Nobody needs it any more. A fetch that has begun continues.
+  // No member needs the groom any more. A fetch that has begun continues.
   void remove(const wire::GroomHash& groom) { waiting_.erase(groom); }
-  // It has arrived, or cannot.
+  // The groom has arrived, or cannot come.
   void finish(const wire::GroomHash& groom);
   // The heights of all grooms that are seen now, as a share of the screen; heads outside of the view count little.
   void set_heights(std::span<const std::pair<wire::GroomHash, float>> heights);
@@ -37,6 +37,7 @@ class GroomQueue {
   // Holds the largest head with each groom.
   std::map<wire::GroomHash, float> heights_;
   std::optional<wire::GroomHash> current_;
+  // Count the calls of set_heights() that had any heights, and those of next() while grooms wait, up to their limits.
   int reports_ = 0, calls_ = 0;
   // Is the time when the first groom began to wait.
   std::optional<std::int64_t> begun_ns_;

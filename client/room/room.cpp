@@ -31,7 +31,7 @@ Room::Room(std::unique_ptr<link::Conversation> conversation, const wire::Observe
 void Room::advance() {
   const std::int64_t now_ns = conversation_->now_ns();
   for (const link::Event& event : conversation_->poll()) {
-    // What comes after close() is of a conversation that nobody follows any more.
+    // Events after close() are ignored: the caller has left the room.
     if (state_ != State::closed) std::visit([this](const auto& e) { take(e); }, event);
   }
   // The events above were read after a pause of unknown length, so they are judged by the moment of the call before.
@@ -247,7 +247,8 @@ void Room::take(const link::Connected& connected) {
   may_set_props_ = connected.welcome.may_set_props;
   forget_touch();
   for (auto& [number, own] : own_) {
-    // As the link does: another server gives the numbers of sessions to others.
+    // Another server gives the numbers of sessions to other people, so the link forgets them too
+    // (RequestedState::forget_sessions).
     if (connected.again && !connected.welcome.resumed) own.touch_chosen.clear();
     if (!own.member) continue;
     // A new session has another number, by which others know this client.
@@ -351,7 +352,8 @@ void Room::take(const wire::Error& error) {
       return;
     }
   }
-  if (error.reason == wire::ErrorReason::state_invalid) return;  // the hair starts at rest
+  // A new server could not continue the hair, which starts at rest: nothing that a person must know.
+  if (error.reason == wire::ErrorReason::state_invalid) return;
   std::string line = std::string("the server refuses: ") + wire::to_string(error.reason);
   if (error.character != 0) line += ", character " + std::to_string(error.character);
   if (!error.detail.empty()) line += " (" + error.detail + ")";
@@ -374,7 +376,7 @@ void Room::meet(const std::shared_ptr<Member>& member) {
   tell(Joined{member->number, member});
 }
 
-// Nothing where there is none of that number.
+// Removes the member of that number from the room, if there is one.
 void Room::drop(std::uint32_t number) {
   const auto found = members_.find(number);
   if (found == members_.end()) return;

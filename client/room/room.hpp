@@ -28,11 +28,15 @@ enum class State : std::uint8_t { connecting, connected, reconnecting, closed };
 // What a room reports to its caller, in order.
 struct StateChanged {
   State state = State::connecting;
-  std::string detail;       // one line with the reason; empty when connected
-  double wait_s = 0;        // before the next attempt
-  bool is_refused = false;  // closed, and the same request would be refused again
+  // Says the reason in one line; empty when connected.
+  std::string detail;
+  // Is the wait before the next attempt.
+  double wait_s = 0;
+  // The room is closed, and the same request would be refused again.
+  bool is_refused = false;
 };
-// `number`: what the member's was then. An own character leaves and joins with another one when its room moves.
+// `number` is the number that the member had at the time of the event. An own character leaves and joins with another
+// number when its room moves to another server.
 struct Joined {
   std::uint32_t number = 0;
   std::shared_ptr<const Member> member;
@@ -48,10 +52,11 @@ struct Changed {
 };
 struct WindChanged {
   Wind wind;
-  std::uint64_t session = 0;  // who has set it: see wire::RoomWind
+  // Says who has set the wind, see wire::RoomWind.
+  std::uint64_t session = 0;
 };
-// A hand of this client holds so many points of the member's hair: the answer to take_hold(), and 0 when it holds them
-// no longer.
+// A hand of this client holds so many points of the member's hair. It is the answer to take_hold(), and comes with 0
+// points when the hand holds them no longer.
 struct HeldChanged {
   std::uint32_t member = 0;
   std::uint8_t hand = 0;
@@ -64,10 +69,14 @@ struct TouchChanged {
 };
 // The server refused something, or a hairstyle cannot be shown.
 struct Error {
-  std::string detail;                                  // one line for people
-  wire::ErrorReason reason = wire::ErrorReason::none;  // none: the server refused a groom, and says why in another one
-  std::uint32_t character = 0;                         // this client's own; 0: none
-  wire::GroomHash groom{};                             // zero: none
+  // Is one line for people.
+  std::string detail;
+  // None means that the server refused a groom; another Error then has the reason.
+  wire::ErrorReason reason = wire::ErrorReason::none;
+  // Is the own character that the error is about; zero: none.
+  std::uint32_t character = 0;
+  // Is the groom that the error is about; zero: none.
+  wire::GroomHash groom{};
 };
 using Event =
     std::variant<StateChanged, Joined, Left, Changed, WindChanged, HeldChanged, PropsChanged, TouchChanged, Error>;
@@ -76,15 +85,18 @@ std::string describe(const Event& event);
 
 // How an own character is added.
 struct CharacterOptions {
-  LevelIndex level = LevelIndex::high;  // the finest that it may have
-  std::string tag;                      // any bytes, at most wire::kTagBytesMax; by convention the person's name
+  // Is the finest level that the character may have.
+  LevelIndex level = LevelIndex::high;
+  // Holds any bytes, at most wire::kTagBytesMax; by convention the person's name.
+  std::string tag;
   std::optional<wire::Appearance> appearance;
 };
 // The bones of an own character now, world.
 struct OwnPose {
   std::uint32_t own = 0;
   Pose pose;
-  bool teleport = false;  // it does not continue the pose before: the hair does not swing after the jump
+  // The pose does not continue the one before: the hair does not swing after the jump.
+  bool teleport = false;
 };
 
 // Receives frames as they are taken, for traces and statistics. It must not call the room.
@@ -115,7 +127,7 @@ class Room {
   // Returns zero if there is no such character.
   [[nodiscard]] wire::GroomHash groom_of(std::uint32_t own) const;
   [[nodiscard]] State state() const { return state_; }
-  // Belongs to this client; zero until there is one.
+  // Returns this client's session; zero before the first welcome.
   [[nodiscard]] std::uint64_t session() const { return session_; }
   // Is the room's wind; still air before it is known.
   [[nodiscard]] const Wind& wind() const { return wind_; }
@@ -124,8 +136,8 @@ class Room {
   [[nodiscard]] const std::map<std::uint8_t, wire::Prop>& props() const { return touch_.props(); }
   // The server let this client set them when it joined.
   [[nodiscard]] bool may_set_props() const { return may_set_props_; }
-  // The hands of others near members, as they were when hair moved as it is shown. Each person that has any is there
-  // once.
+  // Returns the hands of other people near members, at the sample time of the shown hair. Each person that has any is
+  // there once.
   [[nodiscard]] const std::vector<wire::RoomHands::Person>& hands() const { return touch_.hands(); }
   // Whether this client's hands may touch its hair, as far as the client knows.
   [[nodiscard]] bool may_touch(const Member& member) const;
@@ -189,16 +201,24 @@ class Room {
     std::optional<wire::Appearance> appearance;
     TouchAudience touch = TouchAudience::oneself;
     std::vector<std::uint64_t> touch_chosen;
+    // Counts the poses that were pushed.
     std::uint32_t sequence = 0;
-    std::shared_ptr<Member> member;  // null until the server has added it; then it stays
-    std::optional<Pose> pose;        // the newest
-    bool is_here = false;            // its member is one of the room
+    // Is null until the server has added the character; then it stays, also while the character is not in the room.
+    std::shared_ptr<Member> member;
+    // Is the pose that was pushed last.
+    std::optional<Pose> pose;
+    // `member` is in members_.
+    bool is_here = false;
   };
   struct KnownGroom {
-    std::shared_ptr<const Groom> groom;  // null: not here
-    link::RequestedState::Bytes file;    // its bytes; null: not here
+    // Is null when the groom is not here.
+    std::shared_ptr<const Groom> groom;
+    // Holds the bytes of the groom's file; is null when they are not here.
+    link::RequestedState::Bytes file;
+    // Says in one line why the groom cannot be shown; empty without an error.
     std::string error;
-    std::optional<std::int64_t> ask_again_ns;  // no member could give it
+    // The server could not send the groom yet, and is asked again at this time.
+    std::optional<std::int64_t> ask_again_ns;
   };
 
   void take(const link::Connected& connected);
@@ -234,20 +254,22 @@ class Room {
   Refusal dropped(std::string error);
 
   std::unique_ptr<link::Conversation> conversation_;
-  bool observes_others_;  // otherwise their grooms are not fetched
+  // The room shows characters of other clients; otherwise their grooms are not fetched.
+  bool observes_others_;
   State state_ = State::connecting;
   std::uint64_t session_ = 0;
   Wind wind_;
   bool may_set_wind_ = true, may_touch_ = true, may_set_props_ = false;
   RoomTouch touch_;
   std::map<std::uint32_t, std::shared_ptr<Member>> members_;
-  // Holds the same members as members_.
+  // Holds the same members as members_, for readers that must not change them.
   std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;
   std::map<std::uint32_t, Own> own_;
   std::uint32_t next_own_ = 1;
   // Holds the grooms that members or own characters use.
   std::map<wire::GroomHash, KnownGroom> grooms_;
   GroomQueue queue_;
+  // Are the arguments of the last fetch_first().
   std::optional<std::uint32_t> first_;
   bool fetches_only_first_ = false;
   Arrivals arrivals_;

@@ -10,7 +10,7 @@
 namespace hairnet::room {
 namespace {
 
-// Half a second at 60 Hz: hair is played out less late.
+// So many samples are half a second at 60 Hz. Hair is played out with less delay, so older samples are never shown.
 constexpr std::size_t kSamplesMax = 32;
 constexpr const char* kNotConnected = "the room is not connected: nothing is held, released or set";
 
@@ -42,7 +42,7 @@ void RoomTouch::play_hands(std::optional<std::int64_t> sampled_ns, std::int64_t 
   for (const auto& [session, heard_ns, samples] : people_) {
     auto next = sampled_ns ? samples.begin() : samples.end();
     while (next != samples.end() && next->sampled_ns <= *sampled_ns) ++next;
-    // The hair that is shown is older than all samples of this hand, which comes later.
+    // The shown hair is older than all samples of this person, whose hands therefore do not show yet.
     if (next == samples.begin()) continue;
     const Sample& now = *std::prev(next);
     if (now.hands.empty()) continue;
@@ -121,7 +121,7 @@ Result<void> Room::set_props(std::vector<wire::Prop> props, std::vector<std::uin
   return {};
 }
 
-// The server tells anew what is not the default.
+// After a welcome the server announces all props and touch rules again, except for rules that are the default.
 void Room::forget_touch() {
   // The event comes only if something changes for the caller.
   const bool had_props = !touch_.props().empty();
@@ -146,7 +146,8 @@ void Room::take(const wire::RoomProps& announced) {
 
 void Room::take(const wire::MemberTouch& announced) {
   const auto found = members_.find(announced.member);
-  // What this client says last holds for its own, though the word of an earlier one may still come.
+  // The rule of an own character is what this client has set last; the server's answer to an earlier rule may still
+  // come.
   if (found != members_.end() && found->second->own == 0)
     set_touch(*found->second, announced.audience, announced.chosen);
 }
@@ -159,7 +160,8 @@ void Room::take(const wire::RoomHands& announced) {
   touch_.take(announced, conversation_->to_local_ns(announced.sample_time_ns), conversation_->now_ns());
 }
 
-// Hair is played out less late where the server steps it more often: hands keep to the newest that is shown.
+// Members are shown at different sample times, because hair that the server steps more often has less delay. Hands are
+// shown at the newest of these times.
 void Room::play_hands(std::int64_t now_ns) {
   std::optional<std::int64_t> shown_ns;
   for (const auto& [number, member] : members_) {

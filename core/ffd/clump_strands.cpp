@@ -18,6 +18,7 @@ Vec3f across(const Vec3f& direction, const Vec3f& wanted) {
 // The clump's radius along the strand: roots lie closer, the full radius is reached after an eighth of the length, and
 // the tips gather.
 float radius_at(float s, float radius_m, float tip_radius_m) {
+  // At the root the radius is 0.4 of the full one; 4.8 is (1 - 0.4) over an eighth.
   const float opening = std::min(1.0f, 0.4f + 4.8f * s);
   return opening * std::lerp(radius_m, tip_radius_m, s);
 }

@@ -25,7 +25,7 @@ class Deformer {
  public:
   // `blend`: delta of each point, or empty for 1. Points may lie outside the lattice (linear extrapolation).
   Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend, FfdKind kind);
-  // With tangents. `rest` has one entry per point.
+  // Prepares for tangents too. `rest` has one entry per point.
   Deformer(const Lattice& lattice, std::span<const Vec3f> points_head, std::span<const float> blend,
            const RestTangents& rest, FfdKind kind);
   // All points of the groom: those of strands, threads, cards and cloths.

@@ -155,7 +155,8 @@ std::uint32_t MeshQuery::add_box(std::uint32_t begin, std::uint32_t end) {
       [&](const Corners& s, const Corners& t) { return key(s) != key(t) ? key(s) < key(t) : s.triangle < t.triangle; });
   add_box(begin, middle);
   const std::uint32_t second = add_box(middle, end);
-  HAIRNET_ASSERT(second > index + 1);  // the first child lies between them
+  // The first child lies between the two.
+  HAIRNET_ASSERT(second > index + 1);
   boxes_[index].second = second;
   return index;
 }

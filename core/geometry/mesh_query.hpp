@@ -20,7 +20,8 @@ class MeshQuery {
 
   struct Closest {
     std::uint32_t triangle = 0;
-    double distance = std::numeric_limits<double>::infinity();  // m; infinite when the mesh is empty
+    // Is in m, and infinite when the mesh is empty.
+    double distance = std::numeric_limits<double>::infinity();
     Vec3 point = Vec3::Zero();
     // Weighs the triangle's three corners; the sum is 1.
     Vec3 barycentric = Vec3::Zero();
@@ -30,7 +31,8 @@ class MeshQuery {
 
   struct Hit {
     std::uint32_t triangle = 0;
-    double distance = 0;  // m along the ray
+    // Is measured along the ray, m.
+    double distance = 0;
   };
   // The nearest triangle on the ray, from either side. Asserts that `direction` is a unit vector.
   [[nodiscard]] std::optional<Hit> first_hit(const Vec3& origin, const Vec3& direction, double distance_max) const;
@@ -44,7 +46,8 @@ class MeshQuery {
  private:
   struct Corners {
     Vec3 a, b, c;
-    std::uint32_t triangle;  // index in the mesh
+    // Names the triangle by its index in the mesh.
+    std::uint32_t triangle;
   };
   struct Box {
     Vec3 low, high;

@@ -10,11 +10,14 @@ namespace hairnet {
 
 // The skull and body that a groom was made on, in head space at rest.
 struct Body {
-  TriangleMesh mesh;                                        // m; empty only in an unfinished groom
-  std::vector<std::array<float, kBoneCount>> bone_weights;  // one entry a vertex, each >= 0, sum 1
+  // Is in m, and empty only in an unfinished groom.
+  TriangleMesh mesh;
+  // Has one entry a vertex; each weight is >= 0, and they sum to 1.
+  std::vector<std::array<float, kBoneCount>> bone_weights;
   std::array<Vec3f, kBoneCount> joints{Vec3f(0, 0, 0), Vec3f(0, -0.10f, -0.02f), Vec3f(0.03f, -0.16f, -0.01f),
                                        Vec3f(-0.03f, -0.16f, -0.01f), Vec3f(0, -0.25f, -0.04f)};  // pivot of each bone
-  bool fitted_from_roots = false;  // no mesh was given: the skull is an ellipsoid
+  // Says that no mesh was given, so the skull is an ellipsoid.
+  bool fitted_from_roots = false;
 
   [[nodiscard]] Vec3 joint(Bone bone) const { return joints[static_cast<std::size_t>(bone)].cast<double>(); }
 };

@@ -17,7 +17,8 @@ struct PointRange {
 // A thread, cord or chain: a line that resists stretching. Its stiffness is limited by what the solver can solve at 25
 // steps a second (all hair of a head together has 40 N); real yarn is stiffer.
 struct Thread {
-  PointRange points{};  // a polyline
+  // Is a polyline.
+  PointRange points{};
   std::uint16_t group = 0;
   // Its first point is pinned to the skull.
   bool rooted = false;
@@ -25,7 +26,8 @@ struct Thread {
   float root_length_m = 0.02f;
   // Drawing alone uses it.
   float radius_m = 8e-4f;
-  Vec3f colour{0.6f, 0.1f, 0.1f};  // linear RGB albedo
+  // Is a linear RGB albedo.
+  Vec3f colour{0.6f, 0.1f, 0.1f};
   // A spring of length L has k = this / L.
   float axial_stiffness_n = 0.5f;
   float damping_time_s = 0.008f;  // q / k
@@ -42,13 +44,15 @@ struct Thread {
 struct Cloth {
   PointRange points{};
   std::uint16_t group = 0;
-  std::vector<std::array<std::uint32_t, 3>> triangles;  // indices into Groom::points, within `points`
+  // Has indices into Groom::points, within `points`.
+  std::vector<std::array<std::uint32_t, 3>> triangles;
   // One entry for each point: the distance along the cloth to the place where it is pinned to the skull, m; 0 is
   // pinned. Empty: not pinned.
   std::vector<float> root_distance_m;
   // Is lambda_0 of eq. 7, if pinned.
   float root_length_m = 0.02f;
-  Vec3f colour{0.8f, 0.8f, 0.8f};  // linear RGB albedo
+  // Is a linear RGB albedo.
+  Vec3f colour{0.8f, 0.8f, 0.8f};
   // Drawing alone uses it.
   float opacity = 1;
   // Is the tension over width and strain, along the weave.

@@ -52,7 +52,8 @@ struct Groom {
   // Strand by strand, root first; then those of the threads, of the cards and of the cloths. All code for points (the
   // lattice's box, the FFD, framing a picture) includes them in this way.
   std::vector<Vec3f> points;
-  std::vector<std::uint32_t> strand_begin{0};  // strand s has points [strand_begin[s], strand_begin[s + 1])
+  // Strand s has points [strand_begin[s], strand_begin[s + 1]).
+  std::vector<std::uint32_t> strand_begin{0};
   std::vector<StrandProperties> strands;
   // There is at least one name once anything has a group.
   std::vector<std::string> group_names;

@@ -97,7 +97,8 @@ std::string validate(const Material& material) {
 
 double axial_damping_time_s(const Material& material, double strand_length_m) {
   const double axial_stiffness_n = material.axial_stiffness_n;
-  if (!(axial_stiffness_n > 0)) return 0;  // no axial mode to damp
+  // Without stiffness there is no axial mode to damp.
+  if (!(axial_stiffness_n > 0)) return 0;
   HAIRNET_ASSERT(strand_length_m > 0);
   HAIRNET_ASSERT(material.linear_density_kg_per_m > 0);
   const double omega = std::numbers::pi / 2 / strand_length_m *

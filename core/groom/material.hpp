@@ -51,12 +51,15 @@ double axial_damping_time_s(const Material& material, double strand_length_m);
 
 // Named materials, chosen by eye and by figures. `normal` is Material{}.
 std::span<const std::string_view> material_names();
-Result<Material> make_material(std::string_view name);     // an unknown name gives an error that lists the known ones
-std::string_view material_name(const Material& material);  // "custom" when it has none
+// An unknown name gives an error that lists the known ones.
+Result<Material> make_material(std::string_view name);
+// Returns "custom" when the material has no name.
+std::string_view material_name(const Material& material);
 
 // The material of one group of a groom.
 struct GroupMaterial {
-  std::uint16_t group = 0;  // index into Groom::group_names
+  // Is an index into Groom::group_names.
+  std::uint16_t group = 0;
   Material material;
   friend bool operator==(const GroupMaterial&, const GroupMaterial&) = default;
 };
@@ -64,7 +67,8 @@ struct GroupMaterial {
 // come from the base only, because groups share nodes.
 struct MaterialSet {
   Material base;
-  std::vector<GroupMaterial> groups;  // ascending by group
+  // Ascend by group.
+  std::vector<GroupMaterial> groups;
 
   [[nodiscard]] const Material& of(std::uint16_t group) const;
   // Replaces the group's own, if it has one.

@@ -24,12 +24,14 @@ float root_length_at(const RootLengths& lengths, const Vec3f& root_head) {
 void set_root_lengths(const RootLengths& lengths, int group, Groom& groom) {
   HAIRNET_ASSERT(group == kEveryGroup || (group >= 0 && static_cast<std::size_t>(group) < groom.group_names.size()));
   HAIRNET_ASSERT(groom.strand_begin.size() == groom.strand_count() + 1);
-  std::mt19937_64 random(lengths.seed);  // the standard defines its numbers, unlike those of distributions
+  // The standard defines the numbers of this engine, unlike those of distributions.
+  std::mt19937_64 random(lengths.seed);
   const float spread = std::clamp(lengths.spread, 0.0f, 0.95f);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     // Every strand takes a number, also those that are left out, so a strand's factor does not depend on the group that
     // is asked for.
-    const auto chance = static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-52 - 1);  // [-1, 1)
+    // The chance is in [-1, 1).
+    const auto chance = static_cast<float>(static_cast<double>(random() >> 11) * 0x1p-52 - 1);
     StrandProperties& strand = groom.strands[s];
     if (!strand.rooted || groom.strand_points(s).empty() || (group != kEveryGroup && strand.group != group)) continue;
     strand.root_length_m = root_length_at(lengths, groom.strand_points(s)[0]) * (1 + spread * chance);

@@ -9,14 +9,18 @@ namespace hairnet {
 
 // Hair rooted near `centre` has another root length than other hair; the transition is smooth.
 struct RootLengthRegion {
-  Vec3f centre = Vec3f::Zero();  // head space, m
-  float radius_m = 0.05f;        // no influence beyond
-  float root_length_m = 0.02f;   // at the centre
+  // Is in head space, m.
+  Vec3f centre = Vec3f::Zero();
+  // There is no influence beyond this distance.
+  float radius_m = 0.05f;
+  // Is the length at the centre.
+  float root_length_m = 0.02f;
 };
 
 // lambda_0 of eq. 7 over a head.
 struct RootLengths {
-  float root_length_m = 0.02f;  // outside all regions
+  // Is the length outside all regions.
+  float root_length_m = 0.02f;
   std::vector<RootLengthRegion> regions;
   // Each strand's own lambda_0 is at random up to this share longer or shorter, 0 to 0.95.
   float spread = 0;

@@ -20,7 +20,7 @@ using Eigen::MatrixXf;
 using Eigen::VectorXf;
 
 constexpr std::uint32_t kMotions = 128, kValidationMotions = 32;
-// Counts the ticks of each motion.
+// Counts the ticks of each motion, which lasts 6 s (kLearntTick_s).
 constexpr std::size_t kTicks = 180;
 
 // The outputs with the least squares, of a network whose outputs are its hidden numbers:

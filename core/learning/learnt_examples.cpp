@@ -21,14 +21,16 @@ using Eigen::Index;
 using Eigen::MatrixXf;
 using Eigen::VectorXf;
 
-constexpr std::size_t kSixteensAtOnce = 16;  // bounds the memory of lattices and poses
+// Bounds the memory of lattices and poses.
+constexpr std::size_t kSixteensAtOnce = 16;
 
 bool is_in_wind(std::uint32_t number) {
   return number / kLearntWidth % 2 == 1;
 }
 
-// More wild motions than make_training_motion has in a row. Every fourth motion returns to upright rest and stays
-// there: hair must learn to come to rest.
+// Three motions in eight are wild, while make_training_motion has one in eight; the entries of kKinds are numbers of
+// its kinds, and number 3 is the wild one. The factor 8 gives each motion a number of its own. Every fourth motion
+// returns to upright rest and stays there: hair must learn to come to rest.
 std::vector<Pose> poses_of(std::uint32_t number, const Body& body, std::size_t tick_count) {
   constexpr std::array kKinds{0u, 1u, 2u, 3u, 3u, 5u, 6u, 3u};
   const std::uint32_t motion = 8 * number + kKinds[number % kKinds.size()];

@@ -13,7 +13,7 @@ using Eigen::Index;
 using Eigen::VectorXf;
 using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// With 8 bits after the first.
+// Rounds a weight to 8 bits after the first one.
 float shortened(float weight) {
   // Half of the last kept bit is added first, so the number is rounded and not cut. The carry into the exponent is
   // right as well.

@@ -115,7 +115,7 @@ class Network {
   static Array gate(const Array& x) { return T(0.5) + T(0.5) * squash(x); }
   static Array gate_slope(const Array& x) { return T(0.5) * slope(x); }
   static Array clamp(const Array& x) { return x.cwiseMax(T(-3)).cwiseMin(T(3)); }
-  // n
+  // The n of LearntHair: the value towards which each hidden number moves.
   template <class Sums>
   Array target(const Sums& a) const {
     return squash(a.middleRows(n_, n_).array()).colwise() - rest_.col(0);

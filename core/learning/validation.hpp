@@ -17,9 +17,9 @@ std::vector<LearntExamples> take_validation_examples(const Groom& groom, const s
                                                      std::size_t tick_count,
                                                      const std::function<bool(double)>& keep_going,
                                                      const ParallelFor& parallel_for);
-// Measures the errors of the hair and of the low level on them. Hair that errs more than the low level in wind loses
-// the weights of the wind. Returns a line about the error of hair that does so in still air, or is not valid; else an
-// empty string.
+// Measures the errors of the hair and of the low level in the validation examples. Hair that errs more than the low
+// level in wind loses the weights of the wind. Returns one line when the hair errs more than the low level in still
+// air, or is not valid; else an empty string.
 std::string judge(const std::vector<LearntExamples>& validation, LearntHair& hair);
 
 }  // namespace hairnet

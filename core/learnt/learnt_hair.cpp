@@ -103,7 +103,8 @@ void step_learnt(const LearntHair& hair, std::span<LearntMotion> motions) {
   std::array<Pose, kLearntWidth> poses;
   std::array<LearntMember, kLearntWidth> members;
   std::array<LearntMotion*, kLearntWidth> stepped;
-  for (int tick = first; tick <= last; ++tick) {  // up to 0: the first pose is held
+  // Up to tick 0 the first pose is held.
+  for (int tick = first; tick <= last; ++tick) {
     std::size_t count = 0;
     for (LearntMotion& motion : motions) {
       if (tick > 0 ? tick > motion.ticks : !motion.begins) continue;

@@ -29,9 +29,12 @@ inline constexpr std::size_t kAirInputCount = 3;
 
 // What learnt hair knows of wind. Servers alone have it: clients evaluate hair in still air.
 struct LearntWind {
-  std::vector<float> weights;      // Zu, Nu, Ru: [3 hidden][kAirInputCount]; empty: the hair holds in still air alone
-  float max_m_per_s = 0;           // the fastest air in the training motions
-  float error = 0, low_error = 0;  // as those of LearntHair, in wind
+  // Has Zu, Nu and Ru: [3 hidden][kAirInputCount]. Empty means that the hair holds in still air alone.
+  std::vector<float> weights;
+  // Is the fastest air in the training motions.
+  float max_m_per_s = 0;
+  // Are errors as those of LearntHair, in wind.
+  float error = 0, low_error = 0;
 };
 
 // The hair of one groom as a small recurrent network: from poses, and the wind, to the first coefficients of the
@@ -47,11 +50,16 @@ struct LearntWind {
 // x are the PoseInputs, u the velocity of the air, h the hidden numbers and c the coefficients (m). At rest in still
 // air x, u, h and c are exactly zero.
 struct LearntHair {
-  std::size_t hidden_count = 0, mode_count = 0;  // multiples of 4
-  std::vector<float> input_weights;              // Z, N, R: [3 hidden][input]
-  std::vector<float> hidden_weights;             // Z', N', R': [3 hidden][hidden]
-  std::vector<float> bias;                       // z0, n0, r0: [3 hidden]
-  std::vector<float> output_weights;             // C: [mode][hidden]
+  // Are multiples of 4.
+  std::size_t hidden_count = 0, mode_count = 0;
+  // Has Z, N and R: [3 hidden][input].
+  std::vector<float> input_weights;
+  // Has Z', N' and R': [3 hidden][hidden].
+  std::vector<float> hidden_weights;
+  // Has z0, n0 and r0: [3 hidden].
+  std::vector<float> bias;
+  // Has C: [mode][hidden].
+  std::vector<float> output_weights;
   // Is the greatest size of each input in the training motions.
   PoseInputs most{};
   // Are the errors of this hair and of the low level from the finest, over its motion; measured on validation motions
@@ -73,7 +81,8 @@ std::string validate(const LearntHair& hair);
 // earlier.
 struct LearntState {
   PoseHistory poses;
-  std::vector<float> hidden;  // empty: zeros
+  // Empty means zeros.
+  std::vector<float> hidden;
 };
 
 struct LearntMember {
@@ -109,7 +118,8 @@ struct LearntMotion {
   // still air.
   std::span<const Vec3> air_world = {};
   bool air_is_carried = false;
-  bool is_covered = true;  // result: the hair covers all poses after `from`
+  // Is a result: the hair covers all poses after `from`.
+  bool is_covered = true;
 };
 
 // Steps at most kLearntWidth characters through their motions. The result of a character does not depend on the others.

@@ -50,15 +50,15 @@ HWY_INLINE V gate(V x) {
   return hn::MulAdd(hn::Set(kD, 0.5f), squash(x), hn::Set(kD, 0.5f));
 }
 
-// Two hidden numbers.
+// Computes the hidden numbers `first` and `first + 1` of all lanes.
 HWY_INLINE void step_two(const LearntHair& hair, std::size_t first, const float* inputs, const float* hidden,
                          float* out) {
   const std::size_t n = hair.hidden_count;
   const float* const x = hair.input_weights.data() + first * kPoseInputCount;
   const float* const h = hair.hidden_weights.data() + first * n;
   const float* const bias = hair.bias.data() + first;
-  // Rows: z, z, r, r, and N x, N x; then N' h, N' h in their place.
-  // The product N' h has its own sum, as r multiplies it before it joins N x.
+  // The sums are two of z, two of r, and two of N x, whose place two of N' h take later. The product N' h has its own
+  // sum, as r multiplies it before it joins N x.
   Sums<6> sums;
   for (std::size_t i = 0; i < 2; ++i) {
     sums.set(i, bias[i]);

@@ -34,8 +34,10 @@ class PoseHistory {
  private:
   Pose last_;
   Vec3 velocity_world_ = Vec3::Zero();
-  Vec3 expected_world_ = Vec3::Zero();  // velocity_to_expect(), also after a jump
-  int known_count_ = 0;                 // poses since the last teleport, at most 2
+  // Is what velocity_to_expect() returns, also after a jump.
+  Vec3 expected_world_ = Vec3::Zero();
+  // Counts the poses since the last teleport, at most 2.
+  int known_count_ = 0;
 };
 
 }  // namespace hairnet

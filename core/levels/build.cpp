@@ -37,7 +37,8 @@ static_assert(std::ranges::all_of(kLevelSpecs, [](const LevelSpec& spec) {
 // The contribution of a groom to one lattice, before any reduction.
 struct GroomMechanics {
   StiffenerList springs, attachments;
-  StiffenerList ties;  // the knots' springs, which springs of hair must not displace
+  // Has the springs of the knots, which springs of hair must not displace.
+  StiffenerList ties;
   LumpedHair lumped;
   std::size_t degenerate_strands = 0;
 };

@@ -16,12 +16,16 @@ inline constexpr std::uint32_t kBuildVersion = 3;
 
 // Statistics of building one level, for logs and tests.
 struct LevelReport {
-  std::size_t springs_before = 0, attachments_before = 0;  // before decimation
+  // Both are counted before decimation.
+  std::size_t springs_before = 0, attachments_before = 0;
   std::size_t springs_after = 0, attachments_after = 0;
   std::size_t active_nodes = 0;
-  std::size_t degenerate_strands = 0;    // strands and threads without length: they get no springs
-  std::size_t contacts = 0;              // points of hair at which contact acts
-  double decimation_s = 0, total_s = 0;  // measured with BuildCallbacks::clock_s; 0 without a clock
+  // Counts strands and threads without length, which get no springs.
+  std::size_t degenerate_strands = 0;
+  // Counts the points of hair at which contact acts.
+  std::size_t contacts = 0;
+  // Are measured with BuildCallbacks::clock_s; 0 without a clock.
+  double decimation_s = 0, total_s = 0;
 };
 
 // Callbacks of a build. Only one thread at a time calls them, also when `parallel_for` runs on many.

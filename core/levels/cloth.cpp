@@ -34,9 +34,10 @@ double edge_length(std::span<const Vec3f> points, std::uint32_t a, std::uint32_t
   return (points[b] - points[a]).cast<double>().norm();
 }
 
-// In order of their points, so that the same cloth gives the same bits.
+// The edges are in the order of their points, so that the same cloth gives the same bits.
 Edges edges_of(std::span<const Vec3f> points, const Cloth& cloth) {
-  constexpr double kClearlyLonger = 1.1;  // an equilateral triangle has no diagonal
+  // A diagonal is longer than the other edges by this factor at least; an equilateral triangle has none.
+  constexpr double kClearlyLonger = 1.1;
   Edges edges;
   for (const auto& triangle : cloth.triangles) {
     HAIRNET_VALIDATE(std::ranges::max(triangle) < points.size());

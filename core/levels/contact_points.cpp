@@ -21,8 +21,9 @@ constexpr double kSpacing = 0.75;
 constexpr float kSpacingMin_m = 0.01f;
 // Nearer to the root hair hardly moves relative to the head.
 constexpr float kBlendMin = 0.15f;
-// Hair that is thrown against the body presses with many times its weight.
-constexpr double kLoad = 160 * 9.81;  // m/s^2 on a point's share of the mass
+// Hair that is thrown against the body presses with many times its weight. This is the acceleration of a point's share
+// of the mass, m/s^2.
+constexpr double kLoad = 160 * 9.81;
 // The load may press in to this depth.
 constexpr double kDent_m = 0.005;
 // In the design a point is this much farther away than where contact begins, so that rounding causes no contact.

@@ -20,14 +20,18 @@ constexpr std::size_t kNeighbourCount = 6;
 // One stiffener, or several merged. `share` is its weight in an average: k L of springs, k of attachments.
 struct Cluster {
   double share = 0;
-  double moment = 0;                // sum k L^2; attachments: sum k
-  double damping_moment = 0;        // the same sum of q
-  std::vector<NodeWeight> weights;  // sum share w, ascending by node
+  // Is the sum of k L^2 for springs, and of k for attachments.
+  double moment = 0;
+  // Is the same sum of q.
+  double damping_moment = 0;
+  // Is the sum of share times w, ascending by node.
+  std::vector<NodeWeight> weights;
 };
 
 struct Candidate {
   double cost;
-  std::uint32_t a, b;  // a < b
+  // The order is a < b.
+  std::uint32_t a, b;
   // Are the versions of the clusters when the cost was found.
   std::uint32_t version_a, version_b;
 };
@@ -149,6 +153,7 @@ class Decimation {
       if (!run_round(groups, neighbour_count)) return false;
       HAIRNET_ASSERT(count_ < before);
       HAIRNET_ASSERT(count_ >= count_max_);
+      // A round that merged almost nothing had too few neighbours to choose from.
       if (before - count_ <= before / 32) neighbour_count = std::min(2 * neighbour_count, before);
     }
     return true;
@@ -349,8 +354,10 @@ class Decimation {
   std::size_t count_start_, count_;
   std::vector<Cluster> clusters_;
   std::vector<Chord> chords_;
-  std::vector<std::uint32_t> version_;      // number of merges into each
-  std::vector<std::uint32_t> merged_into_;  // union-find
+  // Counts the merges into each cluster.
+  std::vector<std::uint32_t> version_;
+  // Is a union-find structure.
+  std::vector<std::uint32_t> merged_into_;
 };
 
 }  // namespace

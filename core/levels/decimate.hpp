@@ -11,7 +11,8 @@ namespace hairnet {
 enum class StiffenerKind : std::uint8_t { spring, attachment };
 
 // The most nodes of a merged stiffener: those with the largest weights are kept.
-inline constexpr std::size_t kNodesPerEndMax = 4;  // at each of a spring's two ends
+// Applies to each of a spring's two ends.
+inline constexpr std::size_t kNodesPerEndMax = 4;
 inline constexpr std::size_t kNodesPerAttachmentMax = 16;
 
 // Reduces `list` to exactly `count_max` stiffeners (or leaves it unchanged when it has no more), by merging pairs of

@@ -8,9 +8,11 @@
 namespace hairnet {
 namespace {
 
-constexpr double kGravity = 9.81;           // m/s^2
-constexpr double kHangLengthDefault = 0.1;  // m, in a groom without hair
-constexpr double kEtherMassMin = 1e-6;      // kg, the total in a groom without hair
+constexpr double kGravity = 9.81;  // m/s^2
+// Applies to a groom without hair, m.
+constexpr double kHangLengthDefault = 0.1;
+// Is the total in a groom without hair, kg.
+constexpr double kEtherMassMin = 1e-6;
 
 // Sums of LumpedHair over some nodes.
 struct LumpedSum {

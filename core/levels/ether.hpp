@@ -9,7 +9,8 @@ namespace hairnet {
 
 // Mass and ether (section 3.2) of each active node.
 struct NodeMechanics {
-  std::vector<double> mass;             // kg, hair and ether
+  // Counts hair and ether, kg.
+  std::vector<double> mass;
   std::vector<double> ether_stiffness;  // N/m
   std::vector<double> ether_damping;    // N s/m
 };

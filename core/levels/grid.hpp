@@ -8,7 +8,8 @@
 namespace hairnet {
 
 struct NodeWeight {
-  std::uint32_t node = 0;  // grid index
+  // Is the node's index in the grid.
+  std::uint32_t node = 0;
   double weight = 0;
 };
 

@@ -61,7 +61,8 @@ class Followed {
  private:
   struct Place {
     bool is_active = false;
-    std::uint32_t index = 0;  // active, or in the list of trimmed nodes
+    // Is the active index, or the index in the list of trimmed nodes.
+    std::uint32_t index = 0;
   };
   const LevelGeometry& geometry_;
   std::vector<Place> place_;

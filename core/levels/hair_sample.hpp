@@ -10,8 +10,10 @@ namespace hairnet {
 
 // Points sampled from the hair.
 struct HairSample {
-  std::vector<Vec3f> points;  // head space, m
-  std::vector<float> blend;   // delta of eq. 7: how much of the lattice's motion each point takes
+  // Are positions in head space, m.
+  std::vector<Vec3f> points;
+  // Is the delta of eq. 7: how much of the lattice's motion each point takes.
+  std::vector<float> blend;
 };
 
 // An even choice of a groom's points, about `count` of them.
@@ -22,8 +24,10 @@ HairSample sample_hair(const Groom& groom, std::size_t count);
 // up. Point p has entries [begin[p], begin[p + 1]). Asserts that each point has a blend.
 struct HairStencils {
   std::vector<std::uint32_t> begin{0};
-  std::vector<std::uint32_t> nodes;  // active index
-  std::vector<double> weights;       // > 0; the sum for a point is at most 1
+  // Are active indices.
+  std::vector<std::uint32_t> nodes;
+  // Each is > 0, and the sum for a point is at most 1.
+  std::vector<double> weights;
 };
 HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair);
 

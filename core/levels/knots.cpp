@@ -18,7 +18,8 @@ Vec3 mean_of(std::span<const Vec3f> points_head, const Knot& knot) {
 
 // The point farthest from the mean, then repeatedly the one farthest from all chosen ones.
 std::vector<Vec3> spread_joints(std::span<const Vec3f> points_head, const Knot& knot, const Vec3& mean) {
-  constexpr double kApartMin = 1e-4;  // m; nearer points are one joint
+  // Points that are nearer than this are one joint, m.
+  constexpr double kApartMin = 1e-4;
   std::vector<double> distance(knot.points.size());
   const auto position = [&](std::size_t i) { return Vec3(points_head[knot.points[i]].cast<double>()); };
   for (std::size_t i = 0; i < distance.size(); ++i) distance[i] = (position(i) - mean).norm();

@@ -40,11 +40,15 @@ inline constexpr std::array<LevelSpec, 4> kLevelSpecs{
 // begin[s+1]).
 struct Stiffeners {
   std::vector<std::uint32_t> begin{0};
-  std::vector<std::uint16_t> nodes;  // active index, ascending within a stiffener
+  // Active indices, ascending within a stiffener.
+  std::vector<std::uint16_t> nodes;
   std::vector<float> weights;
-  std::vector<float> stiffness;  // k, N/m
-  std::vector<float> damping;    // q, N s/m
-  std::vector<Vec3f> rest;       // epsilon_0 = sum w_j p_j^0, head space, m; a spring's rest length is its norm
+  // Is the stiffness k, N/m.
+  std::vector<float> stiffness;
+  // Is the damping q, N s/m.
+  std::vector<float> damping;
+  // Is the value at rest: epsilon_0 = sum w_j p_j^0, head space, m. A spring's rest length is its norm.
+  std::vector<Vec3f> rest;
 
   [[nodiscard]] std::size_t count() const { return stiffness.size(); }
 };
@@ -59,10 +63,14 @@ inline constexpr float kContactNever_m = -1;
 // displacements of entries [begin[p], begin[p + 1]), as FFD moves the hair.
 struct ContactPoints {
   std::vector<std::uint32_t> begin{0};
-  std::vector<std::uint16_t> nodes;  // active index, ascending within a point
-  std::vector<float> weights;        // each > 0; the sum for a point is at most 1
-  std::vector<Vec3f> rest;           // in the design, head space, m
-  std::vector<float> potential;      // U, J
+  // Active indices, ascending within a point.
+  std::vector<std::uint16_t> nodes;
+  // Each is > 0, and the sum for a point is at most 1.
+  std::vector<float> weights;
+  // Is the position in the design, head space, m.
+  std::vector<Vec3f> rest;
+  // Is the potential U, J.
+  std::vector<float> potential;
   // The distance to each field's skin at which contact begins, m: [field][point]. In the design every point is at least
   // as far. kContactNever_m: the point cannot reach that skin.
   std::vector<float> limit;
@@ -74,15 +82,24 @@ struct ContactPoints {
 // A character differs from it by its MaterialScale only, so the solver can step a crowd of one hairstyle side by side.
 struct Level {
   LevelGeometry geometry;
-  float displacement_max_m = 10;                                // the largest distance of a node from its design
-  std::vector<Vec3f> rest;                                      // p^0, head space, m
-  std::vector<float> mass;                                      // kg, hair and ether
-  std::vector<float> ether_stiffness;                           // N/m
-  std::vector<float> ether_damping;                             // N s/m
-  std::vector<std::array<float, 6>> drag;                       // Q: xx xy xz yy yz zz, N s/m, head axes
-  Stiffeners springs;                                           // weights sum to 0
-  Stiffeners attachments;                                       // weights sum to 1
-  std::shared_ptr<const Skin> skin = std::make_shared<Skin>();  // shared by the groom's levels; never null
+  // Bounds the distance of a node from its design.
+  float displacement_max_m = 10;
+  // Is the position p^0 in the design, head space, m.
+  std::vector<Vec3f> rest;
+  // Counts hair and ether, kg.
+  std::vector<float> mass;
+  // Is the stiffness with which the ether holds each node, N/m.
+  std::vector<float> ether_stiffness;
+  // Is the damping of each node by the ether, N s/m.
+  std::vector<float> ether_damping;
+  // Is the drag matrix Q as xx xy xz yy yz zz, N s/m, head axes.
+  std::vector<std::array<float, 6>> drag;
+  // The weights of a spring sum to 0.
+  Stiffeners springs;
+  // The weights of an attachment sum to 1.
+  Stiffeners attachments;
+  // Is shared by the groom's levels and never null.
+  std::shared_ptr<const Skin> skin = std::make_shared<Skin>();
   ContactPoints contacts;
 };
 

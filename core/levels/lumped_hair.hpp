@@ -21,13 +21,17 @@ struct LumpedHair {
         gel_moment(node_count),
         ether_damping_moment(node_count),
         touched(node_count) {}
-  std::vector<double> mass;                 // kg, of the hair only
-  std::vector<std::array<double, 6>> drag;  // eq. 6: xx xy xz yy yz zz, N s/m
+  // Counts the hair only, kg.
+  std::vector<double> mass;
+  // Is the drag matrix of eq. 6 as xx xy xz yy yz zz, N s/m.
+  std::vector<std::array<double, 6>> drag;
   // Mass times hanging length (kg m), times the material's ether stiffness (kg/s^2), and times its ether damping ratio
   // (kg).
   std::vector<double> hang_moment, gel_moment, ether_damping_moment;
-  double ether_mass = 0;      // kg, of the whole groom: shared by volume, not by where the hair is
-  std::vector<bool> touched;  // a piece of hair has a weight on the node
+  // Is the mass of the ether of the whole groom, kg. It is shared by volume, not by where the hair is.
+  double ether_mass = 0;
+  // Whether a piece of hair has a weight on the node.
+  std::vector<bool> touched;
 };
 
 // The smallest hanging length of a node; the hanging length is the node's depth below the roots of the hair around it

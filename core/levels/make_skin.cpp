@@ -120,7 +120,7 @@ void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bo
   }
 }
 
-// None when the bone carries no skin within reach, or when `keep_going` says no.
+// Returns none when the bone carries no skin within reach, or when `keep_going` says no.
 std::optional<SkinDistanceField> make_field(const Body& body, const MeshQuery& whole, Bone bone, const Box& reach,
                                             const std::function<bool()>& keep_going) {
   const Part part(body, static_cast<std::size_t>(bone), reach);

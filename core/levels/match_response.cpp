@@ -139,7 +139,8 @@ Responses respond(const Stiffeners& springs, const Stiffeners& attachments, cons
 class ResponseError {
  private:
   template <class Vector>
-  auto of(Vector& x, std::size_t s) const {  // the part of spring s
+  // Returns the part of spring s.
+  auto of(Vector& x, std::size_t s) const {
     return x.segment(static_cast<Index>(springs_.begin[s]),
                      static_cast<Index>(springs_.begin[s + 1] - springs_.begin[s]));
   }

@@ -100,7 +100,8 @@ void NearestChords::append_pairs(std::size_t begin, std::size_t end, std::size_t
   HAIRNET_ASSERT(begin <= end);
   HAIRNET_ASSERT(end <= impl_->members.size());
   HAIRNET_ASSERT(neighbour_count > 0);
-  std::vector<std::uint32_t> found(neighbour_count + 1);  // including itself
+  // The chord finds itself too.
+  std::vector<std::uint32_t> found(neighbour_count + 1);
   std::vector<float> distances(neighbour_count + 1);
   for (std::size_t m = begin; m < end; ++m) {
     const std::size_t count =

@@ -33,7 +33,8 @@ SymmetricBlock scaled(double a, const SymmetricBlock& block) {
 
 NodeMatrix::NodeMatrix(std::size_t node_count, std::initializer_list<const Stiffeners*> lists) {
   HAIRNET_ASSERT(node_count <= std::numeric_limits<std::uint16_t>::max());
-  std::vector<std::vector<bool>> is_coupled(node_count, std::vector<bool>(node_count, false));  // [column][row]
+  // The indices are [column][row].
+  std::vector<std::vector<bool>> is_coupled(node_count, std::vector<bool>(node_count, false));
   for (std::size_t i = 0; i < node_count; ++i) is_coupled[i][i] = true;
   for (const Stiffeners* list : lists) {
     HAIRNET_ASSERT(list->begin.size() == list->count() + 1);
@@ -110,7 +111,8 @@ Eigen::MatrixXd NodeMatrix::solve(const Eigen::MatrixXd& loads) const {
   HAIRNET_ASSERT(is_factored_);
   HAIRNET_ASSERT(loads.rows() == matrix_.rows());
   using RowByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const auto& lower = factors_.matrixL().nestedExpression();  // below the unit diagonal, column by column
+  // The entries are those below the unit diagonal, column by column.
+  const auto& lower = factors_.matrixL().nestedExpression();
   RowByRow x = factors_.permutationP() * loads;
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     for (Factor::InnerIterator entry(lower, i); entry; ++entry) {

@@ -44,9 +44,11 @@ class NodeMatrix {
   // Blocks on and below the diagonal, column by column, rows ascending.
   std::vector<std::uint32_t> column_begin_{0}, rows_;
   std::vector<SymmetricBlock> blocks_;
-  Eigen::SparseMatrix<double> matrix_;  // lower half
+  // Only the lower half is stored.
+  Eigen::SparseMatrix<double> matrix_;
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factors_;
-  bool is_factored_ = false;  // factors_ are those of blocks_
+  // Whether factors_ are those of blocks_.
+  bool is_factored_ = false;
 };
 
 }  // namespace hairnet

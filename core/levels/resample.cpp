@@ -11,7 +11,8 @@ namespace {
 // Appends the crossings of one segment, both ends included, in order from a to b.
 void append_crossings(const Grid& grid, const Vec3& a, const Vec3& b, std::vector<Vec3>& cuts) {
   int axis = 0;
-  (b - a).cwiseProduct(grid.spacing()).cwiseAbs().maxCoeff(&axis);  // angles are measured in metres
+  // Angles are measured in metres, not in grid coordinates.
+  (b - a).cwiseProduct(grid.spacing()).cwiseAbs().maxCoeff(&axis);
   const double from = a[axis], to = b[axis];
   if (from == to) return;
   const double first_plane = std::ceil(std::min(from, to)), last_plane = std::floor(std::max(from, to));

@@ -17,7 +17,8 @@ void polyline_on_grid(const Grid& grid, std::span<const Vec3f> points_head, std:
 double arc_length(const Grid& grid, std::span<const Vec3> polyline);
 
 // Pieces between cut points shorter than this are merged into a neighbour: k grows as 1 / L.
-double piece_length_min(const Grid& grid);  // m: a tenth of the smallest spacing
+// Returns a tenth of the smallest spacing, m.
+double piece_length_min(const Grid& grid);
 
 // The points where a strand is cut into springs (paper 3.1), in grid coordinates; root and tip are the first and last.
 // Each segment is cut at the lattice planes of the axis along which it is longest. These cuts include every crossing at

@@ -14,10 +14,13 @@ namespace hairnet {
 struct StiffenerList {
   std::vector<std::uint32_t> begin{0};
   std::vector<NodeWeight> entries;
-  std::vector<double> stiffness;  // k, N/m
-  std::vector<double> damping;    // q, N s/m
+  // Is the stiffness k, N/m.
+  std::vector<double> stiffness;
+  // Is the damping q, N s/m.
+  std::vector<double> damping;
   std::vector<std::uint16_t> group;
-  std::vector<std::array<Vec3, 2>> ends;  // grid coordinates; an attachment has the same point twice
+  // Are grid coordinates. An attachment has the same point twice.
+  std::vector<std::array<Vec3, 2>> ends;
 
   [[nodiscard]] std::size_t count() const { return stiffness.size(); }
   [[nodiscard]] std::span<const NodeWeight> weights(std::size_t s) const {

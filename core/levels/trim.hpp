@@ -16,7 +16,9 @@ namespace hairnet {
 // Asserts that `is_active` has one entry for each grid node.
 LevelGeometry trim(const Lattice& lattice, const std::vector<bool>& is_active);
 
-inline constexpr int kTrimReach = 2;            // nodes an axis
-inline constexpr double kAmplificationMax = 3;  // sum of the weights' absolute values
+// Is in nodes along an axis.
+inline constexpr int kTrimReach = 2;
+// Bounds the sum of the absolute values of the weights.
+inline constexpr double kAmplificationMax = 3;
 
 }  // namespace hairnet

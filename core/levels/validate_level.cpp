@@ -19,7 +19,8 @@ constexpr double kSumTolerance = 1e-4;
 constexpr double kRestTolerance_m = 1e-4;
 
 bool within(float value, float least, float most = kMax) {
-  return value >= least && value <= most;  // false for a NaN
+  // The result is false for a NaN.
+  return value >= least && value <= most;
 }
 
 bool all_within(const std::vector<float>& values, float least, float most = kMax) {

@@ -27,7 +27,8 @@ struct Basis {
   std::vector<float> deviation_m;
   // An integer of 1 in each mode stands for this; no dimension.
   std::vector<float> unit;
-  std::vector<std::int16_t> modes;  // [mode][active node][x, y, z], head axes
+  // Is [mode][active node][x, y, z], in axes of the head.
+  std::vector<std::int16_t> modes;
 
   [[nodiscard]] std::size_t mode_count() const { return deviation_m.size(); }
 };

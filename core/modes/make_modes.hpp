@@ -9,13 +9,14 @@
 
 namespace hairnet {
 
-// What the levels of a groom say about its hair, in the same terms. Immutable.
+// A basis of the shapes of a groom's hair, and for each level with a lattice the map from its displacements to
+// coefficients of this basis. Immutable.
 struct Modes {
   Basis basis;
   // Holds the map of each level with a lattice.
   std::array<ModeMap, 4> maps;
-  // Holds the error of the first n + 1 coefficients, over the motion; the mean of motions that a first basis was not
-  // made from. The basis is made from these motions as well, so it errs a little less.
+  // Holds the error of the first n + 1 coefficients, over the motion, as a mean over motions that a first basis was not
+  // made from. This basis is made from those motions as well, so it errs a little less.
   std::vector<float> validation_error;
 
   [[nodiscard]] const ModeMap& map(LevelIndex level) const { return maps[static_cast<std::size_t>(level)]; }

@@ -21,9 +21,8 @@ class ModeMap {
   // The first coefficients, m, of displacements in head space, m. Asserts that there are not more than modes, and one
   // displacement a node.
   void coefficients_of(std::span<const Vec3f> displacements, std::span<float> out) const;
-  // The same for up to kModeMapWidth characters at once: each number of the matrix is read once for all. Results
-  // differ from those of one character by rounding. Asserts also that there is one `out` a character, all equally
-  // long.
+  // Does the same for up to kModeMapWidth characters at once: each number of the matrix is read once for all. Results
+  // differ from those of one character by rounding. Asserts also that there is one `out` a character, all equally long.
   void coefficients_of(std::span<const std::span<const Vec3f>> displacements,
                        std::span<const std::span<float>> out) const;
   [[nodiscard]] const Matrix& matrix() const { return matrix_; }

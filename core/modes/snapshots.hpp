@@ -38,7 +38,7 @@ Snapshots take_snapshots(const Groom& groom, const std::shared_ptr<const LevelSe
                          const ModeTraining& training, const std::function<bool(double)>& keep_going,
                          const ParallelFor& parallel_for);
 
-// The same snapshots as [node][snapshot and axis], for products with matrices over nodes.
+// Shows the same snapshots as [node][snapshot and axis], for products with matrices over nodes.
 inline Eigen::Map<Eigen::MatrixXf> by_node(Eigen::MatrixXf& columns) {
   return {columns.data(), columns.rows() / 3, 3 * columns.cols()};
 }

@@ -17,9 +17,12 @@ constexpr double kPi = std::numbers::pi;
 class Channel {
  public:
   struct Range {
-    double most = 0;       // values are within -most and most
-    double speed_max = 0;  // a second
-    double swing_max = 0;  // amplitude
+    // Values lie between -most and most.
+    double most = 0;
+    // Bounds the mean speed of a move from one value to the next, in units a second.
+    double speed_max = 0;
+    // Bounds the amplitude of the swing, which is added to the values.
+    double swing_max = 0;
   };
 
   Channel(const Range& range, double duration_s, Random& random) {
@@ -31,10 +34,13 @@ class Channel {
       keys_.push_back({time_s, value, false});
       const double next = range.most * random.symmetric();
       const double shortest_s = std::abs(next - value) / std::max(range.speed_max, 1e-9);
+      // A move takes from 0.08 to 1.2 s, evenly spread on a logarithmic scale, or longer where the speed asks for it.
       time_s += std::max(shortest_s, 0.08 * std::pow(15.0, random.unit()));
       value = next;
+      // Three moves in ten are sharp.
       keys_.push_back({time_s, value, random.unit() < 0.3});
     }
+    // Four channels in ten swing, at 0.5 to 3 Hz.
     if (random.unit() < 0.4) swing_ = range.swing_max * random.unit();
     swing_hz_ = random.between(0.5, 3);
     swing_phase_ = random.unit();
@@ -54,7 +60,8 @@ class Channel {
  private:
   struct Key {
     double time_s, value;
-    bool is_sharp;  // reached at constant speed: the motion to it starts and stops at once
+    // The value is reached at constant speed: the motion to it starts and stops at once.
+    bool is_sharp;
   };
   std::vector<Key> keys_;
   double swing_ = 0, swing_hz_ = 1, swing_phase_ = 0;
@@ -83,7 +90,8 @@ using Ranges = std::array<Channel::Range, part_count>;
 
 enum class Liveliness { looking, everyday, lively, wild, posture };
 
-// rad, rad/s and m, m/s
+// Angles are in rad and positions in m, speeds in rad/s and m/s. The three arrays have a factor for each Liveliness, in
+// its order: how far the body walks, how far it turns about the vertical, and how far it bends.
 Ranges ranges_of(Liveliness liveliness) {
   const double go = std::array{0.1, 0.5, 1.0, 1.4, 0.4}[static_cast<std::size_t>(liveliness)];
   const double turn = std::array{0.1, 0.5, 1.0, 3.0, 0.7}[static_cast<std::size_t>(liveliness)];
@@ -114,6 +122,8 @@ Quat turn_of(double yaw, double pitch, double roll) {
 }
 
 Pose pose_at(const std::array<double, part_count>& at, const Body& body) {
+  // The trunk turns about the hips, which lie 0.6 m below the head joint at rest. The head joint is 1.6 m above the
+  // floor.
   const Vec3 hips(0, -0.6, -0.05);
   const RigidTransform trunk = turned_about(hips, turn_of(at[trunk_yaw], at[trunk_pitch], at[trunk_roll]),
                                             Vec3(at[trunk_x], 1.6 + at[trunk_y], at[trunk_z]));
@@ -161,6 +171,7 @@ MaterialScale make_material(Random& random) {
 
 TrainingMotion make_training_motion(std::uint32_t number, const Body& body, double tick_s, std::size_t tick_count) {
   using enum Liveliness;
+  // The kinds repeat every eight motions. Of each four motions, the second has wind, and the third another material.
   constexpr std::array kKinds{everyday, lively, posture, wild, everyday, lively, posture, looking};
   Random random(20040, number);
   const Ranges ranges = ranges_of(kKinds[number % kKinds.size()]);

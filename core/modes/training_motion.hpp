@@ -14,7 +14,8 @@ namespace hairnet {
 // postures, sharp starts and stops, displaced necks and shoulders, wind and changed material. Each number gives another
 // motion; every sixteen together have all of these.
 struct TrainingMotion {
-  std::vector<Pose> poses;  // one a tick; no step of them is a teleport
+  // Has one pose a tick; no step between them is a teleport.
+  std::vector<Pose> poses;
   Wind wind;
   MaterialScale material;
 };

@@ -12,13 +12,16 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 struct Yaw {
-  double angle;  // rad about +Y, in (-pi, pi]
-  double trust;  // 1 for a head tilted by up to 120 degrees, 0 upside down
+  // Is in rad about +Y, in (-pi, pi].
+  double angle;
+  // Is 1 for a head tilted by up to 120 degrees, and 0 upside down.
+  double trust;
 };
 
 // Swing-twist: rotation = swing * twist with the twist about +Y and the swing's axis horizontal.
 Yaw yaw_of(const Quat& rotation) {
-  const double twist_squared = rotation.w() * rotation.w() + rotation.y() * rotation.y();  // cos^2 of half the swing
+  // Is the squared cosine of half the swing.
+  const double twist_squared = rotation.w() * rotation.w() + rotation.y() * rotation.y();
   const double angle = std::remainder(2 * std::atan2(rotation.y(), rotation.w()), 2 * kPi);
   return {angle, smoothstep(0.0, 1.0, 4 * twist_squared)};
 }
@@ -30,7 +33,8 @@ RigidTransform about_joint(const Quat& rotation, const RigidTransform& from, con
 
 // Half of the head's rotation relative to the trunk; less at angles that no neck can bend.
 Quat neck_rotation(const Quat& trunk, const Quat& head) {
-  const Eigen::AngleAxisd bend(trunk.conjugate() * head);  // angle in [0, pi]
+  // The angle of the result is in [0, pi].
+  const Eigen::AngleAxisd bend(trunk.conjugate() * head);
   constexpr double kFullBend = 2 * kPi / 3;
   const double share = bend.angle() <= kFullBend ? 0.5 * bend.angle() : kPi - bend.angle();
   return (trunk * Quat(Eigen::AngleAxisd(share, bend.axis()))).normalized();

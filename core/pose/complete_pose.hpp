@@ -20,7 +20,8 @@ class PoseCompletion {
   [[nodiscard]] RigidTransform neck(const RigidTransform& head, const Quat& trunk) const;
 
  private:
-  Vec3 neck_joint_;  // where head and neck meet the trunk's axis, head space
+  // Is the place where head and neck meet the trunk's axis, head space.
+  Vec3 neck_joint_;
   double yaw_lag_s_;
   double trunk_yaw_ = 0;
   bool started_ = false;

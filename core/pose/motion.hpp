@@ -11,7 +11,8 @@ namespace hairnet {
 struct Motion {
   std::string name;
   double rate_hz = 60;
-  std::vector<Pose> poses;  // at least one
+  // Has at least one pose.
+  std::vector<Pose> poses;
   // One flag for each pose, whether it does not continue the pose before; empty means never.
   std::vector<bool> teleports;
 

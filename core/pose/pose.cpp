@@ -39,7 +39,8 @@ bool is_valid(const Pose& pose) {
   constexpr double kMax = (1 + kUnitTolerance) * (1 + kUnitTolerance);
   return std::ranges::all_of(pose.bones, [](const RigidTransform& bone) {
     const double square = bone.rotation.squaredNorm();
-    return square >= kMin && square <= kMax && bone.position.allFinite();  // false for NaN
+    // The result is false for NaN.
+    return square >= kMin && square <= kMax && bone.position.allFinite();
   });
 }
 

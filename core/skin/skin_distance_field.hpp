@@ -19,10 +19,13 @@ struct SkinDistanceField {
   Vec3f origin = Vec3f::Zero();
   // Is the distance between two nodes.
   float cell_m = 0;
-  std::array<int, 3> dims{0, 0, 0};  // nodes an axis, each >= 2
-  std::vector<float> distance;       // m; node (i, j, k) has index i + nx (j + ny k)
+  // Count the nodes along each axis, at least 2.
+  std::array<int, 3> dims{0, 0, 0};
+  // Is in m. Node (i, j, k) has index i + nx (j + ny k).
+  std::vector<float> distance;
 };
-using Skin = std::vector<SkinDistanceField>;  // at most one a bone
+// Has at most one field a bone.
+using Skin = std::vector<SkinDistanceField>;
 
 // The signed distance at a point (head space at rest, m): trilinear inside the grid; outside it, the value at the
 // nearest point of the grid plus the distance to that point. `gradient` may be null; its length is about 1.
@@ -33,7 +36,8 @@ double skin_distance(const SkinDistanceField& field, const Vec3& point, Vec3* gr
 // says. The reach matters more than the step: after the push 0.02 % of a dance's points are too deep, and 1.22 % with
 // -48 mm and steps of 0.25 mm.
 inline constexpr float kSkinStep_m = 0.35e-3f;
-inline constexpr float kSkinDeepest_m = -0.0735f;  // byte 0; byte 255 is 15.75 mm outside
+// Byte 0 means this distance, and byte 255 means 15.75 mm outside.
+inline constexpr float kSkinDeepest_m = -0.0735f;
 std::uint8_t skin_byte(float distance_m);
 inline float distance_of_skin_byte(std::uint8_t byte) {
   return kSkinDeepest_m + kSkinStep_m * static_cast<float>(byte);

@@ -10,8 +10,10 @@ namespace hairnet {
 // of the point is w_j (force - stiffness x_j), where x_j is the node's motion in the step relative to the rigid motion.
 struct BodyContact {
   std::size_t point = 0;
-  Vec3 force;      // N, world, when every node moves rigidly
-  Mat3 stiffness;  // N/m, the point's stiffness times the sum of the weights
+  // Is the force when every node moves rigidly, N, world.
+  Vec3 force;
+  // Is the point's stiffness times the sum of the weights, N/m.
+  Mat3 stiffness;
 };
 // Empty without input.touch. Asserts that `lattice` fits the level.
 std::vector<BodyContact> find_body_contacts(const Level& level, const StepInput& input, const WorldLattice& lattice);

@@ -11,9 +11,12 @@ namespace hairnet {
 // motion.
 struct Contact {
   std::size_t point = 0;
-  Vec3 normal;           // out of the skin, world
-  double force = 0;      // N, when every node moves rigidly
-  double stiffness = 0;  // N/m, the point's stiffness times the sum of the weights
+  // Points out of the skin, in world axes.
+  Vec3 normal;
+  // Is the force when every node moves rigidly, N.
+  double force = 0;
+  // Is the point's stiffness times the sum of the weights, N/m.
+  double stiffness = 0;
 };
 // Asserts that `lattice` fits the level.
 std::vector<Contact> find_contacts(const Level& level, const StepInput& input, const WorldLattice& lattice);

@@ -8,7 +8,8 @@ namespace hairnet {
 // world, for the reference.
 struct ContactPath {
   Vec3 from, with_head, ahead;
-  double weight = 0;  // the sum of its nodes' weights
+  // Is the sum of the weights of its nodes.
+  double weight = 0;
 };
 ContactPath contact_path(const Level& level, const StepInput& input, const WorldLattice& lattice, std::size_t point);
 

@@ -32,10 +32,12 @@ struct HeadMotion {
   // Returns the velocity of the head's joint.
   [[nodiscard]] Vec3 velocity() const { return relative.position / -step_s; }
 
-  RigidTransform relative;  // head space at the start of the step -> head space at its end
+  // Maps head space at the start of the step to head space at its end.
+  RigidTransform relative;
   Mat3 turn, rotation_less_identity;
   double step_s;
-  Vec3 gravity_load;  // g - R g_0, head axes, m/s^2
+  // Is g - R g_0 in axes of the head, m/s^2.
+  Vec3 gravity_load;
 };
 
 // The place at the end of the step of a point that is fixed to `bone` at rest, head space.

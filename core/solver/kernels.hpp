@@ -8,7 +8,8 @@
 // The kernels of a step, each compiled for several instruction sets; the first call picks the best one for the machine.
 namespace hairnet {
 
-LaneSizes crowd_sizes();  // a Real holds one float a lane
+// In these a Real holds one float a lane.
+LaneSizes crowd_sizes();
 LaneSizes single_sizes();
 
 // One step of every lane. `memory` holds terms and states, in the layout's own order. A crowd asserts that the view was

@@ -12,26 +12,39 @@ namespace hairnet {
 // The working memory of one step in one layout (lanes_inl.hpp). Each pointer is an array of one value per node, spring
 // or attachment. All arrays lie in one block, in the order in which a step uses them.
 struct LaneMemory {
-  const float* terms = nullptr;  // StepTerms, one Real each
+  // Has StepTerms, one Real each.
+  const float* terms = nullptr;
 
   // Vectors of nodes. `velocity` becomes R v - R' P^0 within a step, `residual` begins as the right-hand side b.
   float *displacement, *velocity, *rigid_velocity, *rotated_displacement;
   float *solution, *residual, *preconditioned, *direction, *product;
-  float* attachment_diagonal;        // Reals of nodes: the attachments' part of the diagonal
-  float *diagonal, *preconditioner;  // Blocks of nodes: a node's own part of the system; the inverse of its whole block
+  // Has Reals of nodes: the attachments' part of the diagonal.
+  float* attachment_diagonal;
+  // Have Blocks of nodes: a node's own part of the system, and the inverse of its whole block.
+  float *diagonal, *preconditioner;
 
-  float* spring_direction;                        // Vectors, eps / |eps|
-  float *spring_elongation, *spring_coefficient;  // Reals: |eps| - |eps_0|, m; h (h k + q)
-  float* spring_change;                           // Reals: the strain's addition to k, over k (SpringBranch)
-  float* attachment_displacement;                 // Vectors, eps - eps_0
-  float* attachment_coefficient;                  // Reals
-  float* pull;                                    // Vectors, sigma of springs, then of attachments
+  // Has Vectors, eps / |eps|.
+  float* spring_direction;
+  // Have Reals: |eps| - |eps_0|, m, and h (h k + q).
+  float *spring_elongation, *spring_coefficient;
+  // Has Reals: the strain's addition to k, over k (SpringBranch).
+  float* spring_change;
+  // Has Vectors, eps - eps_0.
+  float* attachment_displacement;
+  // Has Reals.
+  float* attachment_coefficient;
+  // Has Vectors: sigma of springs, then of attachments.
+  float* pull;
 
-  float* bodies;      // BodyTerms of each, one Real each
-  float* holds;       // HoldTerms of each
-  float* hold_force;  // Vectors: the forces on held points, N
+  // Has the BodyTerms of each body, one Real each.
+  float* bodies;
+  // Has the HoldTerms of each hold.
+  float* holds;
+  // Has Vectors: the forces on held points, N.
+  float* hold_force;
 
-  float *elastic_energy_max_j, *speed_max, *is_finite;  // one Real each: results of the step (LatticeState; 1 or 0)
+  // Have one Real each, with results of the step (LatticeState; 1 or 0).
+  float *elastic_energy_max_j, *speed_max, *is_finite;
 };
 
 // Floats of one Real, Vector and Block of a layout.

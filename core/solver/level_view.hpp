@@ -15,15 +15,20 @@ struct StiffenerView {
   const std::uint32_t* begin;
   const std::uint16_t* nodes;
   const float *weights, *stiffness, *damping;
-  const float* rest;         // xyz xyz …
-  const float* rest_length;  // |eps_0|, springs only
+  // Has three numbers of each stiffener, xyz xyz and so on.
+  const float* rest;
+  // Has the lengths |eps_0|, which only springs have.
+  const float* rest_length;
 };
 
 struct SkinDistanceFieldView {
   std::size_t bone;
+  // `per_cell` is one over the size of a cell, 1/m.
   float origin[3], per_cell;
-  float cells[3];           // along each axis
-  std::int32_t row, layer;  // entries from a node to the next along y, and z
+  // Counts the cells along each axis.
+  float cells[3];
+  // Count the entries from a node to the next one along y, and along z.
+  std::int32_t row, layer;
   const float *distance, *limit;
 };
 
@@ -45,8 +50,10 @@ struct LevelView {
   std::size_t node_count;
   float displacement_max_m;
   const float *rest, *mass, *ether_stiffness, *ether_damping;
-  const float* drag;           // xx xy xz yy yz zz of each node
-  const float* wind_fraction;  // position in the box as fractions, xyz of each node (LatticeWind); null in still air
+  // Has the numbers xx xy xz yy yz zz of each node.
+  const float* drag;
+  // Has the position of each node in the box as fractions, xyz (LatticeWind); null in still air.
+  const float* wind_fraction;
   StiffenerView springs, attachments;
   // Only a view that was made for a crowd has incidences.
   IncidenceView incidences;
@@ -66,6 +73,7 @@ struct LevelViewScratch {
   std::vector<float> incidence_weights;
 };
 
+// What a view is made for: the wind's fractions, the incidences of a crowd, and the most bodies and holds of a member.
 struct ViewFor {
   bool wind = false, crowd = false;
   std::size_t bodies = 0, holds = 0;

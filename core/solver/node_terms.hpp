@@ -48,8 +48,10 @@ inline std::pair<float, float> stiffener_terms(const Stiffeners& stiffeners, con
 // A spring of a given length in a step.
 struct SpringTerms {
   double k, rest_length;
-  double stiffness;  // dT/dx
-  double q;          // for the solver
+  // Is dT/dx.
+  double stiffness;
+  // Is the damping that the solver uses (solver_damping).
+  double q;
 };
 inline SpringTerms spring_terms(const Level& level, const StepInput& input, std::size_t s, double length) {
   HAIRNET_ASSERT(s < level.springs.count());

@@ -102,7 +102,7 @@ void add_contacts(const Level& level, const StepInput& input, const std::vector<
   }
 }
 
-// As add_contacts, with a full 3x3 stiffness: friction acts along the surface as well.
+// Does what add_contacts does, with a full 3x3 stiffness, as friction acts along the surface as well.
 void add_bodies(const Level& level, const StepInput& input, const std::vector<Vec3>& rest_dot,
                 const WorldLattice& lattice, System& system) {
   const ContactPoints& points = level.contacts;

@@ -68,7 +68,8 @@ struct Skin {
                                   hn::MulAdd(y, L::real(static_cast<float>(field.row)), x));
     const Vector to_node = L::subtract(at, L::compose(x, y, z));
     const Real away = hn::Sqrt(L::dot(to_node, to_node));
-    const Real within = L::real(0.87f);  // half of a cell's diagonal
+    // Half of a cell's diagonal is sqrt(3) / 2 cells.
+    const Real within = L::real(0.87f);
     const Real beyond = hn::Max(away - within, L::real(0)) - hn::Min(away, within) * L::real(1.74f);
     return hn::MulAdd(beyond, L::real(1 / field.per_cell),
                       L::gather(field.distance, hn::ConvertTo(hn::RebindToSigned<decltype(L::d)>(), entry)));

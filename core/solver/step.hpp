@@ -17,8 +17,10 @@ namespace hairnet {
 
 // The lattice state of one character between two steps. Active order, head axes.
 struct LatticeState {
-  std::vector<Vec3f> displacement;  // R^-1 (p - t) - p^0, m
-  std::vector<Vec3f> velocity;      // R^-1 p', world velocity in head axes, m/s
+  // Are R^-1 (p - t) - p^0, m.
+  std::vector<Vec3f> displacement;
+  // Are R^-1 p', the velocities in the world in axes of the head, m/s.
+  std::vector<Vec3f> velocity;
   // The most elastic energy that the last step may have left, J (limit_elastic_energy in step_inl.hpp). Infinite when
   // there was no step yet on this level with this material.
   float elastic_energy_max_j = std::numeric_limits<float>::infinity();

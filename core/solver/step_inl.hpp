@@ -415,8 +415,10 @@ struct Step : StepData<Lanes> {
   }
 
   struct Solved {
-    Real work;  // y.b, J
-    Real rho;   // finite if every number is finite
+    // Is y.b, J.
+    Real work;
+    // Is finite if every number is finite.
+    Real rho;
   };
 
   // Conjugate gradient from y = 0; m.residual contains the right-hand side on entry. A character that has converged, or
@@ -427,14 +429,16 @@ struct Step : StepData<Lanes> {
       for (float* nodes : {m.solution, m.direction, m.product}) put(L::zero(), nodes, i);
     }
     Real rho = update_residual(none), work = none, alpha = none, beta = none;
-    const Real enough = L::real(1e-12f) * rho;  // the rounding error of float: more iterations gain nothing
+    // This is the rounding error of float, so more iterations would gain nothing.
+    const Real enough = L::real(1e-12f) * rho;
     Mask goes_on = rho > none;
     for (int iteration = 0; iteration < iterations && !hn::AllFalse(L::d, goes_on); ++iteration) {
       const Real curvature = multiply(alpha, beta);
       // A NaN compares as false, so a broken lane stops here. Its rho becomes NaN, which `advance` reports.
       goes_on = hn::And(goes_on, curvature > none);
       alpha = hn::IfThenElseZero(goes_on, rho / curvature);
-      work = hn::MulAdd(alpha, rho, work);  // b.direction = rho: the part that b has lost so far is conjugate to it
+      // The product b.direction is rho, as the part that b has lost so far is conjugate to the direction.
+      work = hn::MulAdd(alpha, rho, work);
       const Real rho_next = update_residual(alpha);
       beta = hn::IfThenElseZero(goes_on, rho_next / rho);
       rho = rho_next;

@@ -9,7 +9,8 @@ namespace hairnet {
 // can lie side by side in memory. Axes of the head at the end of the step; matrices by columns. The default is a
 // character at rest that does not move.
 struct StepTerms {
-  struct AffineMap {  // x -> turn x + shift
+  // Maps x to turn x + shift.
+  struct AffineMap {
     float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     float shift[3] = {};
   };
@@ -17,8 +18,10 @@ struct StepTerms {
   float step_s = 1;
   // Turns vectors from the head's axes at the start to those at the end.
   float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  AffineMap rigid_velocity{{}, {}};  // R' p^0 = turn p^0 + shift, m/s
-  float gravity_load[3] = {};        // g - R g_0, m/s^2
+  // Is R' p^0 = turn p^0 + shift, m/s.
+  AffineMap rigid_velocity{{}, {}};
+  // Is g - R g_0, m/s^2.
+  float gravity_load[3] = {};
 
   // The character's own material (MaterialScale), and the active fraction of contact.
   float stiffness = 1, damping = 1, density = 1, ether_damping = 1, air_drag = 1, gel_per_s2 = 0;

@@ -10,18 +10,23 @@ namespace hairnet {
 struct BodyTerms {
   // Map a point of head space, at the start and at the end, to the shape's own axes.
   StepTerms::AffineMap to_body_before, to_body;
-  float centre[3] = {};     // the shape's origin at the start, head space, m
-  float near_m = 0;         // a point at rest meets the shape only within it of the centre
+  // Is the shape's origin at the start, head space, m.
+  float centre[3] = {};
+  // Bounds the distance from the centre at which a point at rest may meet the shape.
+  float near_m = 0;
   float half_size[3] = {};  // m
   float radius_m = -1e6f;
-  float side = 1;  // -1: inside out
+  // Is -1 for a shape that is inside out.
+  float side = 1;
   float friction = 0;
 };
 inline constexpr std::size_t kBodyTermCount = sizeof(BodyTerms) / sizeof(float);
 
 struct HoldTerms {
-  float point = 0;                 // the number of the contact point, exact
-  float from[3] = {}, to[3] = {};  // where it is bound to, head space at the start and at the end, m
+  // Is the number of the contact point, which a float holds exactly.
+  float point = 0;
+  // Are the places where the point is bound to at the start and at the end, head space, m.
+  float from[3] = {}, to[3] = {};
 };
 inline constexpr std::size_t kHoldTermCount = sizeof(HoldTerms) / sizeof(float);
 

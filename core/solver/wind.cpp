@@ -46,7 +46,8 @@ double sine_of_quarter(double turns) {
 
 // cos(2 pi turns)
 double cosine(double turns) {
-  const double part = std::abs(turns - std::floor(turns + 0.5));  // [0, 1/2]: cosine is even
+  // The part is in [0, 1/2], as the cosine is even.
+  const double part = std::abs(turns - std::floor(turns + 0.5));
   return sine_of_quarter(0.25 - part);
 }
 
@@ -135,7 +136,8 @@ WindField::WindField(const Wind& wind) : is_carried_(wind.carried) {
 Vec3 WindField::velocity(const Vec3& point_world, double time_s) const {
   HAIRNET_ASSERT(std::isfinite(time_s));
   if (!modes_) return Vec3::Zero();
-  double gust = 0, gust_sum_s = 0;  // g and its integral over time
+  // These are g and its integral over time.
+  double gust = 0, gust_sum_s = 0;
   for (const Gust& g : modes_->gusts) {
     const double turns = g.frequency_hz * time_s + g.phase;
     gust += g.share * cosine(turns);

@@ -32,7 +32,8 @@ inline constexpr double kTurbulenceScaleMin_m = 0.3;
 
 // Empty when every value is finite and in its range; else one line that names the value and the range.
 std::string validate(const Wind& wind);
-bool is_still(const Wind& wind);  // no air moves
+// Whether no air moves.
+bool is_still(const Wind& wind);
 // The speed that the air seldom exceeds.
 double gust_m_per_s(const Wind& wind);
 
@@ -47,7 +48,8 @@ double gust_m_per_s(const Wind& wind);
 // change it on the way.
 class WindField {
  public:
-  WindField() = default;  // still air
+  // Makes still air.
+  WindField() = default;
   explicit WindField(const Wind& wind);
 
   [[nodiscard]] bool is_still() const { return !modes_; }
@@ -56,7 +58,8 @@ class WindField {
   [[nodiscard]] bool acts() const { return modes_ || is_carried_; }
   // False when the velocity is the same everywhere.
   [[nodiscard]] bool is_turbulent() const { return modes_ && !modes_->turbulence.empty(); }
-  [[nodiscard]] Vec3 velocity(const Vec3& point_world, double time_s) const;  // m/s; exactly zero in still air
+  // Returns m/s, exactly zero in still air.
+  [[nodiscard]] Vec3 velocity(const Vec3& point_world, double time_s) const;
 
  private:
   // Phases and frequencies in turns, so that reducing them costs no precision.
@@ -64,8 +67,9 @@ class WindField {
     double frequency_hz, phase, share;
   };
   struct Eddy {
-    Vec3 wave_vector;  // turns a metre
-    Vec3 amplitude;    // m/s
+    // Is in turns a metre.
+    Vec3 wave_vector;
+    Vec3 amplitude;  // m/s
     double frequency_hz, phase;
   };
   struct Modes {
@@ -74,7 +78,8 @@ class WindField {
     std::vector<Gust> gusts;
     std::vector<Eddy> turbulence;
   };
-  std::shared_ptr<const Modes> modes_;  // null in still air
+  // Is null in still air.
+  std::shared_ptr<const Modes> modes_;
   bool is_carried_ = false;
 };
 

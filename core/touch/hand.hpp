@@ -11,7 +11,8 @@ namespace hairnet {
 
 // A sphere, or a capsule between two points; own axes of its hand, m.
 struct HandShape {
-  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // are equal for a sphere
+  // Both are equal for a sphere.
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();
   double radius_m = 0;
   // Hair is kept within it, not outside.
   bool is_inside_out = false;
@@ -20,11 +21,11 @@ struct HandShape {
 
 // Shapes that move together: a hand, a controller, a brush.
 struct Hand {
-  // Its shapes have the numbers from here on, among those of one person.
+  // The hand's shapes have the numbers from here on, among the shapes of one person.
   std::uint8_t first_number = 0;
   // Maps its own axes to the world; rigid, metres.
   RigidTransform place;
-  // It has not moved here from where it was.
+  // Says that the hand has not moved to this place but appears here.
   bool has_jumped = false;
   std::vector<HandShape> shapes = {};
 };

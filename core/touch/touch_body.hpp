@@ -25,9 +25,9 @@ struct TouchBody {
   TouchShape shape;
   // Maps the shape's own axes to the world; rigid, metres.
   RigidTransform place;
-  // It has not moved here from where it was: it does not sweep hair along.
+  // Says that the body has not moved to this place but appears here, so it does not sweep hair along.
   bool has_jumped = false;
-  // It touches only characters of its own toucher, whoever else allows it.
+  // Says that the body touches only characters of its own toucher, whoever else allows it.
   bool only_own = false;
 };
 

@@ -19,7 +19,7 @@ struct TouchRule {
 
 // Whether `toucher` may touch a character of `owner`. Props of the room touch everyone.
 bool may_touch(const TouchRule& rule, ToucherId owner, ToucherId toucher);
-// The same for one body of a toucher.
+// Whether this body of a toucher may touch a character of `owner`.
 bool may_touch(const TouchRule& rule, ToucherId owner, const TouchBody& body);
 
 }  // namespace hairnet

@@ -23,7 +23,7 @@ inline constexpr double kTouchSizeMax_m = 100;
 inline TouchShape sphere(double radius_m) {
   return {.radius_m = radius_m};
 }
-// Its axis is its own y, and its ends' centres are `half_length_m` from its middle.
+// The capsule's axis is its own y, and its ends' centres are `half_length_m` from its middle.
 inline TouchShape capsule(double half_length_m, double radius_m) {
   return {.half_size_m = {0, half_length_m, 0}, .radius_m = radius_m};
 }

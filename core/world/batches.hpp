@@ -28,6 +28,7 @@ class Batches {
   [[nodiscard]] StepCosts costs() const;
 
  private:
+  // Both must stay where they are until step() has returned.
   struct Item {
     Character* character;
     Outcome* outcome;

@@ -13,11 +13,12 @@
 namespace hairnet {
 namespace {
 
+// Hair counts as still while no node is faster than this relative to the head.
 constexpr float kStillSpeed_m_per_s = 1e-3f;
 // Hair that settles loses half of its velocity in this time.
 constexpr double kSettleHalf_s = 1.0 / 15;
-// In which hair that settles on a body goes half as far: friction, which is a viscosity here, would let it creep for
-// ever.
+// In this time, hair that settles on a body comes to go half as far in a turn. Friction is a viscosity here, so without
+// this such hair would creep for ever.
 constexpr double kStickHalf_s = 1;
 
 // Tolerance for a state from outside: the wire's coarsest step may have rounded a coordinate by a millimetre. Hair
@@ -149,7 +150,8 @@ void check_invariants(const Character& c) {
   HAIRNET_ASSERT(c.state.displacement.size() == (model ? model->rest.size() : 0));
   HAIRNET_ASSERT(c.state.velocity.size() == c.state.displacement.size());
   HAIRNET_ASSERT(c.rigid_ease_s < kRigidEase_s);
-  HAIRNET_ASSERT(c.rigid_ease_s < 0 || model);  // only a lattice eases
+  // Only a lattice eases.
+  HAIRNET_ASSERT(c.rigid_ease_s < 0 || model);
   HAIRNET_ASSERT(c.stiffness > 0);
   HAIRNET_ASSERT(c.stiffness <= 1);
   HAIRNET_ASSERT(c.contact_release >= 0);
@@ -219,7 +221,8 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
 void put_inputs(const TickContext& terms, const Character& c, std::span<StepInput> inputs) {
   const StepPlan& plan = terms.plan(c);
   HAIRNET_ASSERT(inputs.size() == static_cast<std::size_t>(plan.substep_count));
-  HAIRNET_ASSERT(c.state_tick == terms.tick + 1);  // begin_tick has run
+  // The character's begin_tick() has run in this tick.
+  HAIRNET_ASSERT(c.state_tick == terms.tick + 1);
   const std::uint64_t first_tick = terms.tick + 1 - c.step_ticks;
   for (std::size_t s = 0; s < inputs.size(); ++s) {
     StepInput& input = inputs[s];

@@ -48,7 +48,7 @@ struct Character {
   LearntTurn learnt;
   MaterialScale material;
   std::uint32_t environment = 0;
-  // Its hands may touch the hair when nobody else may.
+  // The hands of this toucher may touch the hair when nobody else may.
   ToucherId owner = kRoomToucher;
   TouchRule touch_rule;
   // Is null while nothing is near the hair and nobody holds it.
@@ -86,9 +86,9 @@ struct Character {
   std::uint8_t stride = 1;
   // Counts the ticks of its last turn.
   std::uint8_t step_ticks = 1;
-  // It has no turns.
+  // Says that the character has no turns.
   bool suspended = false;
-  // It has a turn in the next tick, independent of the phase.
+  // Says that the character has a turn in the next tick, independent of the phase.
   bool steps_next_tick = false;
   // Is requested for the next turn.
   bool teleport = false;

@@ -378,7 +378,8 @@ void let_go(const TouchKey& hand, Release release, Character& c) {
   if (!c.touch) return;
   for (Hold& hold : c.touch->holds) {
     if (hold.is_pinned || hold.hand != hand) continue;
-    hold.anchor = point_head(c, hold.point);  // nothing pulls at first
+    // The anchor is where the point is, so nothing pulls at first.
+    hold.anchor = point_head(c, hold.point);
     hold.is_pinned = true;
   }
 }

@@ -20,7 +20,8 @@ inline constexpr double kHoldStretchMax_m = 0.25;
 // A contact point of the hair that a hand holds, or has pinned to the head.
 struct Hold {
   TouchKey hand;
-  std::uint32_t point = 0;  // indexes the contact points of the level
+  // Names a contact point of the level.
+  std::uint32_t point = 0;
   // Is where the point is bound to: own axes of the hand's shape, or, when pinned, head space; m.
   Vec3 anchor = Vec3::Zero();
   bool is_pinned = false;
@@ -31,7 +32,8 @@ struct Hold {
 struct CharacterTouch {
   struct MetBody {
     TouchKey key;
-    StepBody body;  // over the whole tick
+    // Moves over the whole tick.
+    StepBody body;
   };
   // Is a hand with holds that are not pinned, over the tick, world.
   struct Hand {

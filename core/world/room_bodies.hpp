@@ -12,7 +12,7 @@ struct RoomBody {
   TouchBody body;
   // Is where it is at the tick's start: its place, unless it moves there.
   RigidTransform from;
-  // It has stayed near this place since it last moved.
+  // The body has stayed near this place since it last moved.
   RigidTransform still_place;
   double bounding_radius_m = 0;
   // Hair near it must not sleep: it moves, or is not as it was.
@@ -22,7 +22,7 @@ struct RoomBody {
 // Ascends by key.
 using RoomBodies = std::vector<RoomBody>;
 
-// Null when the room has no such body.
+// Returns null when the room has no such body.
 const RoomBody* find_body(const RoomBodies& room, const TouchKey& key);
 
 // The bodies of a room, each moving in a tick from where the one with its key is in `before`. One that is new, has

@@ -22,7 +22,8 @@ class Simulation {
 
   // Sets the levels of a groom, by its hash, from now on. Asserts that they are not null.
   void put_levels(const GroomHash& groom, std::shared_ptr<const LevelSet> levels);
-  void forget_levels(const GroomHash& groom);  // characters with these levels keep them
+  // Characters that have these levels keep them.
+  void forget_levels(const GroomHash& groom);
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const GroomHash& groom) const;
   [[nodiscard]] bool has_levels(const GroomHash& groom) const { return levels_.contains(groom); }
   // Null while the hair of the groom is not learnt.

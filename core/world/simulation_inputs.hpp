@@ -49,7 +49,8 @@ struct SimulationInputs {
   };
   struct State {
     CharacterKey character = 0;
-    std::vector<Vec3f> displacements, velocities;  // head space, m and m/s, of the level it is on
+    // Are in head space, m and m/s, on the level that the character has.
+    std::vector<Vec3f> displacements, velocities;
   };
   struct RoomWind {
     std::uint32_t room = 0;

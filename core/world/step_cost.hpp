@@ -10,16 +10,18 @@
 
 namespace hairnet {
 
-using ClockNs = std::int64_t (*)();  // monotonic, called on any thread
+// A monotonic clock, which is called on any thread.
+using ClockNs = std::int64_t (*)();
 
 // The cost of stepping characters.
 struct StepCost {
-  std::int64_t step_ns = 0;  // the sum over all workers
+  // Is the sum over all workers.
+  std::int64_t step_ns = 0;
   // One for each character and tick in which it was stepped, whatever its stride.
   std::uint32_t character_steps = 0;
 };
 
-// By level, and by the number of ticks that the steps cover.
+// The costs are summed for each level and each number of ticks that a step covers.
 struct StepCosts {
   std::array<std::array<StepCost, kStrideMax>, kLevelCount> sums{};
 

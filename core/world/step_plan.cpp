@@ -43,7 +43,8 @@ StepPlans::StepPlans(double tick_s, int substep_count, int iterations) {
     for (int ticks = 1; ticks <= kStrideMax; ++ticks) {
       StepPlan& plan = plans_[l][static_cast<std::size_t>(ticks - 1)];
       plan = plan_over(tick_s, ticks, substep_count, own, is_iterated);
-      HAIRNET_ASSERT(plan.substep_count <= ticks * substep_count);  // a stride never costs more
+      // A stride must never cost more.
+      HAIRNET_ASSERT(plan.substep_count <= ticks * substep_count);
     }
   }
 }

@@ -82,14 +82,16 @@ bool has_level(LevelIndex level, const Character& c) {
 void switch_level(LevelIndex to, Character& c) {
   HAIRNET_ASSERT(has_level(to, c));
   c.wake();
-  if (to != c.level) end_holds(c);  // levels have other contact points
+  // Each level has its own contact points, so holds cannot go on.
+  if (to != c.level) end_holds(c);
   if (to == LevelIndex::rigid) return switch_to_rigid(c);
   if (to == LevelIndex::learnt) return switch_to_learnt(c);
   const Level* old_level = c.model();
   const HeadMotion motion = last_head_motion(c);
   // The character was on its way to the rigid level and is called back.
   if (std::exchange(c.rigid_ease_s, -1) >= 0) {
-    HAIRNET_ASSERT(old_level);  // only a lattice eases
+    // Only a lattice eases.
+    HAIRNET_ASSERT(old_level);
     // Easing has no velocity of its own.
     const std::vector<Vec3f> displacement = std::move(c.state.displacement);
     reset_to_rest(*old_level, c.state);

@@ -10,10 +10,11 @@
 namespace hairnet {
 namespace {
 
-// Hair is untangled after so long a rest.
+// Hair is untangled once the bones have been at rest for this long.
 constexpr double kAfter_s = 1;
 // Contact and springs fade out in this time, and fade in again as fast.
 constexpr double kUntangle_s = 1;
+// Whether the lattice is folded, or home again, is looked at once in this time.
 constexpr double kLookEvery_s = 0.2;
 // The factor is never zero: the limit of elastic energy is scaled by quotients of this factor.
 constexpr double kStiffnessMin = 0.01;
@@ -21,10 +22,12 @@ constexpr double kStiffnessMin = 0.01;
 constexpr float kHome_m = 0.002f;
 // A look takes six FFD evaluations a point, in a tick that other characters wait for, so it goes over a sample.
 constexpr std::size_t kPointsMax = 400;
-// Is the step of the gradient's differences, in cells.
+// The gradient of the map is taken from differences over this step to either side, in cells.
 constexpr float kDifference = 0.05f;
 
-// In an upright body no hair presses into the skin, so it is safe without contact.
+// A body counts as upright when the head is tilted by at most kTilt_rad (5 degrees), and no bone is turned by more than
+// kTurn_rad (10 degrees) or shifted by more than kShift_m against the head. No hair presses into the skin of such a
+// body, so the hair is safe without contact.
 constexpr double kTurn_rad = 0.17, kTilt_rad = 0.087, kShift_m = 0.02;
 
 bool is_upright(const Pose& pose) {

@@ -26,7 +26,9 @@ class Untangle {
   [[nodiscard]] double stiffness() const;
 
  private:
+  // Are the share of contact that is switched off, and the time since the last look for folds.
   double share_ = 0, since_look_s_ = 0;
+  // Whether the lattice was folded at a look and has not come home since.
   bool is_tangled_ = false;
 };
 

@@ -217,7 +217,8 @@ struct World::Impl {
   WorldDef def;
   StepPlans plans;
   std::vector<Environment> environments;
-  std::deque<Slot> slots;  // a deque, so that slots never move in memory; removed slots are reused
+  // Slots never move in memory, as this is a deque; removed slots are reused.
+  std::deque<Slot> slots;
   std::vector<std::uint32_t> free_slots;
   std::size_t live_count = 0;
   // Holds the live slots without suspended ones, in the order of arrange().
@@ -229,7 +230,7 @@ struct World::Impl {
   // Holds the outcomes of meet_bodies in this order; is empty when nobody can be touched.
   std::vector<TouchCounts> touch_counts;
   Batches batches;
-  // By environment; a room without bodies has no entry.
+  // The key is the environment. A room without bodies has no entry.
   std::map<std::uint32_t, RoomBodies> bodies;
   // Some character may have a CharacterTouch.
   bool is_any_touched = false;
@@ -244,7 +245,8 @@ World::World(World&&) noexcept = default;
 World& World::operator=(World&&) noexcept = default;
 
 World::Impl& World::between_steps() const {
-  HAIRNET_ASSERT(impl_);  // not moved from
+  // The world must not have been moved from.
+  HAIRNET_ASSERT(impl_);
   HAIRNET_ASSERT(!impl_->is_stepping);
   return *impl_;
 }
@@ -325,6 +327,7 @@ bool World::set_level(CharacterId id, LevelIndex index) {
 }
 
 void World::set_levels(std::span<const LevelChange> changes) {
+  // Each part goes over the whole list of changes, so the number of parts is bounded.
   constexpr std::size_t kPartCountMax = 64;
   Impl& w = between_steps();
   if (changes.empty()) return;

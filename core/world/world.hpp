@@ -20,7 +20,8 @@ namespace hairnet {
 // afterwards.
 struct CharacterId {
   std::uint32_t slot = 0;
-  std::uint32_t generation = 0;  // zero is null
+  // Zero means null.
+  std::uint32_t generation = 0;
   friend bool operator==(const CharacterId&, const CharacterId&) = default;
   explicit operator bool() const { return generation != 0; }
 };
@@ -60,17 +61,27 @@ struct LevelChange {
 
 // What one tick did, as counts of characters unless stated otherwise.
 struct StepReport {
-  std::uint32_t stepped = 0;  // characters whose lattice was stepped in this tick
+  // Counts characters whose lattice was stepped in this tick.
+  std::uint32_t stepped = 0;
   std::uint32_t teleports = 0;
-  std::uint32_t lattices_reset = 0;   // a non-finite lattice returned to rest
-  std::uint32_t asleep = 0;           // characters at rest that were not stepped
-  std::uint32_t waiting = 0;          // characters with a stride whose next step is in a later tick
-  std::uint32_t suspended = 0;        // suspended characters
-  std::uint32_t touched = 0;          // characters that hands or props were near, or that are held
-  std::uint32_t bodies_refused = 0;   // pairs of a body and a character of its room that it may not touch, near or far
-  std::uint32_t bodies_left_out = 0;  // pairs beyond the nearest kStepBodiesMax of a character
-  std::uint32_t holds_ended = 0;      // grabs that ended since their hand has gone or the hair was stretched too far
-  StepCosts costs;                    // times only with WorldDef::now_ns
+  // Counts lattices that were not finite and returned to rest.
+  std::uint32_t lattices_reset = 0;
+  // Counts characters at rest that were not stepped.
+  std::uint32_t asleep = 0;
+  // Counts characters with a stride whose next step is in a later tick.
+  std::uint32_t waiting = 0;
+  // Counts suspended characters.
+  std::uint32_t suspended = 0;
+  // Counts characters that hands or props were near, or that are held.
+  std::uint32_t touched = 0;
+  // Counts pairs of a body and a character of its room that it may not touch, near or far.
+  std::uint32_t bodies_refused = 0;
+  // Counts pairs beyond the nearest kStepBodiesMax of a character.
+  std::uint32_t bodies_left_out = 0;
+  // Counts grabs that ended because their hand has gone or the hair was stretched too far.
+  std::uint32_t holds_ended = 0;
+  // Has times only with WorldDef::now_ns.
+  StepCosts costs;
 };
 
 // The lattice of one character, as frames and FFD need it. Valid until the next change of the world.
@@ -110,7 +121,8 @@ class World {
 
   // Returns a null id when full. Asserts a valid pose, and an environment below kEnvironmentCountMax.
   [[nodiscard]] CharacterId add(const CharacterDef& def);
-  void remove(CharacterId id);  // unknown ids are ignored
+  // Unknown ids are ignored.
+  void remove(CharacterId id);
   // The pose at the end of the next step. `teleport`: the lattice moves rigidly with the head, and keeps its velocity
   // relative to the head. A jump of the head (is_teleport) is treated as a teleport too. Asserts that `pose` is valid.
   void set_pose(CharacterId id, const Pose& pose, bool teleport = false);
@@ -122,7 +134,7 @@ class World {
   // common state with lattices: it begins as if the pose had been held, ends at rest, and needs ticks of kLearntTick_s.
   // Returns false when the character has no such level.
   bool set_level(CharacterId id, LevelIndex level);
-  // As set_level() of each change in turn, on the threads of `parallel_for`.
+  // Does what set_level() does for each change in turn, on the threads of `parallel_for`.
   void set_levels(std::span<const LevelChange> changes);
   // The character's own material from the next step on. Asserts that it is valid.
   void set_material(CharacterId id, const MaterialScale& material);

@@ -7,7 +7,7 @@
 
 namespace hairnet::bytes {
 
-// BLAKE2b of 32 bytes, without a key: by which everyone names a file.
+// BLAKE2b of 32 bytes, without a key. Files are named by it.
 using ContentHash = std::array<std::uint8_t, 32>;
 
 // The hash of bytes that come in pieces.
@@ -20,7 +20,8 @@ class ContentHasher {
 
  private:
   static constexpr std::size_t kStateBytes = 384;
-  alignas(64) std::array<std::uint8_t, kStateBytes> state_;  // the library's, whose header this one spares its readers
+  // Holds libsodium's crypto_generichash_state, so that users of this header need none of libsodium's.
+  alignas(64) std::array<std::uint8_t, kStateBytes> state_;
 };
 
 }  // namespace hairnet::bytes

@@ -9,7 +9,9 @@
 namespace hairnet::bytes {
 namespace {
 
+// Negative means to zlib: a raw stream without header and checksum; 15 is the largest window, 32 KiB.
 constexpr int kRawWindowBits = -15;
+// The largest that zlib has.
 constexpr int kMemoryLevel = 9;
 
 }  // namespace

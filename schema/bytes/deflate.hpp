@@ -7,8 +7,10 @@
 namespace hairnet::bytes {
 
 enum class PackEffort : std::uint8_t {
-  most,   // zlib's usual effort, for files that are made once; its best one would save 1 % of a groom's bytes
-  quick,  // Huffman codes alone, for what somebody waits for
+  // The usual effort of zlib, for files that are made once. Its best one would save 1 % of a groom's bytes.
+  most,
+  // Huffman codes alone, for what somebody waits for.
+  quick,
 };
 
 // A raw stream of RFC 1951, without a header and a checksum. The same bytes give the same stream for one version of
@@ -18,7 +20,8 @@ std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes, PackEffo
 enum class InflateError : std::uint8_t {
   none,
   damaged,
-  wrong_length,  // the stream, or what it holds, is shorter or longer than it must be
+  // The stream, or what it holds, is shorter or longer than it must be.
+  wrong_length,
 };
 // Fills `out`, whose size is that of the unpacked bytes. After an error its bytes are unspecified. It writes nothing
 // beyond `out`, whatever the stream says.

@@ -13,6 +13,7 @@ class BulkScheduler {
  public:
   explicit BulkScheduler(std::size_t piece_bytes) : piece_bytes_(piece_bytes) { HAIRNET_ASSERT(piece_bytes > 0); }
 
+  // `bulk_waits`: bulk data was queued while these bytes were sent.
   void sent_urgent(std::size_t bytes, bool bulk_waits) { credit_bytes_ = bulk_waits ? credit_bytes_ + bytes : 0; }
   void sent_bulk() { credit_bytes_ = 0; }
   // Three times the piece makes bulk data a quarter of all bytes while something urgent always waits.
@@ -20,7 +21,8 @@ class BulkScheduler {
 
  private:
   std::size_t piece_bytes_;
-  std::size_t credit_bytes_ = 0;  // sent since the last piece, while one waited
+  // Counts urgent bytes since the last piece, while a piece waited.
+  std::size_t credit_bytes_ = 0;
 };
 
 }  // namespace hairnet::channel

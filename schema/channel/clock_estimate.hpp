@@ -24,7 +24,8 @@ class ClockEstimate {
     std::int64_t at_ns, offset_ns;
   };
   std::int64_t window_ns_;
-  std::deque<Sample> window_;  // times and offsets ascending: the first is the minimum
+  // Times and offsets ascend, so the first one is the minimum.
+  std::deque<Sample> window_;
 };
 
 }  // namespace hairnet::channel

@@ -89,7 +89,8 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
   int depth_ = 0;
   std::string name_;
   FlatJson members_;
-  std::vector<std::string>* list_ = nullptr;  // the list being read
+  // Is the list being read.
+  std::vector<std::string>* list_ = nullptr;
 };
 
 }  // namespace

@@ -33,7 +33,8 @@ Mac mac_of(std::string_view text, const TokenKey& key) {
 std::string to_base64(const void* bytes, std::size_t count) {
   std::string text(sodium_base64_encoded_len(count, kBase64), '\0');
   sodium_bin2base64(text.data(), text.size(), static_cast<const unsigned char*>(bytes), count, kBase64);
-  text.pop_back();  // the terminating zero
+  // The text ended with a zero.
+  text.pop_back();
   return text;
 }
 

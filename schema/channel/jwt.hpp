@@ -9,7 +9,8 @@
 
 namespace hairnet::channel {
 
-inline constexpr std::size_t kTokenKeyBytesMin = 32;  // RFC 7518, 3.2: no shorter than the hash
+// RFC 7518, section 3.2, asks for a key that is no shorter than the hash.
+inline constexpr std::size_t kTokenKeyBytesMin = 32;
 inline constexpr std::size_t kTokenKeyBytesMax = 256;
 
 // A secret key that signs and verifies tokens. The destructor wipes it from memory.

@@ -38,8 +38,10 @@ class PacketSplitter {
   void check_invariants() const;
 
   std::size_t packet_bytes_max_;
-  std::vector<std::uint64_t> buffer_;  // 64-bit words for alignment
-  std::size_t filled_ = 0;             // bytes of the current packet
+  // Words of 64 bits give the alignment that FlatBuffers need.
+  std::vector<std::uint64_t> buffer_;
+  // Counts the bytes of the current packet that have come.
+  std::size_t filled_ = 0;
   bool dead_ = false, is_feeding_ = false;
 };
 

@@ -9,7 +9,7 @@ namespace hairnet::channel {
 
 // A peer that promised signs of life is lost when nothing has come from it for so long.
 inline constexpr std::int64_t kSilence_ns = std::int64_t{wire::kSilence_ms} * 1'000'000;
-// It sends something at least as often.
+// Such a peer sends something at least as often as this.
 inline constexpr std::int64_t kSignOfLife_ns = kSilence_ns / 4;
 
 // For how long nothing has come from a peer, counted while this program could receive: what arrived while the program
@@ -33,6 +33,7 @@ class Silence {
 
  private:
   static constexpr std::int64_t kLookEvery_ns = 1'000'000'000;
+  // The length of the silence at the last look, and the time of that look or of what was heard later.
   std::int64_t silent_ns_ = 0, looked_ns_;
 };
 

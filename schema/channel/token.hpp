@@ -48,14 +48,18 @@ struct TokenClaims {
 
 // Limits `name`, `sub` and `jti`, so that every token fits kTokenBytesMax.
 inline constexpr std::size_t kTokenNameBytesMax = 256;
-inline constexpr std::int64_t kTokenTimeMax_s = 253'402'300'799;  // the end of the year 9999
+// This is the end of the year 9999.
+inline constexpr std::int64_t kTokenTimeMax_s = 253'402'300'799;
 
 enum class TokenRefusal : std::uint8_t {
-  malformed,      // not one of our tokens, or a claim is missing, of a wrong type or out of range
-  bad_signature,  // not signed with this key
+  // The text is not one of our tokens, or a claim is missing, of a wrong type or out of range.
+  malformed,
+  // The token is not signed with this key.
+  bad_signature,
   expired,
   not_yet,
-  wrong_audience,  // made for another service
+  // The token was made for another service.
+  wrong_audience,
   wrong_room,
 };
 std::string_view to_string(TokenRefusal refusal);

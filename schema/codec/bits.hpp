@@ -38,7 +38,8 @@ class BitWriter {
  private:
   // Writes all eight bytes of the word and keeps the bits of the last, incomplete byte: up to 7 bytes past the end.
   void flush() {
-    for (unsigned b = 0; b < 8; ++b) out_[b] = static_cast<std::uint8_t>(word_ >> 8 * b);  // compiles to one store
+    // This loop compiles to one store.
+    for (unsigned b = 0; b < 8; ++b) out_[b] = static_cast<std::uint8_t>(word_ >> 8 * b);
     out_ += used_ >> 3;
     word_ >>= used_ & ~7u;
     used_ &= 7u;
@@ -47,7 +48,8 @@ class BitWriter {
   std::uint8_t* begin_;
   std::uint8_t* out_;
   std::uint64_t word_ = 0;
-  unsigned used_ = 0;  // bits of word_, at most 7 between calls
+  // Counts the bits of word_, at most 7 between calls.
+  unsigned used_ = 0;
 };
 
 // Bytes that a BitWriter may touch beyond those it counts.
@@ -65,7 +67,8 @@ class BitReader {
     const std::size_t at = bit_ >> 3;
     std::uint64_t word = 0;
     if (at + 8 <= bytes_.size()) [[likely]] {
-      for (unsigned b = 0; b < 8; ++b) word |= std::uint64_t{bytes_[at + b]} << 8 * b;  // compiles to one load
+      // This loop compiles to one load.
+      for (unsigned b = 0; b < 8; ++b) word |= std::uint64_t{bytes_[at + b]} << 8 * b;
     } else {
       for (std::size_t b = 0; at + b < bytes_.size(); ++b) word |= std::uint64_t{bytes_[at + b]} << 8 * b;
     }

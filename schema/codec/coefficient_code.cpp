@@ -18,6 +18,7 @@ namespace {
 
 constexpr unsigned kStepBits = 3, kCalmBits = 3;
 constexpr unsigned kCalmMax = (1u << kCalmBits) - 1;
+// After so many zeros follow all bits of z, which are kWholeBits.
 constexpr unsigned kUnaryMax = 16;
 constexpr unsigned kWholeBits = 20;
 constexpr int kIntegerMin = -(1 << (kWholeBits - 1)), kIntegerMax = -kIntegerMin - 1;
@@ -76,12 +77,14 @@ Detail detail_for(const CoefficientCode& code, std::span<const float> coefficien
   if (all_m2 <= square_m2) return {0, kStepCount - 1};
   Detail best{coefficients.size(), 0};
   std::size_t min_bits = std::numeric_limits<std::size_t>::max();
-  for (unsigned step = kStepCount; step-- > 0;) {  // coarse ones are soon judged, and bound the bits of fine ones
+  // Coarse steps are soon judged, and bound the bits of fine ones.
+  for (unsigned step = kStepCount; step-- > 0;) {
     const float step_m = kFinestStep_m * static_cast<float>(1u << step), per_step = 1 / step_m;
     // The finest step is tried for any tolerance, so `best` is the answer where no step suffices.
     if (step > 0 && step_m > kCoarseStep * tolerance_m) continue;
     if (step + 1 < kStepCount && step_m < kFineStep * tolerance_m) break;
-    double rounded_m2 = 0, left_m2 = all_m2;  // errors of what is rounded, and of what is left out
+    // These are the squared errors of what is rounded, and of what is left out.
+    double rounded_m2 = 0, left_m2 = all_m2;
     std::size_t bits = 0, count = 0;
     const auto is_within = [&] { return rounded_m2 + left_m2 <= square_m2; };
     // The loop adds coefficients, the most important first, until the error fits. It gives up when rounding alone

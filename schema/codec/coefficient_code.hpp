@@ -24,7 +24,8 @@ class CoefficientCode {
   [[nodiscard]] unsigned parameter(std::size_t k, unsigned step, unsigned calm) const;
 
  private:
-  std::vector<int> parameters_;  // at step and calm 0; negative: less than a bit
+  // They are for step and calm 0. A negative one stands for less than a bit.
+  std::vector<int> parameters_;
 };
 
 // How much of a frame's coefficients is sent.

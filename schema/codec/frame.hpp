@@ -13,7 +13,8 @@ namespace hairnet::codec {
 
 struct EncodedFrame {
   std::vector<std::uint8_t> bytes;
-  std::vector<std::uint32_t> ends;  // the bits up to and with each coefficient
+  // Counts the bits up to and with each coefficient.
+  std::vector<std::uint32_t> ends;
   std::uint32_t pose_bits = 0;
 
   // The bytes of the pose and the first `count` coefficients, or of all when there are fewer.
@@ -27,7 +28,8 @@ void encode_frame(const Pose& pose, const CoefficientCode* code, std::span<const
 
 struct DecodedFrame {
   Pose pose;
-  std::vector<float> coefficients;  // m; those that are missing at the end are 0
+  // They are in m. Those that are missing at the end are 0.
+  std::vector<float> coefficients;
 };
 // Returns false when the pose is incomplete or out of bounds, or when bytes are left over after all coefficients.
 // `code`: null when the groom's basis is not known: then only the pose is decoded.

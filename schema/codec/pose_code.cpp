@@ -12,7 +12,8 @@ namespace hairnet::codec {
 namespace {
 
 constexpr unsigned kRotationWidthBits = 4;
-constexpr std::uint32_t kAnyRotation = 15;  // instead of a width
+// Stands in place of a width when the rotation is coded whole.
+constexpr std::uint32_t kAnyRotation = 15;
 constexpr unsigned kHeadBits = kPointWidthBits + 3 * kWidthMax + 2 + 3 * kRotationBits;
 constexpr unsigned kBoneBits = kHeadBits + kRotationWidthBits;
 static_assert(kHeadBits + (kBoneCount - 1) * kBoneBits <= 8 * kPoseBytesMax);
@@ -33,7 +34,8 @@ Quat halfway(const Quat& a, const Quat& b) {
   return Quat(Eigen::Vector4d(a.coeffs() + sign * b.coeffs())).normalized();
 }
 
-constexpr std::size_t kW = 3;  // index in x y z w
+// Is the index of w in x y z w.
+constexpr std::size_t kW = 3;
 
 class Encoder {
  public:
@@ -140,7 +142,8 @@ Pose encode_pose(const Pose& pose, BitWriter& writer) {
 
 bool decode_pose(BitReader& reader, Pose& pose) {
   pose = code_pose(Decoder(reader));
-  HAIRNET_VALIDATE(is_valid(pose));  // for any bits
+  // Any bits give a valid pose.
+  HAIRNET_VALIDATE(is_valid(pose));
   return is_within_bounds(pose);
 }
 

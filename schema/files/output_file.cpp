@@ -21,7 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kLinksMax = 40;  // as many as the system follows
+// The system follows as many.
+constexpr int kLinksMax = 40;
 
 // The open descriptor that a path is another name of: what the shell calls /dev/stdout, or a process substitution.
 std::optional<int> descriptor_of(const std::string& path) {
@@ -36,7 +37,8 @@ std::optional<int> descriptor_of(const std::string& path) {
 }
 
 struct Place {
-  std::string path;  // behind all links
+  // Is the place behind all links.
+  std::string path;
   std::optional<int> descriptor;
 };
 

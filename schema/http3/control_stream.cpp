@@ -8,7 +8,8 @@
 namespace hairnet::http3 {
 namespace {
 
-// Clients look for the name that their draft has given it, and pass over the others.
+// Each draft gave WebTransport another name, and clients pass over the names that they do not know. The 16 is the most
+// sessions of a connection.
 constexpr std::array<std::pair<std::uint64_t, std::uint64_t>, 5> kSettings{{
     {kEnableConnectProtocol, 1},
     {kH3Datagram, 1},

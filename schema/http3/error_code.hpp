@@ -21,11 +21,11 @@ enum class ErrorCode : std::uint64_t {
   message_error = 0x10e,
   decompression_failed = 0x200,
   encoder_stream_error = 0x201,
-  // A stream of a session that is not there (yet).
+  // The stream belongs to a session that does not exist (yet).
   session_unknown = 0x3994bd84,
-  // A session that has ended takes its streams with it.
+  // The session has ended, which ends its streams too.
   session_gone = 0x170d7b68,
-  // A session's own error 0: it has its channel already, or gives a download up.
+  // This is a session's own error 0: it has its channel already, or gives a download up.
   session_error = 0x52e4a40fa8db,
 };
 

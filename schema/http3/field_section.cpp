@@ -11,7 +11,8 @@
 namespace hairnet::http3 {
 namespace {
 
-constexpr std::uint8_t kNoCapacity = 0x20;  // Set Dynamic Table Capacity: 0
+// This instruction is Set Dynamic Table Capacity with capacity 0.
+constexpr std::uint8_t kNoCapacity = 0x20;
 
 struct Delete {
   void operator()(nghttp3_qpack_decoder* decoder) const { nghttp3_qpack_decoder_del(decoder); }
@@ -86,15 +87,19 @@ Bytes encode_response(int status, bool draft) {
   HAIRNET_ASSERT(status >= 200 && status <= 599);
   using namespace std::string_view_literals;
   Bytes section;
-  put(section, "\x00\x00"sv);  // no dynamic table
+  // The section uses no dynamic table.
+  put(section, "\x00\x00"sv);
   if (status == 200) {
-    section.push_back(0xd9);  // entry 25 of the static table
+    // This is entry 25 of the static table.
+    section.push_back(0xd9);
   } else {
-    put(section, "\x5f\x09\x03");  // the name of entry 24, and a value of three letters
+    // This is the name of entry 24, and the length of a value of three letters.
+    put(section, "\x5f\x09\x03");
     put(section, std::to_string(status));
   }
   if (!draft) return section;
-  put(section, "\x27\x15");  // a name of 7 + 21 letters
+  // This begins a literal name of 7 + 21 letters.
+  put(section, "\x27\x15");
   put(section, "sec-webtransport-http3-draft");
   section.push_back(0x07);
   put(section, "draft02");
@@ -102,7 +107,8 @@ Bytes encode_response(int status, bool draft) {
 }
 
 Bytes encode_fields(const std::vector<FieldView>& fields) {
-  Bytes section{0, 0};  // no dynamic table
+  // The section uses no dynamic table.
+  Bytes section{0, 0};
   for (const auto& [name, value] : fields) {
     put_prefixed(section, 0x20, 3, name.size());
     put(section, name);

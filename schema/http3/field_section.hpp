@@ -34,7 +34,8 @@ DecodedFields decode_fields(std::span<const std::uint8_t> section);
 // The field section of a response. `draft`: it names the draft of WebTransport, which Chromium asks for.
 Bytes encode_response(int status, bool draft);
 
-using FieldView = std::pair<std::string_view, std::string_view>;  // name, value
+// A field is a name and a value.
+using FieldView = std::pair<std::string_view, std::string_view>;
 // Fields as literals with literal names, without Huffman coding.
 Bytes encode_fields(const std::vector<FieldView>& fields);
 

@@ -34,7 +34,8 @@ class FrameReader {
 
   std::array<std::uint8_t, 2 * kVarintBytesMax> header_{};
   std::size_t header_bytes_ = 0;
-  std::uint64_t type_ = 0, length_ = 0, left_ = 0;  // left_: of the payload
+  // `left_` counts the bytes of the payload that have not come yet.
+  std::uint64_t type_ = 0, length_ = 0, left_ = 0;
   bool in_payload_ = false;
 };
 

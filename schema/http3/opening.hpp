@@ -7,14 +7,14 @@
 
 namespace hairnet::http3 {
 
-// What a client opens a session with: the HEADERS frame of an extended CONNECT. `origin`: of the page that asks; empty
-// for programs.
+// Makes the HEADERS frame of an extended CONNECT, with which a client opens a session. `origin` is that of the page
+// that asks; empty for programs.
 Bytes connect_request(std::string_view authority, std::string_view path, std::string_view origin = "");
 
-// What the session's channel begins with.
+// Makes the first bytes of a session's channel.
 Bytes channel_begin(std::uint64_t session);
 
-// What another stream of the session begins with, which the server opens for itself alone.
+// Makes the first bytes of each other stream of the session. The server opens those, for its own bytes alone.
 Bytes one_way_begin(std::uint64_t session);
 
 }  // namespace hairnet::http3

@@ -10,7 +10,7 @@ namespace hairnet::quic {
 // pose.
 class AnswerDelay {
  public:
-  // A tick of 30 Hz, and what it may come late.
+  // A tick at 30 Hz takes 33.3 ms, and a tick may come a little late.
   static constexpr std::int64_t kDelay_ns = 37'000'000;
   // A client's acknowledgements let the server's congestion window go on. So on a long line they wait less: round trip
   // and delay together are no longer than this, where poses 72 times a second still take them along.
@@ -18,11 +18,12 @@ class AnswerDelay {
   static constexpr std::int64_t of_client(std::int64_t round_trip_ns) {
     return std::clamp(kTogether_ns - round_trip_ns, kDelay_ns_min, kDelay_ns);
   }
-  // What peers are told (max_ack_delay): as much, and what a timer may come late.
+  // Peers are told this (max_ack_delay): kDelay_ns, and what a timer may come late.
   static constexpr std::int64_t kAnnouncedDelay_ns = 40'000'000;
   // So many datagrams are acknowledged at once: the peer's congestion window lives on it.
   static constexpr int kDatagramsMax = 8;
 
+  // Applies from the next datagram or the next write on.
   void set_delay(std::int64_t delay_ns) { delay_ns_ = delay_ns; }
   void on_datagram(std::int64_t now_ns) {
     if (datagrams_++ == 0 && due_ns_ <= now_ns) due_ns_ = now_ns + delay_ns_;
@@ -31,7 +32,8 @@ class AnswerDelay {
   void send_soon() { is_urgent_ = true; }
   // The connection was asked for all packets that it wants to send.
   void on_written(bool has_sent, std::int64_t now_ns) {
-    if (!has_sent && (is_urgent_ || datagrams_ > 0)) return;  // what is to be said has not been said
+    // What is to be said has not been said yet.
+    if (!has_sent && (is_urgent_ || datagrams_ > 0)) return;
     is_urgent_ = false;
     datagrams_ = 0;
     due_ns_ = now_ns + delay_ns_;

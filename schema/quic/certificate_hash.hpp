@@ -5,6 +5,7 @@
 
 namespace hairnet::quic {
 
-using CertificateHash = std::array<std::uint8_t, 32>;  // SHA-256 of a certificate in DER
+// The SHA-256 of a certificate in DER.
+using CertificateHash = std::array<std::uint8_t, 32>;
 
 }  // namespace hairnet::quic

@@ -4,7 +4,8 @@
 
 namespace hairnet::quic {
 
-// What ngtcp2 calls for TLS and randomness, the same at both ends. Each end adds its own.
+// Returns the functions that ngtcp2 calls for TLS and randomness, which are the same at both ends. Each end adds its
+// own.
 ngtcp2_callbacks crypto_callbacks();
 
 }  // namespace hairnet::quic

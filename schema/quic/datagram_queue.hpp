@@ -37,6 +37,7 @@ class DatagramQueue {
   // Whether a datagram is to be sent next. `streams_wait`: a stream has something to send.
   [[nodiscard]] bool is_next(bool streams_wait) const { return !empty() && (!streams_wait || in_a_row_ < kInARowMax); }
   [[nodiscard]] std::vector<std::uint8_t>& front() { return waiting_.front(); }
+  // Counts the datagram as sent, which drop_first() does not.
   std::vector<std::uint8_t> pop() {
     std::vector<std::uint8_t> first = std::move(waiting_.front());
     waiting_.pop_front();
@@ -49,7 +50,8 @@ class DatagramQueue {
  private:
   std::deque<std::vector<std::uint8_t>> waiting_;
   std::size_t bytes_ = 0;
-  int in_a_row_ = 0;  // datagrams since a stream was sent
+  // Counts the datagrams since a stream was sent.
+  int in_a_row_ = 0;
 };
 
 }  // namespace hairnet::quic

@@ -52,7 +52,8 @@ void SendBuffer::reset() {
   // Unsent chunks go. Sent ones stay, since ngtcp2 keeps pointers to them until it has closed the stream.
   chunks_.resize(next_chunk_ + (next_in_chunk_ > 0 ? 1 : 0));
   if (next_in_chunk_ > 0) {
-    chunks_.back().resize(next_in_chunk_);  // its bytes stay in their place
+    // The bytes that remain stay in their place.
+    chunks_.back().resize(next_in_chunk_);
     ++next_chunk_;
     next_in_chunk_ = 0;
   }

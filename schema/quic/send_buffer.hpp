@@ -14,7 +14,8 @@ namespace hairnet::quic {
 // memory, since QUIC sends them again from there.
 class SendBuffer {
  public:
-  void push(std::vector<std::uint8_t> bytes);  // nothing happens after the end
+  // After end() this does nothing.
+  void push(std::vector<std::uint8_t> bytes);
   void end() { is_ended_ = true; }
 
   // The next unsent bytes, in `into`; returns how many pieces. More may follow.
@@ -29,7 +30,7 @@ class SendBuffer {
 
   [[nodiscard]] bool has_unsent() const { return next_ < end_ || (is_ended_ && !is_end_sent_); }
   [[nodiscard]] std::size_t unsent_bytes() const { return static_cast<std::size_t>(end_ - next_); }
-  // Not counting those of a stream that was reset, which nobody waits for.
+  // A stream that was reset counts as 0, since nobody waits for its bytes.
   [[nodiscard]] std::size_t kept_bytes() const { return is_reset_ ? 0 : static_cast<std::size_t>(end_ - begin_); }
   [[nodiscard]] bool is_done() const { return is_reset_ || (is_ended_ && is_end_sent_ && begin_ == end_); }
 

@@ -14,12 +14,12 @@
 
 namespace hairnet::quic {
 
-// Told while packets are written.
+// Learns what becomes of streams and datagrams while packets are written.
 class SendObserver {
  public:
   virtual ~SendObserver() = default;
   virtual void on_stream_sent(std::int64_t stream, std::size_t bytes) = 0;
-  // False: it was dropped, since the peer or the path does not take it.
+  // False means that the datagram was dropped, since the peer or the path does not take it.
   virtual void on_datagram_sent(std::size_t bytes, bool is_sent) = 0;
   // The peer reads no more of the stream; what waited there is dropped. False ends the connection.
   virtual bool on_stopped(std::int64_t stream) = 0;
@@ -29,14 +29,14 @@ class SendObserver {
 // Among the streams, bulk ones go last but for every fourth piece, in turn.
 class SendQueues {
  public:
-  // Makes it if it is not there.
+  // Makes the stream if it is not there.
   SendBuffer& stream(std::int64_t id) { return streams_[id]; }
   SendBuffer& add_bulk_stream(std::int64_t id);
   [[nodiscard]] SendBuffer* find(std::int64_t id);
   [[nodiscard]] const SendBuffer* find(std::int64_t id) const;
   void erase(std::int64_t id);
   void push_datagram(std::vector<std::uint8_t> bytes) { datagrams_.push(std::move(bytes)); }
-  // What each datagram begins with.
+  // Each datagram begins with this prefix.
   void set_datagram_prefix(std::vector<std::uint8_t> prefix) { datagram_prefix_ = std::move(prefix); }
   void drop_first_datagram() { datagrams_.drop_first(); }
   void drop_datagrams() { datagrams_.clear(); }
@@ -60,13 +60,15 @@ class SendQueues {
  private:
   static constexpr int kInARowMax = 3;
 
-  // The stream to write next, of those that `blocked` does not name; -1: none.
+  // Returns the stream to write next, of those that `blocked` does not name; -1 means none.
   [[nodiscard]] std::int64_t next_stream(std::span<const std::int64_t> blocked) const;
   void on_stream_sent(std::int64_t id);
 
   std::map<std::int64_t, SendBuffer> streams_;
-  std::vector<std::int64_t> bulk_;  // the one whose turn is next comes first
-  int in_a_row_ = 0;                // pieces of other streams since one of bulk
+  // The stream whose turn is next comes first.
+  std::vector<std::int64_t> bulk_;
+  // Counts the pieces of other streams since one of a bulk stream.
+  int in_a_row_ = 0;
   DatagramQueue datagrams_;
   std::vector<std::uint8_t> datagram_prefix_;
 };

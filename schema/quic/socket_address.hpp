@@ -16,13 +16,16 @@ struct Address {
     sockaddr_in v4;
     sockaddr_in6 v6;
   };
-  socklen_t bytes = 0;  // 0: none
+  // Zero means none.
+  socklen_t bytes = 0;
 
   Address() : v6{} {}
-  static Address of(const sockaddr* address, socklen_t bytes);  // asserts that it is of one of the two kinds
+  // Asserts that the address is of one of the two kinds.
+  static Address of(const sockaddr* address, socklen_t bytes);
 
   [[nodiscard]] std::uint16_t port() const;
-  [[nodiscard]] std::string text() const;  // "192.0.2.1:7420", "[2001:db8::1]:7420"
+  // Returns a text such as "192.0.2.1:7420" or "[2001:db8::1]:7420".
+  [[nodiscard]] std::string text() const;
   [[nodiscard]] ngtcp2_addr native() { return {&any, bytes}; }
   bool operator==(const Address& other) const;
 };

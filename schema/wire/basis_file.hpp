@@ -16,7 +16,8 @@ namespace hairnet::wire {
 struct HairBasis {
   LevelGeometry geometry;
   Basis basis;
-  Skin skin;  // distances as their bytes say
+  // The distances are those that their bytes stand for.
+  Skin skin;
 };
 
 // A file, which clients download by its hash as they do grooms. Deterministic for one version of zlib. All parts must

@@ -51,7 +51,7 @@ struct Hello {
   std::uint8_t datagram_layout = 0;
   // Names the client's whole way, over all servers, for their logs; zero means none.
   std::uint64_t trace = 0;
-  // The server hears something of it in less than kSilence_ms, all the time.
+  // Promises that the server hears something from the client at least every kSilence_ms.
   bool signs_of_life = false;
 };
 struct GroomOffer {
@@ -71,24 +71,32 @@ struct HairState {
   // Both are of equal size; velocities may be empty: at rest.
   std::vector<std::int16_t> displacements, velocities;
 };
-struct Srgb {  // a colour of the sRGB space
+// A colour of the sRGB space.
+struct Srgb {
   std::uint8_t red = 0, green = 0, blue = 0;
   friend bool operator==(const Srgb&, const Srgb&) = default;
 };
-struct Appearance {  // how a character is drawn
+// How a character is drawn.
+struct Appearance {
   Srgb hair_root, hair_tip, skin;
-  std::uint8_t roughness = 0;  // 255: 1
+  // The value 255 means 1.
+  std::uint8_t roughness = 0;
   friend bool operator==(const Appearance&, const Appearance&) = default;
 };
 struct AddCharacter {
   std::uint32_t character = 0;
   GroomHash groom{};
-  LevelIndex level = LevelIndex::high;        // the finest level that it may have
-  std::optional<HairState> state = {};        // the state in which the hair starts; none: at rest
-  std::string tag = {};                       // any bytes, at most kTagBytesMax; for applications
-  std::optional<Appearance> appearance = {};  // none: the receiver's default
+  // The finest level that the character may have.
+  LevelIndex level = LevelIndex::high;
+  // The state in which the hair starts; none means at rest.
+  std::optional<HairState> state = {};
+  // Any bytes, at most kTagBytesMax, for applications.
+  std::string tag = {};
+  // None means the receiver's default.
+  std::optional<Appearance> appearance = {};
 };
-struct SetAppearance {  // replaces tag and appearance of AddCharacter
+// Replaces tag and appearance of AddCharacter.
+struct SetAppearance {
   static constexpr Resent kResent = Resent::per_character;
   std::uint32_t character = 0;
   std::string tag = {};
@@ -103,8 +111,10 @@ struct RemoveCharacter {
 };
 struct PoseSample {
   std::uint32_t character = 0;
-  std::uint32_t sequence = 0;        // rises by any amount with each newer pose of the character
-  std::int64_t capture_time_ns = 0;  // the client's monotonic clock, the one in its envelopes
+  // Rises by any amount with each newer pose of the character.
+  std::uint32_t sequence = 0;
+  // The client's monotonic clock, the one in its envelopes.
+  std::int64_t capture_time_ns = 0;
   bool teleport = false;
   Pose pose;
 };
@@ -118,21 +128,26 @@ struct EarlierPose {
     std::array<std::int16_t, 3> turn{}, move{};
   };
   std::uint32_t captured_before_ns = 0, character = 0;
-  std::uint16_t sequence_before = 0;  // at least 1
+  // Is at least 1.
+  std::uint16_t sequence_before = 0;
   std::array<Bone, kBoneCount> bones{};
 };
 // All hands of a person. Those that are not in the newest sample are gone.
 struct HandsSample {
-  std::uint32_t sequence = 0;        // rises by any amount with each newer sample of the session
-  std::int64_t capture_time_ns = 0;  // the client's monotonic clock, the one in its envelopes
-  std::vector<Hand> hands = {};      // are rounded as codec::rounded_to_wire
+  // Rises by any amount with each newer sample of the session.
+  std::uint32_t sequence = 0;
+  // The client's monotonic clock, the one in its envelopes.
+  std::int64_t capture_time_ns = 0;
+  // Are rounded as codec::rounded_to_wire.
+  std::vector<Hand> hands = {};
 };
 struct PoseBatch {
   std::vector<PoseSample> poses;
-  std::vector<EarlierPose> earlier = {};  // since datagrams get lost; each character's in order
+  // Poses are sent again since datagrams get lost. Those of each character are in order.
+  std::vector<EarlierPose> earlier = {};
   std::optional<HandsSample> hands = {};
 };
-// Who may touch a character's hair; the owner always may unless it is nobody.
+// Says who may touch a character's hair; the owner always may unless it is nobody.
 struct SetTouch {
   static constexpr Resent kResent = Resent::per_character;
   std::uint32_t character = 0;
@@ -154,13 +169,13 @@ struct LetGo {
   std::uint8_t hand = 0;
   Release release = Release::drop;
 };
-// A shape that a room has, hair falls over it.
+// A shape in the room, over which hair falls.
 struct Prop {
   std::uint8_t number = 0;
   TouchShape shape;
   // Maps its own axes to the world; rounded to float.
   RigidTransform place;
-  // It has not moved here from where it was.
+  // Says that the prop has not moved to this place but appears here.
   bool has_jumped = false;
 };
 // Adds, moves and removes props of the session's room; others stay.
@@ -178,15 +193,20 @@ struct SetMaterial {
 struct SetWind {
   Wind wind;
 };
-// Which other members a session receives frames of, and at which detail. It always receives its own characters.
+// Says which other members a session receives frames of, and at which detail. It always receives its own characters.
 struct Observe {
   static constexpr Resent kResent = Resent::per_session;
   ObserveMode mode = ObserveMode::all;
-  std::uint32_t count = 0;             // in mode nearest: how many
-  float radius_m = 0;                  // in mode radius: the distance of heads
-  std::optional<Vec3f> from;           // what nearest and radius are measured from, world; none: its own nearest head
-  std::vector<std::uint32_t> members;  // list
-  std::uint32_t stride = 1;            // ticks between frames, at least: 1, 2, 4
+  // Counts the members in mode nearest.
+  std::uint32_t count = 0;
+  // The distance of heads in mode radius.
+  float radius_m = 0;
+  // Nearest and radius are measured from this place in the world; none means the nearest own head.
+  std::optional<Vec3f> from;
+  // Names the members in mode list.
+  std::vector<std::uint32_t> members;
+  // Frames are at least so many ticks apart: 1, 2 or 4.
+  std::uint32_t stride = 1;
   // About the error of hair, RMS, that is wanted where a head fills the screen. Where a head is smaller, the error may
   // be as much larger. 0: the least that there is.
   float error_m = 0.001f;
@@ -205,11 +225,13 @@ struct MemberImportance {
 struct ReportImportance {
   std::vector<MemberImportance> members;
 };
-struct GroomRequest {  // asks for a groom that the client lacks; answered by GroomData
+// Asks for a groom that the client lacks; answered by GroomData.
+struct GroomRequest {
   GroomHash hash{};
   std::uint64_t offset = 0;
 };
-struct EvaluateLearnt {  // the client has the file of GroomLearnt: frames of such hair need no coefficients
+// The client has the file of GroomLearnt, so frames of such hair need no coefficients.
+struct EvaluateLearnt {
   GroomHash groom{};
   GroomHash learnt{};
 };

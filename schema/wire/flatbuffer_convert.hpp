@@ -60,7 +60,7 @@ std::string read_enum(From from, const char* name, To& to, To first = To{}, To l
   return {};
 }
 
-// The same bytes at an 8-byte boundary: copied when they do not lie at one.
+// Holds the same bytes at an 8-byte boundary. Bytes that do not lie at one are copied.
 class AlignedBytes {
  public:
   explicit AlignedBytes(std::span<const std::uint8_t> bytes);

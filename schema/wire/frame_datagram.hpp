@@ -19,15 +19,17 @@
 // bytes.
 namespace hairnet::wire {
 
-inline constexpr std::uint8_t kFrameDatagramLayout = 1;  // its number, for Hello.datagram_layout
+// The number of this layout, for Hello.datagram_layout.
+inline constexpr std::uint8_t kFrameDatagramLayout = 1;
 
-// Its bytes before the first frame.
+// Counts the bytes before the first frame.
 std::size_t frame_datagram_head_bytes(std::uint64_t tick);
 
-// Asserts that the batch has a frame, and a generation for each. Empty when it would exceed kDatagramBytesMax.
+// Asserts that the batch has a frame, and a generation for each. The result is empty when it would exceed
+// kDatagramBytesMax.
 std::vector<std::uint8_t> encode_frame_datagram(std::int64_t clock_ns, const FrameBatch& batch);
 
-// Overwrites the clock of one. wire::set_clock() does so for packets and these.
+// Overwrites the clock of a datagram. wire::set_clock() does so for packets and for such datagrams.
 void set_frame_datagram_clock(std::span<std::uint8_t> datagram, std::int64_t clock_ns);
 
 // Whether bytes are of this layout; no packet is.

@@ -40,8 +40,10 @@ enum class LevelFileError : std::uint8_t {
 
 struct DecodedLevels {
   LevelFileError error = LevelFileError::none;
-  std::string detail;                // one line, when there is an error
-  std::shared_ptr<LevelSet> levels;  // every level is valid; the maps between them are not part of the file
+  // One line, when there is an error.
+  std::string detail;
+  // Every level is valid. The maps between levels are not part of the file.
+  std::shared_ptr<LevelSet> levels;
 };
 
 // Deterministic. The levels must pass validate().

@@ -24,15 +24,15 @@ const char* to_string(DecodeError error);
 // One size-prefixed packet, ready to send. The message must keep to the limits of PROTOCOL.md. Strings are made valid:
 // forbidden characters become '?' and long strings are cut. Empty when the packet would exceed kPacketBytesMax.
 std::vector<std::uint8_t> encode_packet(const Envelope& envelope);
-// The same for a client. A program that calls this has no code for what servers say.
+// Does the same for a client. A program that calls this has no code for what servers say.
 std::vector<std::uint8_t> encode_client_packet(std::int64_t clock_ns, const ClientMessage& message);
-// The packet of a RoomHands, as encode_packet makes it. Asserts that each person's bytes are at most kHandsBytesMax.
+// Makes the packet of a RoomHands as encode_packet does. Asserts that each person's bytes are at most kHandsBytesMax.
 std::vector<std::uint8_t> encode_room_hands(std::int64_t clock_ns, const EncodedRoomHands& hands);
 
 // Overwrites the clock of what encode_packet or encode_frame_datagram has made, for packets that waited in a queue.
 void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns);
 
-// Bytes that a frame takes in a batch, at most. Batches whose frames sum to at most kPacketBytesMax -
+// Returns the bytes that a frame takes in a batch, at most. Batches whose frames sum to at most kPacketBytesMax -
 // kPacketOverheadBytesMax can be sent.
 std::size_t frame_bytes(const Frame& frame);
 
@@ -45,7 +45,7 @@ struct DecodedPacket {
 // consistent geometry) and copied out. Values of poses, materials and winds are not checked here, so that one bad value
 // does not refuse the whole packet: see validate_pose and validate.
 DecodedPacket decode_packet(std::span<const std::uint8_t> packet);
-// The same for a client: what only clients say is refused.
+// Does the same for a client, and refuses what only clients say.
 DecodedPacket decode_server_packet(std::span<const std::uint8_t> packet);
 
 // Why a pose is refused.

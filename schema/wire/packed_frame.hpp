@@ -12,7 +12,8 @@
 // server_messages.cpp and frame_datagram.cpp alone.
 namespace hairnet::wire {
 
-// `at`: room for what is written, which varint_bytes() and packed_bytes() count beforehand. They return where it ends.
+// Both write to `at`, where there must be as much room as varint_bytes() and packed_bytes() count, and return the end
+// of what they wrote.
 std::uint8_t* write_varint(std::uint64_t value, std::uint8_t* at);
 std::uint8_t* write_frame(const Frame& frame, std::uint32_t member_before, std::uint8_t* at);
 
@@ -59,7 +60,8 @@ class Unpacker {
   std::span<const std::uint8_t> bytes_;
 };
 
-// Its content lies in the bytes that `in` reads. Returns what is wrong: empty, or one line.
+// The frame's content is not copied: it lies in the bytes that `in` reads. Returns an empty string, or one line about
+// what is wrong.
 std::string read_frame(Unpacker& in, std::uint32_t member_before, Frame& out);
 
 }  // namespace hairnet::wire

@@ -7,7 +7,8 @@ namespace {
 
 template <class Table>
 std::pair<fb::Body, Offset<void>> written(Offset<Table> table) {
-  constexpr fb::Body type = fb::BodyTraits<Table>::enum_value;  // by value: the generated constant has no definition
+  // A copy is needed, since the generated constant has no definition.
+  constexpr fb::Body type = fb::BodyTraits<Table>::enum_value;
   return {type, table.Union()};
 }
 

@@ -24,7 +24,8 @@ PoseRefusal validate_pose(const Pose& pose) {
     const PoseRefusal refusal = validate_bone(bone);
     if (refusal != PoseRefusal::none) return refusal;
   }
-  HAIRNET_VALIDATE(is_valid(pose));  // what the World asserts
+  // The World asserts the same.
+  HAIRNET_VALIDATE(is_valid(pose));
   return PoseRefusal::none;
 }
 

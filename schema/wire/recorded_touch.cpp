@@ -124,7 +124,8 @@ std::string read_grab(const fb::RecordedGrab& entry, std::vector<SimulationInput
   const Grab grab{{entry.toucher(), entry.number()}, exact(entry.place()), entry.radius_m()};
   out.push_back({entry.character(), grab});
   if (!grab.place.allFinite()) return "grab: its place is not finite";
-  const bool is_radius = grab.radius_m >= 0 && grab.radius_m <= kGrabRadiusMax_m;  // false for NaN
+  // The result is false for NaN.
+  const bool is_radius = grab.radius_m >= 0 && grab.radius_m <= kGrabRadiusMax_m;
   return is_radius ? "" : "grab: its radius is out of range";
 }
 

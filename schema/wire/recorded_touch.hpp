@@ -9,7 +9,8 @@
 // What a recorded tick says of touch. For the sources of this folder alone.
 namespace hairnet::wire {
 
-// Null where there is nothing to say, so that ticks without touch have the bytes that they had before there was touch.
+// The vectors of a recorded tick about touch. A vector is null where it would be empty, so ticks without touch have the
+// bytes that they had before there was touch.
 struct RecordedTouch {
   template <class T>
   using Vector = flatbuffers::Offset<flatbuffers::Vector<T>>;

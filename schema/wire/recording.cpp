@@ -318,7 +318,8 @@ Result<RecordEntry> take_record_entry(std::span<const std::uint8_t>& bytes) {
   if (!root) return Refusal("not a recording, or a damaged one: an entry is not valid");
   RecordEntry entry;
   if (std::string error = read_body(*root, entry); !error.empty()) return Refusal(std::move(error));
-  HAIRNET_ASSERT(entry_bytes >= kPacketBytesMin);  // so that the caller's loop ends
+  // Each entry takes some bytes, so the caller's loop ends.
+  HAIRNET_ASSERT(entry_bytes >= kPacketBytesMin);
   bytes = bytes.subspan(entry_bytes);
   return entry;
 }

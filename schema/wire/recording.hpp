@@ -53,7 +53,8 @@ struct RecordedTick : SimulationInputs {
 using RecordEntry = std::variant<RecordingHeader, RecordedGroom, RecordedLearnt, RecordedTick>;
 
 // `character` is unique for the recording: session id << 32 | the client's number.
-std::vector<std::uint8_t> encode_record_entry(const RecordEntry& entry);  // size-prefixed
+// The result begins with its size.
+std::vector<std::uint8_t> encode_record_entry(const RecordEntry& entry);
 // Takes one entry off the front of `bytes`, which then begins behind it. For an incomplete last entry the error says
 // so.
 Result<RecordEntry> take_record_entry(std::span<const std::uint8_t>& bytes);

@@ -13,8 +13,10 @@
 // What the server says to a client, as plain structs. PROTOCOL.md says what each means.
 namespace hairnet::wire {
 
-struct ServerAt {    // where clients reach a server
-  std::string host;  // a name, or an address without brackets
+// Where clients reach a server.
+struct ServerAt {
+  // A name, or an address without brackets.
+  std::string host;
   std::uint16_t port = 0;
   friend bool operator==(const ServerAt&, const ServerAt&) = default;
 };
@@ -27,7 +29,7 @@ struct Welcome {
   std::uint64_t groom_bytes_max = 0;
   std::string room = {};
   SessionSecret secret{};
-  // The session that Hello named goes on, with its characters and grooms.
+  // Whether the session that Hello named goes on, with its characters and grooms.
   bool resumed = false;
   // A session outlives its connection by this time.
   float resume_grace_s = 0;
@@ -37,7 +39,7 @@ struct Welcome {
   bool may_set_wind = true;
   // Names other servers of the fleet, to ask when this one does not answer any more.
   std::vector<ServerAt> others = {};
-  // The client hears something of it in less than kSilence_ms, all the time.
+  // Promises that the client hears something from the server at least every kSilence_ms.
   bool signs_of_life = false;
   // The session may touch the hair of others who allow it, and set the room's props; a moderator may forbid it later.
   bool may_touch = true;
@@ -99,23 +101,23 @@ struct RoomWind {
   // Names who has set it; zero means the server's setting.
   std::uint64_t session = 0;
 };
-// The room's props: all of them when a session joins, then what changes.
+// The room's props: all of them when a session joins, and later those that change.
 struct RoomProps {
   std::vector<Prop> props;
   std::vector<std::uint8_t> removed = {};
-  // What is not in it is not there.
+  // Says that a prop which this message does not have does not exist.
   bool all = false;
 };
-// Who may touch a member's hair: after its MemberJoined or CharacterAdded, unless it is the default, and when it
-// changes.
+// Says who may touch a member's hair. It comes after the member's MemberJoined or CharacterAdded, unless the audience
+// is the default, and when it changes.
 struct MemberTouch {
   std::uint32_t member = 0;
   TouchAudience audience = TouchAudience::oneself;
   // Are sessions.
   std::vector<std::uint64_t> chosen = {};
 };
-// How many points of a member's hair a hand of the session holds: the answer to TakeHold, and 0 when a hold ends
-// otherwise than by LetGo.
+// Says how many points of a member's hair a hand of the session holds. It answers TakeHold, and comes with 0 when a
+// hold ends otherwise than by LetGo.
 struct Held {
   std::uint32_t member = 0;
   std::uint8_t hand = 0;
@@ -125,18 +127,20 @@ struct Held {
 struct RoomHands {
   struct Person {
     std::uint64_t session = 0;
-    std::vector<Hand> hands;  // none: they are gone
+    // None means that the person's hands are gone.
+    std::vector<Hand> hands;
   };
   std::uint64_t tick = 0;
   // Is as in FrameBatch.
   std::int64_t sample_time_ns = 0;
   std::vector<Person> people;
 };
-// The same, encoded once for all who get them: what codec::encode_hands makes of each person's.
+// A RoomHands that is encoded once for all sessions that get it: each person's hands are bytes of codec::encode_hands.
 struct EncodedRoomHands {
   struct Person {
     std::uint64_t session = 0;
-    std::span<const std::uint8_t> bytes;  // belong to the caller
+    // The bytes belong to the caller.
+    std::span<const std::uint8_t> bytes;
   };
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;
@@ -168,7 +172,7 @@ struct Frame {
   LevelIndex level = LevelIndex::rigid;
   // Marks a teleport or a reset: do not interpolate from the last frame.
   bool discontinuous = false;
-  // Nothing will change, and no frame come, before the character wakes.
+  // Says that nothing will change, and no frame come, before the character wakes.
   bool asleep = false;
   // Is only a pose: the client evaluates the learnt hair (EvaluateLearnt).
   bool evaluated = false;
@@ -195,8 +199,10 @@ struct Redirect {
 };
 struct Error {
   ErrorReason reason = ErrorReason::none;
-  std::uint32_t character = 0;  // 0 = none
-  GroomHash groom{};            // zero = none
+  // Zero means none.
+  std::uint32_t character = 0;
+  // Zero means none.
+  GroomHash groom{};
   std::string detail;
 };
 

@@ -12,18 +12,20 @@ namespace hairnet::server::agones {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
-// The sidecar is on the same machine, so a call without an answer for so long will not get one.
+// A call without an answer for this long fails: the sidecar is on the same machine, so no answer will come any more.
 constexpr std::int64_t kCallTimeout_ns = 2 * kSecond_ns;
+// Agones gets a sign of life this often.
 constexpr std::int64_t kHealthInterval_ns = 2 * kSecond_ns;
 // Two changes of the state are at least this far apart: rooms may begin and end faster than Kubernetes can follow.
 constexpr std::int64_t kStateInterval_ns = kSecond_ns;
+// A changed number of rooms is reported at most this often.
 constexpr std::int64_t kRoomsInterval_ns = 2 * kSecond_ns;
 // While Agones has no address for this server yet, it is asked this often.
 constexpr std::int64_t kAddressInterval_ns = kSecond_ns;
 // A server must be without a room for this long before Agones may end it: somebody may be about to come back.
 constexpr std::int64_t kUnusedFor_ns = 5 * kSecond_ns;
+// The wait before the next try after a first failure. Each further failure doubles it, up to 0.5 s * 2^5 = 16 s.
 constexpr std::int64_t kBackoffMin_ns = 500 * kMs;
-// The longest wait is 16 s.
 constexpr int kBackoffDoublingsMax = 5;
 
 constexpr std::array<const char*, 4> kStateNames{"none", "ready", "allocated", "shutdown"};
@@ -64,7 +66,7 @@ void Sidecar::poll(const ServerNow& server, std::int64_t now_ns) {
     transport_->cancel(std::exchange(task.call, 0));
     fail(static_cast<Duty>(duty), SidecarError::timeout, {}, now_ns);
   }
-  // A server whose ticks hang says nothing, and Agones replaces it.
+  // A server whose ticks hang sends no sign of life, and Agones replaces it.
   if (server.has_ticks_on_time && may_start(health_duty, now_ns)) start(health_duty, health(), now_ns);
   if (def_.asks_for_address && !address_ && may_start(address_duty, now_ns)) start(address_duty, game_server(), now_ns);
   const State wanted = wanted_state(server, now_ns);
@@ -89,7 +91,7 @@ Sidecar::State Sidecar::wanted_state(const ServerNow& server, std::int64_t now_n
   if (shutdown_begun_ns_) return State::shutdown;
   if (server.rooms > 0) used_ns_ = now_ns;
   if (server.drains) return state_;
-  // A server is ready first, also where a room has begun before.
+  // The first state is ready, even if a room exists already.
   if (state_ == State::none) return server.takes_clients ? State::ready : State::none;
   if (server.rooms > 0) return State::allocated;
   const bool is_unused = server.takes_clients && now_ns - used_ns_ >= kUnusedFor_ns;
@@ -179,10 +181,10 @@ void Sidecar::fail(Duty duty, SidecarError error, const std::string& detail, std
   // together.
   const std::int64_t wait_ns = kBackoffMin_ns << std::min(task.failures++, kBackoffDoublingsMax);
   task.due_ns = now_ns + static_cast<std::int64_t>(static_cast<double>(wait_ns) * random_.between(0.5, 1));
-  // A late report of health costs the server its place: it is never put off for longer.
+  // Agones ends a server whose sign of life is late, so the next try comes after kHealthInterval_ns at most.
   if (duty == health_duty) task.due_ns = std::min(task.due_ns, now_ns + kHealthInterval_ns);
-  // The sidecar answers and does not like the call: an error of the settings or the version, which is logged for its
-  // duty.
+  // The sidecar has answered, but with an error or with something else than expected. The cause lies in the settings or
+  // the version, so a warning names the duty.
   if (error == SidecarError::refused || error == SidecarError::malformed || error == SidecarError::oversize) {
     const std::string text = kErrorNames[static_cast<std::size_t>(error)] + detail;
     if (std::exchange(warned_of_[duty], text) != text)

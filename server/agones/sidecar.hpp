@@ -19,12 +19,13 @@ struct SidecarDef {
   std::uint64_t seed = 0;
 };
 
-// What the sidecar is told about this server.
+// The state of this server, which poll() reports to the sidecar.
 struct ServerNow {
-  // It is ready, and its directory works.
+  // The server takes clients, and its directory works.
   bool takes_clients = false;
-  // It does not hang.
+  // Ticks run on time, so the server does not hang.
   bool has_ticks_on_time = false;
+  // The server gives up its rooms and is about to end.
   bool drains = false;
   std::size_t rooms = 0;
 };
@@ -38,7 +39,7 @@ class Sidecar final : public SidecarSink {
 
   // Starts the calls that are due, and gives up those without an answer. Call it some times a second.
   void poll(const ServerNow& server, std::int64_t now_ns);
-  // The server has drained: Agones may end the pod. Asked again and again, it begins once.
+  // The server has drained, so Agones may end the pod. Further calls do nothing.
   void shut_down(std::int64_t now_ns);
   // Agones knows of the end, or has not answered for kShutdownPatience_ns.
   [[nodiscard]] bool is_shut_down(std::int64_t now_ns) const;
@@ -55,10 +56,12 @@ class Sidecar final : public SidecarSink {
   // What Agones takes this server for. States go forward, except that allocated returns to ready when the last room has
   // ended.
   enum class State : std::uint8_t { none, ready, allocated, shutdown };
+  // The kinds of calls: the sign of life, the state, the number of rooms, and the question for the public address.
   enum Duty : std::uint8_t { health_duty, state_duty, rooms_duty, address_duty, kDutyCount };
   struct Task {
-    // Is zero while no call is under way.
+    // The number of the call under way; zero: there is none.
     std::uint64_t call = 0;
+    // The call fails without an answer by deadline_ns; the next one begins no sooner than due_ns.
     std::int64_t deadline_ns = 0, due_ns = 0;
     // Counts failures since the last success.
     int failures = 0;
@@ -84,18 +87,20 @@ class Sidecar final : public SidecarSink {
   std::uint64_t last_call_ = 0;
   // Agones has accepted `state_`; the newest call asks for `sent_state_`.
   State state_ = State::none, sent_state_ = State::none;
-  // Is false from the start of a call until one succeeds: a call that fails may have been executed.
+  // state_ is what Agones has. False from the start of a call until one succeeds, because a call that fails may have
+  // been executed.
   bool is_state_known_ = true;
   // A room last existed at this time.
   std::int64_t used_ns_ = 0;
-  // Agones has accepted this number; none: it may have another one.
+  // The number of rooms that Agones has accepted last; none: it is not known, because no call has succeeded since one
+  // began.
   std::optional<std::size_t> rooms_;
   std::size_t sent_rooms_ = 0;
   std::optional<ServerAddress> address_;
   std::optional<std::int64_t> shutdown_begun_ns_;
-  // Is none until a call has ended.
+  // Whether the last call reached the sidecar; none: no call has ended yet.
   std::optional<bool> is_reached_;
-  // Holds the newest warning of each duty, which is not repeated.
+  // The newest warning of each duty, so that the same one is not logged again.
   std::array<std::string, kDutyCount> warned_of_;
 };
 

@@ -14,7 +14,7 @@ namespace hairnet::server::agones {
 
 // Agones sets this variable in the game server's container.
 inline constexpr const char* kPortVariable = "AGONES_SDK_HTTP_PORT";
-// Is the port where the variable is not set.
+// The port of the sidecar where the variable is not set.
 inline constexpr std::uint16_t kPort = 9358;
 // The Fleet declares the counter of rooms and the public port by these names.
 inline constexpr const char* kRoomsCounter = "rooms";

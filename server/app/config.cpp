@@ -96,13 +96,15 @@ void complete(Config& config, const std::set<std::string>& named) {
         std::max(config.grooms.upload_burst_bytes, 4 * static_cast<double>(config.grooms.groom_bytes_max));
 }
 
-// With go_on a round of keep-alives without an answer, a third of the lease, means that etcd is dead. In less time than
-// this one a slow etcd may not answer either, and then gives the rooms away.
+// The shortest lease with go_on. There, one round of keep-alives without an answer, which takes a third of the lease,
+// counts as a dead etcd. With a shorter lease, an etcd that is only slow could miss a round, and then give the rooms
+// away.
 constexpr std::int64_t kGoOnLeaseMin_s = 5;
 
 std::string validate(const FleetConfig& fleet) {
   if (std::string error = validate(fleet.etcd); !error.empty()) return error;
-  // The name becomes a part of etcd's keys, where a slash would mean another fleet.
+  // The name becomes a part of etcd's keys, where a slash would end it. It has at most 64 characters, those of room
+  // names.
   const bool is_name = !fleet.name.empty() && fleet.name.size() <= 64 && std::ranges::all_of(fleet.name, [](char c) {
     return wire::is_room_name(std::string_view(&c, 1));
   });
@@ -119,7 +121,7 @@ std::string validate(const FleetConfig& fleet) {
   if (fleet.address == FleetConfig::kAddressOfAgones)
     return fleet.agones == UseAgones::off ? "fleet.address is agones, but fleet.agones is off" : "";
   if (fleet.address.empty()) return "fleet.etcd needs fleet.address, by which clients reach this server";
-  // Any port but zero serves here, since zero is what fleet_address() makes of a wrong one.
+  // The port 1 stands for any valid one: fleet_address() returns the port 0 for an address that is not valid.
   const ServerAddress address = fleet_address(fleet, 1);
   if (address.port == 0) return "fleet.address is a host, or a host and a port: hair1.example:7420";
   return validate(address);

@@ -13,7 +13,7 @@
 
 namespace hairnet::server {
 
-// Whether Agones is told about this server.
+// Whether this server reports its state to Agones, on Kubernetes.
 enum class UseAgones : std::uint8_t {
   off,
   on,
@@ -26,7 +26,8 @@ struct FleetConfig {
   // Without endpoints the server is on its own.
   EtcdOptions etcd;
   std::string name = "default";
-  // Clients are told this host or host:port; kAddressOfAgones: what Agones says.
+  // Other servers send clients to this server at this host or host:port. kAddressOfAgones: the address comes from
+  // Agones.
   std::string address;
   // The page of the fleet links to this URL as the server's own page.
   std::string page;
@@ -54,7 +55,8 @@ struct Config {
   // The port in use is written to this file; empty: to none.
   std::string port_file;
   std::uint32_t tick_rate_hz = 30;
-  // A tick samples poses this long before its time: an interval of a 60-72 Hz client and its jitter.
+  // A tick samples poses this long before its time. 25 ms are the interval of a client with 60 to 72 Hz, 14 to 17 ms,
+  // and the jitter of its network.
   double pose_delay_ms = 25;
   // Zero makes as many as keep each step within kStepMax_s.
   int substeps = 0;
@@ -104,7 +106,7 @@ struct Config {
   TransportOptions transport;
 };
 
-// What the command line and the file say, or why the program should end.
+// The configuration by the command line and the file, or the exit code with which the program should end.
 struct ParsedConfig {
   Config config;
   bool check_only = false;

@@ -103,7 +103,8 @@ void Fleet::poll(bool takes_clients, RoomLoad largest, std::int64_t now_ns) {
     metrics_->fleet.gauges.has_big_room.set(load.has_big_room ? 1 : 0);
     metrics_->fleet.gauges.room_overloaded.set(largest_.overloaded().empty() ? 0 : 1);
   }
-  // Who takes no client, or no room, takes no character of a new room either.
+  // A server that takes no more clients or rooms publishes that it has no place for a character, so that placement
+  // gives it no room.
   if (!takes_clients || value_or_zero(metrics_->fleet.gauges.rooms_owned) >= static_cast<double>(room_count_max_))
     load.free_characters = 0;
   directory_->tell(load);

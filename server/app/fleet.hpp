@@ -23,13 +23,15 @@ class EtcdSink;
 class EtcdTransport;
 class IoLoop;
 
-// This server's place in a fleet: its directory, in etcd or its own, and what the directory is told. I/O thread.
+// This server as a part of a fleet: owns the directory, in etcd or local, publishes the server's load there, and
+// decides which room to hand over. I/O thread.
 class Fleet {
  public:
   // `port` is the public one. The error is one line. `loop` and `metrics` must outlive it.
   static Result<std::unique_ptr<Fleet>> create(const Config& config, std::uint16_t port, IoLoop& loop,
                                                Metrics& metrics);
-  // In etcd, through a transport of the caller's, which outlives it and gets `sink()`. `id`: of this server.
+  // With a directory in etcd, for tests: `transport` must outlive the fleet and report to sink(). `id` is this server's
+  // id, which is random otherwise.
   static std::unique_ptr<Fleet> create(const Config& config, std::uint16_t port, std::uint64_t id,
                                        EtcdTransport& transport, Metrics& metrics);
   ~Fleet();
@@ -37,7 +39,7 @@ class Fleet {
   Fleet& operator=(const Fleet&) = delete;
 
   [[nodiscard]] Directory& directory() { return *directory_; }
-  // Is true when other servers share the directory.
+  // Whether other servers share the directory.
   [[nodiscard]] bool is_shared() const { return in_etcd_ != nullptr; }
   // A transport reports to this sink; it is null without etcd.
   [[nodiscard]] EtcdSink* sink() const;
@@ -46,11 +48,13 @@ class Fleet {
   // The directory works, and this server may have rooms.
   [[nodiscard]] bool is_joined(std::int64_t now_ns) const { return directory_->fence().is_open(now_ns); }
   [[nodiscard]] std::size_t room_count() const;
-  // `takes_clients`: whether the server has a place for one more. `largest` may leave out what ticks take.
+  // Publishes the server's load, and passes on the directory's events. `takes_clients` says whether the server has a
+  // place for one more client. `largest` needs only its rooms and characters; poll() fills in the times of ticks.
   void poll(bool takes_clients, RoomLoad largest, std::int64_t now_ns);
   // The room that is too big for this server; empty: none.
   [[nodiscard]] const std::string& overloaded_room() const { return largest_.overloaded(); }
-  // The room that this server should hand over now. `characters`: of a room of this server.
+  // Returns the room that this server should hand over now, if there is one. `characters` returns the number of
+  // characters of a room of this server.
   std::optional<RoomMove> choose_move(const std::function<std::size_t(const std::string& room)>& characters,
                                       std::int64_t now_ns);
   [[nodiscard]] RoomPlace find_room(const std::string& room, std::int64_t now_ns) const;
@@ -60,7 +64,7 @@ class Fleet {
 
   // May be empty, like the next one.
   std::function<void(const FleetEvent& event, std::int64_t now_ns)> on_event;
-  // Is called with the address that set_address() was told.
+  // Called by set_address(), with the address.
   std::function<void(const ServerAddress&)> on_address;
 
  private:
@@ -74,15 +78,15 @@ class Fleet {
   Balance balance_;
   // Rooms that this server has had for less than kRoomStay_ns, and when it got them.
   std::map<std::string, std::int64_t> claimed_ns_;
-  // Is null without etcd, and over a transport of the caller's.
+  // The transport to etcd; null without etcd, and with a transport of the caller's.
   std::unique_ptr<EtcdClient> client_;
   std::unique_ptr<Directory> directory_;
-  // Is the same directory, or null without etcd.
+  // The same object as directory_; null without etcd.
   EtcdDirectory* in_etcd_ = nullptr;
 };
 
-// The load by the gauges of the tick. While not even the coarsest levels fit the budget the free share is 0; else it is
-// a sixteenth at least, for then more characters only mean coarser hair.
+// Returns the load by the gauges of the tick. While not even the coarsest levels fit the budget, the free share is 0.
+// Otherwise it is kAnnouncedShareMin (1/16) at least, because more characters then only mean coarser hair.
 ServerLoad measured_load(Metrics& metrics, std::size_t character_count_max);
 
 }  // namespace hairnet::server

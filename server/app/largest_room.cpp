@@ -5,8 +5,9 @@
 namespace hairnet::server {
 namespace {
 
-// A load near the limit must not change the answer all the time: a room keeps its need of a server of its own until it
-// wants less than this part of the share, and an overloaded room fits again only after some time.
+// Two forms of hysteresis, so that a load near the limit does not change the answer all the time. A room needs a server
+// of its own until it wants less than 0.8 of own_server_share. An overloaded room counts as fitting only after it has
+// fitted for 5 s.
 constexpr double kFallsBelow = 0.8;
 constexpr std::int64_t kFitsAfter_ns = 5'000'000'000;
 
@@ -14,7 +15,8 @@ constexpr std::int64_t kFitsAfter_ns = 5'000'000'000;
 
 void LargestRoom::observe(const RoomLoad& load, std::int64_t now_ns) {
   room_ = load.room;
-  // Nobody measures the time of one room: characters of all rooms share batches of the solver.
+  // The time of one room is not measured, since the characters of all rooms share batches of the solver. So the room is
+  // assumed to want a part of the server's time in proportion to its characters.
   const double of_characters =
       load.characters == 0 ? 0 : static_cast<double>(load.room_characters) / static_cast<double>(load.characters);
   const double of_server = load.available_s > 0 ? load.wanted_s / load.available_s * of_characters : 0;

@@ -8,7 +8,7 @@ namespace hairnet::server {
 
 // The room of a server that has the most characters, and what the server's ticks take.
 struct RoomLoad {
-  // Is empty when there is none.
+  // The name of the room; empty: there is none.
   std::string room;
   std::size_t room_characters = 0, characters = 0;
   // A tick wants this time, with all characters at the level that their owners ask for.
@@ -38,7 +38,7 @@ class LargestRoom {
   std::string room_;
   bool needs_own_server_ = false;
   std::string overloaded_;
-  // The room exceeded the server last at this time.
+  // The last observe() at which overloaded_ did not fit the server was at this time.
   std::int64_t over_ns_ = 0;
 };
 

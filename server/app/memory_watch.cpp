@@ -22,7 +22,8 @@ void MemoryWatch::poll(std::int64_t now_ns) {
     const std::size_t resident = memory_.resident_bytes();
     const double share =
         memory_.bytes_max == 0 ? 0 : static_cast<double>(resident) / static_cast<double>(memory_.bytes_max);
-    // Two thresholds keep the answer from changing at each poll, when clients come and are refused in turn.
+    // Memory is full from the bound on, and stays full until it is below kRefillShare of the bound. With one threshold
+    // the answer could change at each poll, while clients come and are refused in turn.
     is_full = share >= (is_full ? kRefillShare : 1);
     if (memory_.give_back && now_ns >= give_back_next_ns_) give_back(resident, now_ns);
   }

@@ -17,7 +17,7 @@ struct ProcessMemory {
   std::function<std::size_t()> resident_bytes, allocated_bytes;
   // Gives memory that the allocator holds and nobody uses to the system.
   std::function<void()> give_back;
-  // Is null when there is none.
+  // Null: there is no reserve.
   MemoryReserve* reserve = nullptr;
 };
 
@@ -28,7 +28,8 @@ class MemoryWatch {
   // Memory is full from `bytes_max` until it is below this share of it.
   static constexpr double kRefillShare = 0.95;
   static constexpr std::int64_t kGiveBackInterval_ns = 2'000'000'000;
-  // Unused memory that is worth giving back. A small step: the allocator's lock is held meanwhile.
+  // Unused memory is given back when there is this much. The step is small, because other threads cannot allocate
+  // meanwhile.
   static constexpr std::size_t kGiveBack_bytes = std::size_t{32} << 20;
 
   MemoryWatch(ProcessMemory memory, ProgramGauges& gauges, ProgramCounters& counters);

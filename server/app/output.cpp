@@ -29,7 +29,7 @@ std::string text_of(spdlog::formatter& formatter, const spdlog::details::log_msg
   return {line.data(), line.size()};
 }
 
-// spdlog's own sinks write on the thread that logs, which a reader who stalls would hold up.
+// spdlog's own sinks write on the thread that logs, so a reader who stalls would block that thread.
 class QueueSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   explicit QueueSink(OutputThread& to) : base_sink(make_formatter()), to_(&to) {}

@@ -37,17 +37,19 @@
 namespace hairnet::server {
 namespace {
 
-// Time-outs, health and the fleet are looked at this often. What is urgent posts a task of its own.
+// Time-outs, health and the fleet are polled this often. Urgent work, such as results of jobs, is posted to the loop as
+// a task.
 constexpr std::int64_t kIoPeriod_ns = 20'000'000;
-// The most of a drain's time in which rooms are given up and their sessions sent on.
+// At a shutdown, sessions have at most this long to be sent to the next servers of their rooms. It is half of drain_s
+// where that is less.
 constexpr std::int64_t kSendOnMax_ns = 2'000'000'000;
 // Exit codes tell scripts a wrong configuration from output that could not be written.
 constexpr int kExitUnwritten = 1;
 constexpr int kExitBadConfiguration = 2;
 // Monitoring needs a few connections; a full public port must not take them away.
 constexpr std::size_t kServiceConnectionsMax = 64;
-// More than the largest packet and all that the server makes of it, and what ticks need until sessions have been ended.
-// The system provides no memory for it: it is never used.
+// The reserve exceeds the largest packet with all that the server makes of it, and the memory that ticks need until
+// sessions have ended. Its memory is never written, so the system provides no pages for it.
 constexpr std::size_t kMemoryReserveBytes = std::size_t{64} << 20;
 
 // Folders that a start made. A check, and a start that is refused, remove them.
@@ -237,8 +239,10 @@ int run_program(const Config& given, bool check_only) {
   // Declared before all that can refuse the start, so its destructor removes the folders in each of these cases.
   MadeFolders made_folders;
   if (const std::string wrong = try_paths(config, made_folders); !wrong.empty()) return refuse(wrong);
-  if (check_only) config.record.clear();  // the file may be there, and has been tried
-  IoLoop loop;                            // outlives the sessions, which own its sockets
+  // A check does not write the recording; try_paths() has tried the file.
+  if (check_only) config.record.clear();
+  // The loop outlives the sessions, which own its sockets.
+  IoLoop loop;
   // The calling thread becomes its owner, as it is the I/O thread, which frees memory.
   MemoryReserve reserve(kMemoryReserveBytes);
   const auto objects = SharedObjects::create(config.object_store, metrics.objects, channel::monotonic_ns);

@@ -52,7 +52,7 @@ class Server {
   void drain(std::int64_t send_on_ns, std::int64_t now_ns) { sessions_.drain(send_on_ns, now_ns); }
   // Instead of the system's clock, in seconds since 1970; for tests.
   void set_unix_clock(std::function<std::int64_t()> unix_time_s) { context_.unix_time_s = std::move(unix_time_s); }
-  // The server has from now on only the rooms that it holds in this directory, which must outlive it.
+  // From now on the server has only the rooms that it owns in this directory, which must outlive the server.
   void join_fleet(Directory& fleet) { context_.fleet = &fleet; }
   void on_room_claimed(const std::string& room, const std::string& kept, std::int64_t now_ns) {
     sessions_.on_room_claimed(room, kept, now_ns);
@@ -66,13 +66,13 @@ class Server {
   // Why the holder of that token may not enter the room, not even to observe; empty: it may.
   [[nodiscard]] std::string why_refused(std::string_view token, const std::string& room) const;
   [[nodiscard]] std::size_t session_count() const { return sessions_.count(); }
-  // Its new clients and new characters are refused; empty: no room's.
+  // New clients and new characters of this room are refused; an empty name: those of no room.
   void set_overloaded_room(const std::string& room) { context_.overloaded_room = room; }
   [[nodiscard]] RoomLoad largest_room() const;
   [[nodiscard]] std::size_t character_count(const std::string& room) const {
     return context_.rooms.count(room).characters;
   }
-  // There is a place for one more client, and memory.
+  // Whether there is a place for one more client, and memory.
   [[nodiscard]] bool takes_clients() const {
     return context_.session_count < context_.limits.session_count_max && !is_memory_full();
   }
@@ -114,7 +114,7 @@ class Server {
   // The newest tick that has begun, for Welcome.
   std::atomic<std::uint64_t> tick_{0};
   MemoryWatch memory_;
-  // Members are in the order of use: each is destroyed before what it refers to.
+  // Members that others refer to come first, so that each member is destroyed before those that it refers to.
   CommandQueue commands_;
   std::unique_ptr<Recorder> recorder_;
   std::optional<GroomCache> groom_cache_;

@@ -16,17 +16,17 @@ struct Setting {
   // Follows the order of Value's alternatives.
   enum class Kind : std::uint8_t { boolean, integer, number, text, triple };
 
-  // These name the setting in the file.
+  // The section and the key of the setting in the file.
   std::string section, key;
   // Includes its dashes.
   std::string flag;
   // --help prints it.
   std::string about;
   std::function<Value()> get;
-  // Is called with a value that check() has passed.
+  // Sets the value, which check() has passed.
   std::function<void(const Value&)> set;
   std::int64_t integer_min = 0, integer_max = 0;
-  // These bound a number, and each number of a triple.
+  // The bounds of a number, and of each number of a triple.
   double number_min = 0, number_max = 0;
   // A text must be one of these; empty: any text is valid.
   std::vector<std::string> choices;

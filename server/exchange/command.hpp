@@ -16,9 +16,9 @@
 namespace hairnet::server {
 
 // Commands from the I/O thread to the tick thread, in order. Sessions have validated them: characters exist, and poses,
-// materials, winds, hands, props and holds are in range. A session is known to the World as the toucher of its number.
+// materials, winds, hands, props and holds are in range. In the World, a session's number is also its ToucherId.
 
-// A session joins a room, or comes back to it on a new connection. The tick then knows its observer.
+// A session joins a room, or resumes on a new connection. The tick makes or finds its Observer.
 struct OpenSession {
   SessionId session = 0;
   // The session and the tick share the sink, so that it exists until both have let it go.
@@ -30,7 +30,7 @@ struct OpenSession {
   bool resumed = false;
   // The room has this wind if it begins with this session; none: the server's setting.
   std::optional<Wind> wind = std::nullopt;
-  // The room's props, whatever it had before, if no other session is in it.
+  // If no other session is in the room, these props replace all that the tick has for the room.
   std::vector<wire::Prop> props = {};
 };
 // Whether the session may touch hair of others who allow it; without this command it may. It outlives the session's
@@ -46,10 +46,11 @@ struct DetachSession {
 // The session ends, and so do its characters.
 struct CloseSession {
   SessionId session = 0;
-  // The session goes on with its room on another server: the wind that it has set stays the room's.
+  // The client follows its room to another server, so the wind that it has set does not end here.
   bool goes_on_elsewhere = false;
 };
-// A message that the tick acts on has the client's own numbers of characters and members.
+// A client's message on which the tick acts. Its numbers of characters are the client's own; the tick makes a
+// CharacterKey of them.
 struct FromClient {
   SessionId session = 0;
   wire::ClientMessage message;
@@ -75,7 +76,7 @@ struct GroomReady {
   std::shared_ptr<const LevelSet> levels;
   // The recording gets the groom's file.
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;
-  // These name the files of its basis and its learnt hair, where they are new.
+  // The hashes of the files of the groom's basis and learnt hair, where these are new.
   std::optional<wire::GroomHash> basis = std::nullopt;
   std::optional<wire::GroomHash> learnt = std::nullopt;
 };

@@ -24,7 +24,7 @@ struct ChunkAnswer : Refused {
   bool was_wanted = false;
 };
 
-// Who shares what with other sessions.
+// With which other sessions a session shares limits.
 struct GroomShare {
   // Sessions with this number have one share of places, bytes and builds. 0: the session has a share of its own.
   std::uint32_t subject = 0;

@@ -27,11 +27,11 @@ class ObserverSink {
   virtual void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) = 0;
   // The largest packet that may be lost; 0: none, everything arrives in order.
   [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }
-  // Whether those that may be lost can be frame datagrams, without an envelope.
+  // Whether packets that may be lost can be frame datagrams, which have no envelope.
   [[nodiscard]] virtual bool takes_frame_datagrams() const { return false; }
   // Whether its client knows the message RoomHands, which goes with the frames.
   [[nodiscard]] virtual bool takes_room_hands() const { return false; }
-  // What its connection carries in a second, as the network said last; 0: unknown.
+  // The rate that the session's connection carries, by the last estimate of its congestion control; 0: unknown.
   [[nodiscard]] virtual double bytes_per_s() const { return 0; }
   // Queues the frames and hands of one tick, after the messages pushed so far.
   virtual void push_frames(std::vector<FramePacket> packets) = 0;

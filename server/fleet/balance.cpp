@@ -8,19 +8,24 @@
 namespace hairnet::server {
 namespace {
 
-// A move aims at this used share here. Between it and 15/16, where a server is short of time, nothing happens, so that
-// no room comes back.
+// A move shall bring this server's used share down to this value. A server is short of time above 15/16 (1 -
+// kAnnouncedShareMin). Between the two values nothing happens, so that no room is sent back.
 constexpr double kUsedShareAfter = 0.85;
-// The receiver keeps at least this free share, so a move does not make it short of time.
+// The receiver keeps at least this free share. It is more than the 1/16 at which a server is short of time, so a move
+// does not make the receiver give rooms away in its turn.
 constexpr double kFreeShareAfter = 0.15;
-// A peak that is over within kShortOfTime_ns moves nothing: a move costs each client a reconnection.
+// A server that is short of time looks for a move once in kLookInterval_ns. A shortage that ends within kShortOfTime_ns
+// moves nothing, because a move costs each client of the room a reconnection.
 constexpr std::int64_t kLookInterval_ns = 1'000'000'000, kShortOfTime_ns = 10'000'000'000;
+// The time constant of the mean used share.
 constexpr double kMean_ns = 5e9;
-// A room's load may not show for this long: clients connect, levels are read from a cache, costs are measured.
+// The receiver's published load may not contain a moved room for this long: the clients must connect, levels are read
+// from a cache, and costs are measured.
 constexpr std::int64_t kArrival_ns = 60'000'000'000;
 
-// Counts the servers that may send a room to the same receiver before its status shows any move. This server counts,
-// too. A server with one room moves none.
+// Counts the servers, this one included, that may send a room to the same receiver before its published load contains
+// any of these rooms. They are the servers that announce the smallest free share, which means that they are short of
+// time. A server with a single room moves none.
 std::size_t count_givers(std::uint64_t self, std::span<const ServerStatus> servers) {
   return 1 + static_cast<std::size_t>(std::ranges::count_if(servers, [self](const ServerStatus& server) {
            return server.id != self && !server.draining && server.load.rooms > 1 &&
@@ -28,6 +33,7 @@ std::size_t count_givers(std::uint64_t self, std::span<const ServerStatus> serve
          }));
 }
 
+// Returns the big room with the most characters; null: no room is big.
 const RoomToBalance* largest_big(std::span<const RoomToBalance> rooms) {
   const RoomToBalance* largest = nullptr;
   for (const RoomToBalance& room : rooms)
@@ -68,7 +74,8 @@ std::optional<RoomMove> Balance::choose(std::span<const RoomToBalance> rooms, st
     if (room.is_big && server.load.rooms > 0) return false;
     double share = share_of(room);
     std::size_t added = room.characters;
-    // A load that was sent a moment ago does not show yet: without this, one receiver would get room after room.
+    // The receiver's published load does not contain the rooms that were sent to it a moment ago. Without this sum, one
+    // receiver would get room after room.
     for (const Sent& sent : sent_) {
       if (sent.to != server.id) continue;
       share += sent.share;

@@ -21,7 +21,8 @@ std::uint64_t hash_of(std::string_view text) {
 // w_i / sum of w.
 double score(std::uint64_t room_hash, const ServerStatus& server) {
   const double weight = std::ceil(server.load.free_share * kShareSteps) / kShareSteps;
-  // 53 bits and a half: u is never 0 or 1, where the logarithm has no use.
+  // The upper 53 bits plus one half, over 2^53: the half keeps u above 0, and below 1 but for the rounding of the
+  // largest value.
   const double u = (static_cast<double>(Random(room_hash, server.id).next() >> 11) + 0.5) * 0x1p-53;
   return -weight / std::log(u);
 }

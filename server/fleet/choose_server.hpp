@@ -9,7 +9,8 @@
 
 namespace hairnet::server {
 
-// A server with less free time than this, or without room for a character, is full.
+// A server with a smaller free share, or without a place for one more character, is full. The value lies below
+// kAnnouncedShareMin (1/16), so a server that can still make hair coarser is not full.
 inline constexpr double kFreeShareMin = 0.05;
 
 // The server that should own a room which no server owns: rendezvous hashing (the highest score of all servers wins),

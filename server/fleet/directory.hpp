@@ -13,7 +13,7 @@
 
 namespace hairnet::server {
 
-// What the directory knows about a room.
+// What the directory knows about a room: the answer of Directory::where().
 struct Placement {
   enum class Kind : std::uint8_t {
     // This server owns the room, and its lease is valid.
@@ -59,8 +59,9 @@ struct FleetEvent {
   std::int64_t claim = 0;
   std::uint64_t owner = 0;
   std::string reason = {};
-  // An earlier owner has kept this text; empty: none. It comes with room_claimed.
+  // The text that an earlier owner has stored with Directory::keep(); empty: none. Only room_claimed has it.
   std::string kept = {};
+  // The grooms of grooms_passed_on, the most important ones first; empty in the other events.
   std::vector<ContentHash> grooms = {};
 };
 
@@ -71,31 +72,36 @@ class Directory {
   virtual ~Directory() = default;
 
   [[nodiscard]] virtual Placement where(std::string_view room, std::int64_t now_ns) const = 0;
-  // Whether frames of the room may be sent now.
+  // Whether this server owns the room and its lease is valid, so that frames of the room may be sent now.
   [[nodiscard]] virtual bool holds(std::string_view room, std::int64_t now_ns) const = 0;
-  // For threads that know a room to be ours: open while this server may act as an owner. Any thread.
+  // The fence is open while this server may act as the owner of its rooms. Threads other than the I/O thread, which
+  // know that a room belongs to this server, check only the fence before they send frames. Any thread.
   [[nodiscard]] const LeaseFence& fence() const { return fence_; }
 
-  // Begins to claim the room; the outcome is an event. Returns false when the claim is refused at once: a name that is
-  // not valid, a server that drains, too many rooms.
+  // Begins to claim the room for this server; the outcome is the event room_claimed or claim_failed. Returns false when
+  // the claim is refused at once: a name that is not valid, a server that drains, too many rooms.
   virtual bool claim(std::string_view room, std::int64_t now_ns) = 0;
-  // Gives a room of ours back, or a claim up. `where` answers from the directory again once the release has its
-  // outcome.
+  // Gives a room of this server back to the directory, or gives up a claim that is under way. While the release is
+  // under way, `where` answers `pending`.
   virtual void release(std::string_view room, std::int64_t now_ns) = 0;
-  // Releases a room of ours for the server `to`: once it is released, `where` names that server for a while, unless
-  // another one claims the room. An event tells when.
+  // Releases a room of this server in favour of the server with the id `to`. After the release, `where` answers with
+  // that server for some seconds, unless another server claims the room. The event room_handed_over tells when these
+  // answers begin.
   virtual void hand_over(std::string_view room, std::uint64_t to, std::int64_t now_ns) = 0;
-  // Keeps a text of a room of ours for its next owner, instead of the last one; empty: none. Call it at most once a
-  // second for a room, and before its release.
+  // Stores a text with a room of this server, in place of the text before; an empty one stores nothing. The room's next
+  // owner gets it with room_claimed (FleetEvent::kept). Call it at most once a second for a room, and before its
+  // release.
   virtual void keep(std::string_view room, std::string text, std::int64_t now_ns) = 0;
-  // Somebody waits for a room whose owner has gone, or is about to go: the directory makes sure that it hears of that.
+  // A client waits for a room whose owner has gone, or is about to go. The directory then replaces a watch that stays
+  // silent sooner than usual, because a watch over a dead connection would never report the change.
   virtual void look_again(std::int64_t) {}
-  // What the fleet is told about this server.
+  // Sets the load that the directory publishes to the other servers.
   virtual void tell(const ServerLoad& load) = 0;
-  // The server takes no more rooms, and the fleet hears of it at once. It keeps those it has.
+  // From now on this server claims no more rooms, and the directory tells the other servers so at once. The server
+  // keeps the rooms that it has.
   virtual void drain(std::int64_t now_ns) = 0;
-  // Before drain(): the grooms that this server's rooms need elsewhere, the most important ones first. The first
-  // kPassedGroomsMax are told.
+  // Sets the grooms that the next owners of this server's rooms will need, the most important ones first. The directory
+  // publishes the first kPassedGroomsMax of them. Call it before drain().
   virtual void pass_on(std::vector<ContentHash>) {}
   // Gives all rooms back and leaves the fleet. The fence closes at once.
   virtual void stop(std::int64_t now_ns) = 0;
@@ -109,12 +115,12 @@ class Directory {
   virtual void poll(std::int64_t now_ns) = 0;
   // The events since the last call, in order.
   virtual std::vector<FleetEvent> take_events() = 0;
-  // Called when there is an event, or another owner of a room: who waits for one should not wait for the next poll. May
-  // be empty.
+  // The directory calls it when there is an event, or when a room has another owner, so that the caller need not wait
+  // for its next regular poll. May be empty.
   std::function<void()> on_news;
 
   [[nodiscard]] virtual std::uint64_t server_id() const = 0;
-  // The store answers.
+  // Whether the store of the directory, such as etcd, answers requests.
   [[nodiscard]] virtual bool is_reachable() const = 0;
   // Servers are sorted by id and include this one. Rooms are sorted by name: those of all servers, and those that this
   // one owns.
@@ -123,6 +129,7 @@ class Directory {
   [[nodiscard]] virtual std::vector<std::string> own_rooms() const = 0;
 
  protected:
+  // Implementations open and close the fence; see fence().
   LeaseFence fence_;
 
  private:

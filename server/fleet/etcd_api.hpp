@@ -12,7 +12,8 @@
 // text; fields that are zero, false or empty are left out.
 namespace hairnet::server::etcd {
 
-// Bounds of what this server takes from etcd: other programs may write there too.
+// Bounds of what this server accepts from etcd, because other programs may write there too: a whole answer, and one key
+// and one value. A value of this server is shorter (kKeptBytesMax in fleet_values.hpp).
 inline constexpr std::size_t kAnswerBytesMax = std::size_t{4} << 20;
 inline constexpr std::size_t kKeyBytesMax = 512, kValueBytesMax = std::size_t{64} << 10;
 
@@ -36,18 +37,20 @@ Request range(std::string_view begin, std::string_view end, std::int64_t limit, 
 Request first_key(std::string_view begin, std::string_view end, std::int64_t revision);
 // Puts the key under the lease, whatever it was before.
 Request put(std::string_view key, std::string_view value, std::int64_t lease);
-// Puts the key if it does not exist; else asks for it. In both cases also asks for `beside`, unless it is empty.
+// Puts the key under the lease if the key does not exist; else reads it. In both cases the same transaction also reads
+// the key `beside`, unless `beside` is empty.
 Request claim(std::string_view key, std::string_view value, std::int64_t lease, std::string_view beside);
-// What a transaction does with a key beside the one that it is about: both happen, or none.
+// A transaction is about one key, here a room's, and may change a second one, here the room's text under `kept`. The
+// two changes happen together or not at all. This is the change of the second key.
 struct Beside {
   enum class Action : std::uint8_t { none, put, remove };
   Action action = Action::none;
   std::string key = {}, value = {};
   std::int64_t lease = 0;
 };
-// Deletes the key if it is still the one that was created at this revision.
+// Deletes `key`, and makes the change `beside`, if `key` still is the one that was created at this revision.
 Request remove(std::string_view key, std::int64_t create_revision, const Beside& beside);
-// Acts on the key beside this one, if this one is still the one that was created at this revision.
+// Makes the change `beside` if `key` still is the one that was created at this revision; leaves `key` as it is.
 Request put_beside(std::string_view key, std::int64_t create_revision, const Beside& beside);
 // All changes from this revision on, as a stream.
 Request watch(std::string_view begin, std::string_view end, std::int64_t start_revision);
@@ -59,7 +62,7 @@ std::string end_of(std::string_view prefix);
 struct KeyValue {
   std::string key, value;
   std::int64_t create_revision = 0, mod_revision = 0, lease = 0;
-  // The key is too long, or the value, which is left out.
+  // The key exceeds kKeyBytesMax, or the value exceeds kValueBytesMax; the value is left out.
   bool is_too_long = false;
 };
 struct LeaseAnswer {
@@ -74,7 +77,7 @@ struct RangeAnswer {
 struct TxnAnswer {
   std::int64_t revision = 0;
   bool succeeded = false;
-  // These were asked for, and exist.
+  // The keys that the transaction has read, as far as they exist.
   std::vector<KeyValue> found;
 };
 struct Change {

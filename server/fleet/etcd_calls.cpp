@@ -11,8 +11,10 @@ namespace hairnet::server {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
-// A shorter time would fail on a busy etcd, a longer one would leave no time for the other endpoints.
+// Bounds of timeout_ns_. A shorter time would let calls fail at an etcd that is only busy; a longer one would leave no
+// time for the other endpoints before the lease ends.
 constexpr std::int64_t kRequestTimeoutMin_ns = 200 * kMs, kRequestTimeoutMax_ns = 2 * kSecond_ns;
+// The first pause after all endpoints have failed, and the longest one; each pause is twice as long as the one before.
 constexpr std::int64_t kBackoffMin_ns = 50 * kMs, kBackoffMax_ns = kSecond_ns;
 
 Counter& counter_of(FleetCounters& counters, EtcdError error) {
@@ -96,13 +98,13 @@ void EtcdCalls::on_answer(std::uint64_t id, int status, std::string_view body, s
     if (!call.def.on_answer(body, now_ns)) fail(call, EtcdError::malformed, now_ns);
     return;
   }
-  // That the lease is gone is an answer, not a failure of the endpoint.
+  // An answer which says that the lease does not exist is an answer, not a failure of the endpoint.
   if (call.def.on_lease_gone && etcd::is_lease_gone(status, body)) {
     failures_ = 0;
     return call.def.on_lease_gone(now_ns);
   }
   spdlog::debug("event=etcd_refused status={} endpoint={}", status, call.endpoint);
-  // 503 and 504: this member of etcd has lost the others, so it counts as out of reach.
+  // With 503 and 504 a member of etcd says that it cannot reach the other members, so it counts as out of reach.
   const bool is_silent = status == 503 || status == 504;
   fail(call, is_silent ? EtcdError::unreachable : EtcdError::refused, now_ns);
 }
@@ -110,7 +112,7 @@ void EtcdCalls::on_answer(std::uint64_t id, int status, std::string_view body, s
 void EtcdCalls::on_line(std::uint64_t id, std::string_view line, std::int64_t now_ns) {
   const auto found = calls_.find(id);
   if (found == calls_.end() || !found->second.def.on_change || line.empty()) return;
-  // A copy, as its sender may stop the call while it takes the line.
+  // The copy is needed because on_change may stop the call, which erases it from calls_.
   const Call call = found->second;
   const auto answer = etcd::parse_watch(line);
   if (answer) {
@@ -140,8 +142,9 @@ void EtcdCalls::fail(const Call& call, EtcdError error, std::int64_t now_ns) {
   if (call.def.on_failure) call.def.on_failure(error, now_ns);
 }
 
-// The next endpoint gets its turn at once; when all have had one, there is a pause, each time longer. An answer that is
-// too long is an answer, and as long elsewhere, so it is no failure of the endpoint.
+// The next endpoint is asked at once. When every endpoint has failed in turn, there is a pause, twice as long after
+// each such round. An answer that is too long is no failure of the endpoint: every other endpoint would give the same
+// answer.
 void EtcdCalls::turn_to_next_endpoint(std::size_t failed, EtcdError error, std::int64_t now_ns) {
   ++generation_;
   endpoint_ = (endpoint_ + 1) % def_->endpoint_count;
@@ -153,8 +156,10 @@ void EtcdCalls::turn_to_next_endpoint(std::size_t failed, EtcdError error, std::
   if (failures_ == def_->endpoint_count) spdlog::warn("event=etcd_unreachable");
   if (failures_ % def_->endpoint_count == 0) {
     const std::size_t rounds = failures_ / def_->endpoint_count;
-    // The pause stays a small part of the lease, or it would outlast the lease by itself.
+    // The pause is at most a ninth of the lease (1 s with the default of 9 s): a pause that is longer than the lease
+    // would end the lease by itself.
     const std::int64_t max_ns = std::min(kBackoffMax_ns, def_->lease_ns() / 9);
+    // The shift by 6 at most gives 3.2 s, which exceeds kBackoffMax_ns, and keeps the number from overflowing.
     const std::int64_t wait_ns = std::min(max_ns, kBackoffMin_ns << std::min<std::size_t>(rounds - 1, 6));
     // The jitter keeps the servers of a fleet from asking an etcd that has come back all at the same moment.
     retry_at_ns_ = now_ns + static_cast<std::int64_t>(static_cast<double>(wait_ns) * jitter());

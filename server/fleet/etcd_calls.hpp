@@ -19,13 +19,14 @@
 
 namespace hairnet::server {
 
-// A request to etcd, and what its sender does at its end. One of `on_answer` and `on_change` is set; the others may be
-// empty.
+// A request to etcd, and what its sender does when it ends. Exactly one of `on_answer` and `on_change` is set; the
+// other callbacks may be empty.
 struct EtcdCallDef {
   etcd::Request request;
   // The endpoint to ask; none: the one whose turn it is.
   std::optional<std::size_t> endpoint = {};
-  // Zero: the usual time.
+  // The call fails without an answer after this time; zero: after the time that the lease's length determines
+  // (timeout_ns_).
   std::int64_t timeout_ns = 0;
   // Takes the answer. Returns false when it does not fit the request: then the call fails as malformed.
   std::function<bool(std::string_view body, std::int64_t now_ns)> on_answer = {};
@@ -41,29 +42,31 @@ struct EtcdCallDef {
 // one fails, and pauses when all have failed. It owns the calls under way and the choice of the endpoint. I/O thread.
 class EtcdCalls {
  public:
-  // All three must outlive the calls.
+  // All three must outlive this object.
   EtcdCalls(const EtcdDirectoryDef& def, EtcdTransport& transport, FleetCounters& counters);
 
   // Returns the number of the call, which is never zero.
   std::uint64_t start(EtcdCallDef def, std::int64_t now_ns);
-  // The call's sender hears no more of it. A call that is not under way is left alone.
+  // Cancels the call: none of its callbacks is called any more. Does nothing when the call is not under way.
   void stop(std::uint64_t id);
   void stop_all();
+  // Lets the calls fail whose deadline has passed. Watches have no deadline.
   void end_overdue(std::int64_t now_ns);
 
   [[nodiscard]] bool is_under_way(std::uint64_t id) const { return calls_.contains(id); }
   [[nodiscard]] std::size_t count() const { return calls_.size(); }
   [[nodiscard]] bool is_full() const { return calls_.size() >= kCallsMax; }
-  // There is no pause after failures of all endpoints.
+  // False during the pause that follows when all endpoints have failed in turn.
   [[nodiscard]] bool may_start(std::int64_t now_ns) const { return now_ns >= retry_at_ns_; }
+  // False once as many calls have failed in a row as there are endpoints.
   [[nodiscard]] bool is_reachable() const { return failures_ < def_->endpoint_count; }
   // The first endpoint from the current one on that is not in `silent`, which must not have all of them.
   [[nodiscard]] std::size_t next_endpoint(const std::set<std::size_t>& silent) const;
-  // A random part of a pause, from a half to the whole.
+  // A random factor from 0.5 to 1 for a pause, so that the servers of a fleet do not all try again at the same moment.
   double jitter() { return random_.between(0.5, 1); }
 
-  // Makes an `on_answer`: `take` gets what `parse` has read, and the time. It returns whether that fits the request, or
-  // nothing where anything does.
+  // Makes an `on_answer` of two functions. `parse` reads the text; `take` gets its result and the time. `take` returns
+  // whether the result fits the request, or returns void where every result does.
   template <class Answer, class Take>
   auto reading(Result<Answer> (*parse)(std::string_view), Take take) {
     return [this, parse, take](std::string_view body, std::int64_t now_ns) {
@@ -88,8 +91,8 @@ class EtcdCalls {
   void on_error(std::uint64_t id, EtcdError error, std::int64_t now_ns);
 
  private:
-  // Rooms and their texts wait for their turn when this many calls are under way: a server that gets hundreds of rooms
-  // at once does not send hundreds of requests at once.
+  // Callers that have many requests, for rooms and their texts, send no more of them while is_full(): a server that
+  // gets hundreds of rooms at once does not send hundreds of requests at once.
   static constexpr std::size_t kCallsMax = 32;
   struct Call {
     EtcdCallDef def;
@@ -107,14 +110,17 @@ class EtcdCalls {
   EtcdTransport* transport_;
   FleetCounters* counters_;
   Random random_;
+  // The usual time for an answer: a third of the lease over the number of endpoints, within bounds (etcd_calls.cpp).
   std::int64_t timeout_ns_;
   std::map<std::uint64_t, Call> calls_;
   std::uint64_t last_call_ = 0;
+  // The index of the endpoint that new calls ask.
   std::size_t endpoint_ = 0;
   // Counts the changes of endpoint_.
   std::uint64_t generation_ = 0;
   // Counts failures since the last answer.
   std::size_t failures_ = 0;
+  // may_start() is false before this time.
   std::int64_t retry_at_ns_ = 0;
 };
 

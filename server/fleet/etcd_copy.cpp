@@ -6,15 +6,16 @@
 namespace hairnet::server {
 namespace {
 
-// At most this many entries an answer: with usual values they stay below kAnswerBytesMax. Longer answers are asked for
-// again in smaller pages.
+// A page of the list has at most this many entries. With values of usual length a page stays below kAnswerBytesMax (4
+// MiB); one that exceeds it is asked for again in smaller pages.
 constexpr std::int64_t kListPage = 1000;
-// Nobody is let in before the first list, so a list may take longer than other requests.
+// A list may take this long. Other requests have less time (EtcdCalls), but the list is long, and no client enters a
+// room before the first one is complete.
 constexpr std::int64_t kListTimeout_ns = 2'000'000'000;
 // A watch whose connection has died without a word is noticed after this time at the latest.
 constexpr std::int64_t kSilenceMax_ns = 20'000'000'000;
-// While somebody waits for news. Not sooner: etcd looks every 100 ms for what a new watch has missed, and what happens
-// meanwhile waits for that.
+// A silent watch is replaced after this time while a client waits for a room. A much shorter time would delay changes:
+// etcd looks only every 100 ms for changes that a new watch has missed, and changes that come meanwhile wait for that.
 constexpr std::int64_t kAwaitedSilence_ns = 1'000'000'000;
 
 }  // namespace
@@ -44,13 +45,13 @@ void EtcdCopy::poll(std::int64_t now_ns) {
                           now_ns);
     return;
   }
-  // A watch that says nothing may be at a dead connection. The new one begins behind the last revision, so nothing is
-  // lost.
+  // A watch that brings nothing may have a dead connection. The new one begins after the last revision of the copy, so
+  // no change is lost.
   if (now_ns >= watch_until_ns_) calls_->stop(watch_);
   if (calls_->is_under_way(watch_)) return;
   counters_->watches.add();
   const auto note_failure = [this](EtcdError error, auto) {
-    // A watch that goes on where it was would get the same line again.
+    // A watch that begins where this one has ended would get the same line again, so a list passes over it.
     if (error == EtcdError::oversize || error == EtcdError::malformed) list_again();
   };
   watch_ = calls_->start({.request = etcd::watch(keys_.rooms, end, view_.revision + 1),
@@ -78,8 +79,8 @@ void EtcdCopy::list_again() {
 
 void EtcdCopy::note_failed_list(EtcdError error) {
   if (error == EtcdError::oversize && list_page_ > 0)
-    // A quarter of the entries the next time, down to one, and then that one without its value: a value that alone
-    // exceeds the bound is passed over.
+    // The next page has a quarter of the entries, down to one. Then this one key is asked for without its value: a
+    // value that alone exceeds the bound is skipped.
     list_page_ = list_page_ > 1 ? std::max<std::int64_t>(list_page_ / 4, 1) : 0;
   else
     list_again();
@@ -92,10 +93,10 @@ void EtcdCopy::take_list(const etcd::RangeAnswer& answer) {
     entry.is_too_long |= list_page_ == 0;
     listed_.apply({.entry = std::move(entry)});
   }
-  // Back to whole pages by steps, since long entries may stand together.
+  // Pages grow back to kListPage by a factor of 4, and not at once, because the next entries may be long, too.
   list_page_ = std::clamp<std::int64_t>(4 * list_page_, 1, kListPage);
   if (answer.has_more && !answer.entries.empty()) {
-    // The smallest key behind the last one.
+    // A zero byte at the end of the last key makes the smallest key that comes after it.
     list_from_ = answer.entries.back().key + '\0';
     return;
   }
@@ -110,7 +111,8 @@ void EtcdCopy::take_list(const etcd::RangeAnswer& answer) {
 bool EtcdCopy::take_changes(const etcd::WatchAnswer& answer, std::int64_t now_ns) {
   const bool is_compacted = answer.is_canceled && answer.compact_revision != 0;
   if (answer.is_canceled && !is_compacted) return false;
-  // A watch that begins later than the newest revision would hear nothing: this etcd has begun anew, without its data.
+  // The copy's revision is newer than etcd's newest one: etcd has lost its data and counts from the start. A watch from
+  // the copy's revision on would get nothing.
   if (is_compacted || (answer.is_created && answer.revision < view_.revision)) {
     calls_->stop(watch_);
     list_again();

@@ -11,12 +11,12 @@
 
 namespace hairnet::server {
 
-// The copy of all entries of servers and rooms: a list fills it at the start and after a compaction, a watch keeps it
-// up to date. It may be behind etcd at any time, so nothing that needs to be exact may rest on it: a claim is decided
-// by etcd's transaction. I/O thread.
+// This server's copy of all entries of servers and rooms in etcd. A list of all keys fills the copy at the start and
+// after a compaction of etcd; then a watch keeps it up to date. The copy may be older than etcd at any time, so no
+// decision about ownership may rest on it: etcd's transaction decides a claim. I/O thread.
 class EtcdCopy {
  public:
-  // What happens to the copy. All are set.
+  // The copy calls these when it changes. All are set.
   struct Callbacks {
     // A list is complete: any entry may have changed.
     std::function<void()> on_listed;
@@ -24,19 +24,19 @@ class EtcdCopy {
     std::function<void(const std::string& room, std::int64_t revision)> on_room;
     // An entry that is not a room's has changed. The copy has it, unless it is not valid.
     std::function<void(const etcd::KeyValue& entry)> on_server;
-    // Rooms have changed: comes once after the calls of on_room for an answer.
+    // Rooms have changed. It is called once for each answer of the watch, after all its calls of on_room.
     std::function<void()> on_news;
   };
-  // The first three must outlive the copy.
+  // `def`, `calls` and `counters` must outlive the copy.
   EtcdCopy(const EtcdDirectoryDef& def, EtcdCalls& calls, FleetCounters& counters, Callbacks callbacks);
 
   [[nodiscard]] const FleetView& view() const { return view_; }
   // The copy has been complete once.
   [[nodiscard]] bool is_listed() const { return is_listed_; }
   void poll(std::int64_t now_ns);
-  // Somebody waits for news: a watch that stays silent is soon replaced.
+  // See Directory::look_again(): a watch that stays silent for one more second is replaced.
   void look_again(std::int64_t now_ns);
-  // Takes an entry that etcd had at this revision, if the copy is older.
+  // Puts an entry into the copy that a transaction has read at this revision, unless the copy is as new.
   void learn(const etcd::KeyValue& entry, std::int64_t revision);
   // Counts an entry that is too long or not valid, wherever it was read.
   void skip(const etcd::KeyValue& entry) { skipped_.add(entry); }
@@ -51,18 +51,21 @@ class EtcdCopy {
   FleetCounters* counters_;
   Callbacks callbacks_;
   FleetKeys keys_;
-  // The connection of a watch that says nothing for two leases (at most 20 s) may have died: a new one goes on where it
-  // ended.
+  // A watch that brings nothing for this long, two leases but at most 20 s, is replaced, because its connection may
+  // have died. The new watch goes on where the old one ended.
   std::int64_t silence_ns_;
   SkippedEntries skipped_;
+  // The copy that answers, and the one that the list under way fills; listed_ replaces view_ when the list is complete.
   FleetView view_, listed_;
   bool is_listed_ = false;
-  // Calls.
+  // The numbers of the calls in EtcdCalls; zero: there was none yet.
   std::uint64_t list_ = 0, watch_ = 0;
-  // The next list begins here; empty: the list is complete.
+  // The next page of the list begins at this key; empty: the list is complete.
   std::string list_from_;
-  // Bounds the entries of the next answer; zero: one key, whose value is too long.
+  // The next page has at most this many entries; zero: it is the first key without its value, which alone exceeds
+  // kAnswerBytesMax.
   std::int64_t list_page_ = 0;
+  // The watch is replaced if it has brought nothing by this time.
   std::int64_t watch_until_ns_ = 0;
 };
 

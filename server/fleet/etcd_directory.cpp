@@ -41,15 +41,15 @@ void EtcdDirectory::stop(std::int64_t) {
 }
 
 void EtcdDirectory::poll(std::int64_t now_ns) {
-  // Without an address nobody could be sent here, so the server does not join.
+  // Other servers could send no client here while the address is not known, so the server does not join the fleet yet.
   if (!has_address()) return;
   // Overdue calls end first: the polls below may send what these calls were about again.
   calls_.end_overdue(now_ns);
   lease_.poll(now_ns);
   if (!lease_.is_ending()) {
     if (calls_.may_start(now_ns)) {
-      // The server shows itself only when it knows which rooms have owners: placement would send it rooms that it could
-      // not claim.
+      // The server's entry is written only when the copy is complete. Placement would otherwise send rooms to a server
+      // that does not know yet which rooms have owners.
       if (copy_.is_listed()) entry_.poll(now_ns);
       copy_.poll(now_ns);
     }
@@ -60,7 +60,7 @@ void EtcdDirectory::poll(std::int64_t now_ns) {
 
 std::vector<FleetEvent> EtcdDirectory::take_events() {
   for (const FleetEvent& event : events_)
-    // The caller has what was kept of the room from now on, so clients may enter.
+    // The caller has the room's text from now on, so clients may enter.
     if (event.kind == FleetEvent::Kind::room_claimed) rooms_.on_announced(event.room);
   return std::exchange(events_, {});
 }
@@ -92,7 +92,7 @@ void EtcdDirectory::on_fence(bool is_open) {
 }
 
 void EtcdDirectory::on_listed() {
-  // Somebody else has written or deleted the entry.
+  // etcd has no entry of this server: it was not written yet, or another program has deleted it.
   if (!copy_.view().server(def_.server_id)) entry_.write_again();
   rooms_.check_all();
 }

@@ -12,8 +12,9 @@
 
 namespace hairnet::server {
 
-// A directory in etcd. This server has one lease; its keys in etcd vanish with it. README.md has the rules and why two
-// servers never own a room at a time. This class owns the parts, tells each what concerns it, and collects events.
+// A directory in etcd. This server has one lease; its keys in etcd vanish with the lease. README.md has the rules ("How
+// it works", and "Why a room never has two owners"). This class owns the parts, passes on what one part has to tell
+// another, and collects events.
 class EtcdDirectory final : public Directory, public EtcdSink {
  public:
   // `transport` and `counters` must outlive the directory.

@@ -11,8 +11,8 @@ namespace hairnet::server {
 enum class WithoutEtcd : std::uint8_t {
   // Frames stop until etcd answers: there are never two owners.
   stop,
-  // Rooms go on. There are never two owners if etcd is out of reach for all servers; else there are two until the
-  // server hears etcd.
+  // Rooms go on. If etcd is out of reach for all servers, no room gets two owners. If only this server has lost etcd,
+  // its rooms may have a second owner until etcd answers this server again.
   go_on,
 };
 

@@ -11,9 +11,9 @@
 namespace hairnet::server {
 namespace {
 
-// At most one write in this time: each goes to all servers of the fleet by their watches.
+// At most one write in this time, because etcd sends each write to all servers of the fleet by their watches.
 constexpr std::int64_t kTellInterval_ns = 1'000'000'000;
-// The free share is told in steps of 1/32: a smaller change of the load is not worth a write to etcd.
+// The published free share is rounded to 1/32: a smaller change of the load is not worth a write to etcd.
 constexpr double kAnnouncedShareSteps = 32;
 
 }  // namespace
@@ -34,7 +34,7 @@ void EtcdEntry::tell(const ServerLoad& load) {
 
 void EtcdEntry::drain() {
   status_.draining = true;
-  // That the server drains is urgent: others must not send clients here meanwhile.
+  // The next poll writes the entry at once: until other servers know that this one drains, they send clients here.
   tell_at_ns_ = 0;
 }
 
@@ -49,7 +49,7 @@ void EtcdEntry::on_lease_granted() {
 }
 
 void EtcdEntry::check(const etcd::KeyValue& entry) {
-  // Somebody else has written or deleted the entry.
+  // A deleted entry has no lease, so a deletion by another program is found, too.
   if (entry.key == key_ && entry.lease != lease_->id()) written_.clear();
 }
 

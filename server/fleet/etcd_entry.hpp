@@ -11,8 +11,8 @@
 
 namespace hairnet::server {
 
-// This server's own entry under `servers`: it owns what the fleet is told about this server, and writes it under the
-// lease. I/O thread.
+// This server's own entry in etcd, under the prefix `servers`: its address, its load, and whether it drains. The class
+// has the present values, and writes them to etcd under the server's lease. I/O thread.
 class EtcdEntry {
  public:
   // All three must outlive the entry.
@@ -28,9 +28,10 @@ class EtcdEntry {
   void poll(std::int64_t now_ns);
   // The lease is new: the next poll writes the entry.
   void on_lease_granted();
-  // The copy has this entry of etcd, or `entry` was deleted. Another server's changes nothing.
+  // The watch has brought this entry of a server, or its deletion. If it is this server's entry and has not this
+  // server's lease, another program has written or deleted it, and the next poll writes it again.
   void check(const etcd::KeyValue& entry);
-  // etcd does not have the entry.
+  // A list has shown that etcd does not have the entry: the next poll writes it.
   void write_again() { written_.clear(); }
 
  private:
@@ -42,6 +43,7 @@ class EtcdEntry {
   std::string written_;
   // The call that writes the entry.
   std::uint64_t call_ = 0;
+  // The entry is not written before this time.
   std::int64_t tell_at_ns_ = 0;
 };
 

@@ -5,10 +5,12 @@
 namespace hairnet::server {
 namespace {
 
-// Long enough for the next owner after a server has died, and short enough that what nobody asks for is not left.
+// The lease of the texts, an hour: after a server has died, the next owners of its rooms have this long to claim them,
+// and then texts that nobody has asked for vanish. The lease is renewed after a third of its time.
 constexpr std::int64_t kKeptLease_s = 3600;
 constexpr std::int64_t kKeptRenewal_ns = kKeptLease_s / 3 * 1'000'000'000;
-// A few at a time: texts may have 60 KiB, and claims share the bound of calls.
+// One poll writes at most this many texts: a text may have 60 KiB, and claims of rooms count in the same bound of calls
+// (EtcdCalls::is_full).
 constexpr std::size_t kPutsPerPoll = 4;
 
 }  // namespace
@@ -37,7 +39,8 @@ void EtcdKept::put(const std::string& room, std::string text) {
 
 const std::string& EtcdKept::take(const std::string& room, const etcd::KeyValue* found, bool was_ours) {
   Text& kept = texts_.at(room);
-  // A room of ours whose text has vanished has it still: etcd has lost its data, or was away for longer than the lease.
+  // If etcd has no text of a room that was this server's, the text here stays: etcd has lost its data, or was out of
+  // reach for longer than the lease of the texts.
   if (!due_.contains(room) && (found || !was_ours)) kept.text = found ? found->value : std::string();
   kept.is_kept = found || !kept.text.empty();
   // The text is put again under a lease of ours, because that of its former owner may end.
@@ -52,7 +55,7 @@ bool EtcdKept::may_release(const std::string& room) const {
 etcd::Beside EtcdKept::beside_release(const std::string& room) const {
   using Action = etcd::Beside::Action;
   const Text& kept = texts_.at(room);
-  // A put under way may fail, or come too late: the release then has the text.
+  // A write that is under way may fail, or be executed after the release, so the release writes the text again.
   const bool is_due = due_.contains(room) || kept.call != 0;
   if (!is_due || (kept.text.empty() && !kept.is_kept)) return {};
   if (kept.text.empty()) return {.action = Action::remove, .key = keys_->of_kept(room)};
@@ -112,7 +115,7 @@ void EtcdKept::end_put(const std::string& room, bool is_done) {
   const auto found = texts_.find(room);
   if (found == texts_.end()) return;
   found->second.call = 0;
-  // A put that etcd has not executed because the room is not ours any more counts as done.
+  // A write that etcd has refused, because the room has another claim by now, counts as done.
   if (!is_done) due_.insert(room);
 }
 

@@ -21,7 +21,7 @@ EtcdLease::EtcdLease(const EtcdDirectoryDef& def, EtcdCalls& calls, LeaseFence& 
 }
 
 void EtcdLease::poll(std::int64_t now_ns) {
-  // A fence closes by the passing of time alone, so each poll looks.
+  // The fence closes without a call when its time has passed, so each poll checks it.
   note_fence(now_ns);
   const bool may_start = calls_->may_start(now_ns);
   if (is_ending_) {
@@ -49,7 +49,8 @@ void EtcdLease::begin(const etcd::LeaseAnswer& answer, std::int64_t sent_ns, std
   id_ = answer.lease;
   counters_->leases_granted.add();
   spdlog::info("event=lease_granted server={}", id_text(def_->server_id));
-  // The entry is told first, since the new lease has none of the keys of the old one.
+  // on_granted comes before the fence opens: the new lease has none of the keys of the old one, so the server's entry
+  // must be written again.
   callbacks_.on_granted();
   renew(answer, sent_ns, now_ns);
 }
@@ -71,9 +72,10 @@ void EtcdLease::send_keep_alive(std::int64_t now_ns) {
       now_ns);
 }
 
-// Behind a closed fence nobody steps the rooms. While etcd hears this server, and this server does not hear etcd,
-// keep-alives would keep them from others: then it only asks for the lease. Once that is answered keep-alives may open
-// the fence, but for no longer than half of a lease's time: if none of them does, the lease ends.
+// Behind a closed fence nobody steps this server's rooms. If etcd receives this server's requests but the answers get
+// lost, keep-alives would keep the rooms from other servers. So the server then only asks whether its lease exists.
+// After an answer it may send keep-alives again, which open the fence, but only for half of a lease's time. If none of
+// them opens the fence, the lease ends.
 bool EtcdLease::may_keep_alive(std::int64_t now_ns) {
   const bool is_heard = std::exchange(is_heard_, false);
   return fence_->is_open(now_ns) || (is_heard && now_ns - heard_ns_ < def_->lease_ns() / 2);
@@ -90,8 +92,9 @@ bool EtcdLease::take(const etcd::LeaseAnswer& answer, const Sent& sent, bool is_
     silent_.clear();
     is_heard_ = true;
     if (heard_ns_ == 0) heard_ns_ = now_ns;
-    // The answer shows that the way to etcd works in both directions: a keep-alive follows at once. When keep-alives
-    // have not opened the fence for half of a lease, only questions go on, and the lease may end.
+    // The answer shows that the connection to etcd works in both directions: a keep-alive follows at once. When
+    // keep-alives have not opened the fence for half of a lease, only time_to_live requests go on, one each ninth of
+    // the lease, and the lease may end.
     keep_alive_at_ns_ = now_ns - heard_ns_ < def_->lease_ns() / 2 ? now_ns : now_ns + def_->lease_ns() / 9;
   } else {
     renew(answer, sent.at_ns, now_ns);
@@ -103,7 +106,8 @@ void EtcdLease::renew(const etcd::LeaseAnswer& answer, std::int64_t sent_ns, std
   silent_.clear();
   heard_ns_ = 0;
   keep_alive_at_ns_ = sent_ns + def_->lease_ns() / 3;
-  // The product must not overflow, whatever etcd answers.
+  // A time that is not shorter than the configured lease counts as the configured lease: the product must not overflow,
+  // whatever etcd answers.
   open_fence(sent_ns,
              answer.ttl_s < def_->lease_ns() / 1'000'000'000 ? answer.ttl_s * 1'000'000'000 : def_->lease_ns());
   note_fence(now_ns);
@@ -115,15 +119,17 @@ void EtcdLease::open_fence(std::int64_t from_ns, std::int64_t lease_ns) {
   fence_->open_until(std::max(fence_->until_ns(), from_ns + lease_ns - lease_margin_ns(def_->lease_ns())));
 }
 
-// An endpoint has not answered a keep-alive. When none has since `silent_from_ns_`, etcd was out of reach for us at
-// some moment after that. If it was out of reach for all servers, no lease can have expired then, and its next leader
-// gives each lease its full time again. A fence that has closed stays closed: before the silence, etcd may have
-// answered others.
+// An endpoint has not answered a keep-alive. When no endpoint has answered since `silent_from_ns_`, etcd was out of
+// reach for this server at some moment after that time. If etcd was out of reach for all servers, no lease can have
+// expired at that moment, and etcd's next leader gives each lease its full time again. So go_on opens the fence until a
+// lease's time, less the margin, after silent_from_ns_. A fence that has closed stays closed: etcd may have answered
+// other servers before the silence.
 //
-// The first keep-alive is due after a third of the lease, a round of all endpoints takes a third, and the next begins a
-// ninth later: so a round ends before the fence closes.
+// A keep-alive is due a third of the lease after the last one. To ask all endpoints takes about another third, and the
+// next round begins a ninth later at most. So one round without an answer ends before the fence closes.
 void EtcdLease::note_failure(const Sent& sent, EtcdError error, std::int64_t now_ns) {
-  // Such an endpoint has answered, so etcd is not silent.
+  // After these errors the endpoint has answered, so etcd is not out of reach; it is asked again after a thirtieth of
+  // the lease (0.3 s of 9 s).
   if (error == EtcdError::refused || error == EtcdError::malformed || error == EtcdError::oversize) {
     keep_alive_at_ns_ = now_ns + def_->lease_ns() / 30;
     return;
@@ -141,7 +147,7 @@ void EtcdLease::note_failure(const Sent& sent, EtcdError error, std::int64_t now
 void EtcdLease::note_fence(std::int64_t now_ns) {
   if (is_ending_) return;
   const bool is_open = fence_->is_open(now_ns);
-  // A server that never had a lease has nothing to pause.
+  // A fence that is closed because there is no lease pauses nothing.
   if (is_open == !is_paused_ || (!is_open && id_ == 0)) return;
   is_paused_ = !is_open;
   if (is_paused_) counters_->leases_paused.add();

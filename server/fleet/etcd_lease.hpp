@@ -11,13 +11,15 @@
 
 namespace hairnet::server {
 
-// The part of a lease's time that is not used: 10 % of it and 200 ms. It covers clocks of different speed, and the time
-// between a check of the fence and the frame that leaves.
+// The fence closes this long before etcd may end the lease: 10 % of the lease and 200 ms. The margin covers clocks of
+// different speed, and the time from a check of the fence until the frame leaves; README.md, "Why a room never has two
+// owners", has the assumptions.
 [[nodiscard]] std::int64_t lease_margin_ns(std::int64_t lease_ns);
 
-// This server's lease at etcd. It gets a lease, keeps it alive, gives it back at the end, and moves the fence with the
-// answers. Invariant: the fence never stays open longer than etcd keeps the lease, counted from the moment before the
-// answered request was sent. Only `go_on` extends it without an answer. I/O thread.
+// This server's lease at etcd. The class gets a lease, keeps it alive, gives it back at the end, and opens the fence
+// for as long as the answers allow. Invariant: the fence never stays open longer than etcd keeps the lease, counted
+// from the moment before the answered request was sent. Only WithoutEtcd::go_on opens the fence without an answer. I/O
+// thread.
 class EtcdLease {
  public:
   // What happens to the lease. All are set.
@@ -25,10 +27,10 @@ class EtcdLease {
     std::function<void()> on_granted;
     // etcd has said that the lease does not exist: so its keys do not, and each room has no owner or another one.
     std::function<void()> on_lost;
-    // The fence has closed or opened, not at the end of the server.
+    // The fence has closed or opened. It is not called after stop().
     std::function<void(bool is_open)> on_fence;
   };
-  // The first four must outlive the lease.
+  // All but the callbacks must outlive the lease.
   EtcdLease(const EtcdDirectoryDef& def, EtcdCalls& calls, LeaseFence& fence, FleetCounters& counters,
             Callbacks callbacks);
 
@@ -38,13 +40,13 @@ class EtcdLease {
   // stop() was called.
   [[nodiscard]] bool is_ending() const { return is_ending_; }
   void poll(std::int64_t now_ns);
-  // etcd has said that `lease` does not exist. It may be an earlier one, or zero: then nothing happens.
+  // etcd has answered that `lease` does not exist. Nothing happens if `lease` is zero or not the present lease.
   void lose(std::int64_t lease, std::int64_t now_ns);
   // The fence closes at once, and polls give the lease back.
   void stop();
 
  private:
-  // A keep-alive, or a question whether the lease exists.
+  // A keep-alive that was sent, or a time_to_live request, which asks whether the lease exists and does not prolong it.
   struct Sent {
     std::int64_t lease = 0, at_ns = 0;
     std::size_t endpoint = 0;
@@ -57,6 +59,7 @@ class EtcdLease {
   void note_failure(const Sent& sent, EtcdError error, std::int64_t now_ns);
   void renew(const etcd::LeaseAnswer& answer, std::int64_t sent_ns, std::int64_t now_ns);
   void open_fence(std::int64_t from_ns, std::int64_t lease_ns);
+  // Reports by on_fence whether the fence has closed or opened since the last call.
   void note_fence(std::int64_t now_ns);
 
   const EtcdDirectoryDef* def_;
@@ -65,17 +68,19 @@ class EtcdLease {
   FleetCounters* counters_;
   Callbacks callbacks_;
   std::int64_t id_ = 0;
-  // Calls.
+  // The numbers of the calls in EtcdCalls; zero: there was none yet. `keep_alive_` is also that of a time_to_live.
   std::uint64_t grant_ = 0, keep_alive_ = 0, revoke_ = 0;
-  // The next keep-alive, or question, is due at this time.
+  // The next keep-alive or time_to_live is due at this time.
   std::int64_t keep_alive_at_ns_ = 0;
-  // time_to_live has an answer, since the last keep-alive.
+  // A time_to_live has been answered since the last keep-alive was sent.
   bool is_heard_ = false;
-  // time_to_live had an answer first at this time since the fence has closed; zero: not yet.
+  // The first answer to a time_to_live since the fence has closed came at this time; zero: there was none.
   std::int64_t heard_ns_ = 0;
-  // These endpoints have not answered a keep-alive since silent_from_ns_.
+  // The endpoints that have left a keep-alive unanswered since silent_from_ns_, with no answer of any endpoint in
+  // between. When all endpoints are in the set, etcd is out of reach for this server.
   std::set<std::size_t> silent_;
   std::int64_t silent_from_ns_ = 0;
+  // The closed fence was reported by on_fence; stop() was called.
   bool is_paused_ = false, is_ending_ = false;
 };
 

@@ -13,16 +13,17 @@
 namespace hairnet::server {
 namespace {
 
-// A new claim waits this long while etcd does not answer. A Hello waits as long as a handshake may take, which is
-// usually less.
+// A claim of a new room is given up after this time without an outcome. A Hello usually waits less for the room: as
+// long as a handshake may take (SessionLimits::handshake_timeout_ns, 5 s).
 constexpr std::int64_t kClaimPatience_ns = 10'000'000'000;
-// A key of a former lease of ours has this long to vanish.
+// A claim that has found a key of a former lease of this server is tried again after this time: etcd removes the key
+// when it ends that lease.
 constexpr std::int64_t kOwnOldKeyWait_ns = 200'000'000;
-// The copies of other servers may show a release that much later than ours. A client that is sent on before would be
-// sent back.
+// The copies of other servers may show a release this much later than the own copy. A client that is sent to the next
+// owner before would be sent back.
 constexpr std::int64_t kCopyLag_ns = 50'000'000;
-// For this time all who ask for the room are sent to its next owner, who so has the first chance to claim it. Placement
-// alone might choose another server, or this one again.
+// After a hand-over, clients that ask for the room are sent to its next owner for this time, so that this server is the
+// first to claim the room. Placement alone might choose another server, or this one again.
 constexpr std::int64_t kHandOver_ns = 5'000'000'000;
 
 }  // namespace
@@ -45,7 +46,7 @@ Placement EtcdRooms::where(std::string_view name, std::int64_t now_ns) const {
   if (const auto own = rooms_.find(name); own != rooms_.end()) {
     const Room& room = own->second;
     if (room.state != Room::State::owned) return {.kind = Kind::pending};
-    // Nobody enters before what was kept of the room is known.
+    // No client enters before the room's text, such as its bans, is in force.
     if (!room.is_announced) return {.kind = Kind::pending, .server_id = self.id, .claim = room.claim};
     if (lease_->is_open(now_ns))
       return {.kind = Kind::here, .server_id = self.id, .address = self.address, .claim = room.claim};
@@ -54,15 +55,16 @@ Placement EtcdRooms::where(std::string_view name, std::int64_t now_ns) const {
   const FleetView& view = copy_->view();
   const FleetView::Owner* owner = view.owner(name);
   if (owner && owner->server_id != self.id) {
-    // The copy may have the room of a server and not yet the server: keys of rooms come first in a list.
+    // The copy may have a room and not yet its owner's entry, for example its address: the keys of rooms come before
+    // those of servers.
     const ServerStatus* server = view.server(owner->server_id);
     if (!server) return {.kind = Kind::pending, .server_id = owner->server_id, .claim = owner->claim};
     return {.kind = Kind::elsewhere, .server_id = server->id, .address = server->address, .claim = owner->claim};
   }
   const auto hand_over = hand_overs_.find(name);
   const bool is_handed_over = hand_over != hand_overs_.end();
-  // The others hear of a release no later than this server's own copy does: a client that was sent on before that could
-  // be sent back here.
+  // The own copy still shows the room as this server's. Other servers then may not know of the release either, and
+  // would send a client back here.
   if (owner && (self.draining || is_handed_over)) return {.kind = Kind::pending};
   if (is_handed_over) {
     if (!hand_over->second.is_announced) return {.kind = Kind::pending};
@@ -78,7 +80,7 @@ bool EtcdRooms::claim(std::string_view name, std::int64_t now_ns) {
     counters_->claims_refused_name.add();
     return false;
   }
-  // A claim ends a hand-over: the room shall be here.
+  // A claim ends a hand-over, because the room shall be on this server.
   if (const auto moved = hand_overs_.find(name); moved != hand_overs_.end()) hand_overs_.erase(moved);
   if (const auto found = rooms_.find(name); found != rooms_.end()) {
     // A room that is being released is claimed again after that: the release under way cannot be called back.
@@ -106,7 +108,8 @@ void EtcdRooms::release(std::string_view name) {
     room.state = Room::State::releasing;
     due_.insert(found->first);
   } else if (room.state == Room::State::claiming && room.call == 0 && !room.is_sent) {
-    // A claim that etcd may have executed stays until its outcome is known: it would be an owner that nobody knows of.
+    // A claim that etcd may have executed stays until its outcome is known. If it were forgotten, this server could own
+    // a room in etcd that no server steps.
     forget(found->first);
   }
 }
@@ -154,17 +157,18 @@ void EtcdRooms::check(const std::string& name, std::int64_t revision) {
   const FleetView::Owner* owner = copy_->view().owner(name);
   const auto found = rooms_.find(name);
   if (found == rooms_.end()) {
-    // A claim of ours that was given up, and executed later. It is released: clients would be sent here, and nobody
-    // steps the room.
+    // The key is of a claim of this server that was given up, and that etcd has executed later. The room is released:
+    // otherwise clients would be sent here, and no server would step the room.
     const bool is_orphan =
         owner && owner->server_id == def_->server_id && lease_->id() != 0 && owner->lease == lease_->id();
     if (is_orphan) add(name, {.state = Room::State::releasing, .claim = owner->claim, .is_wanted = false});
     return;
   }
   Room& room = found->second;
-  // News that are older than our claim are about an earlier owner.
+  // A change that is older than this server's claim is about an earlier owner.
   if (room.state != Room::State::owned || revision <= room.claim || (owner && owner->claim == room.claim)) return;
-  // Our key has vanished: with the lease, or because an operator has deleted it. A claim finds out whose the room is.
+  // This server's key has vanished, with the lease or because an operator has deleted it. A new claim finds out which
+  // server owns the room.
   claim_again(name, room);
 }
 
@@ -199,7 +203,7 @@ void EtcdRooms::poll_rooms(std::int64_t now_ns) {
     Room& room = rooms_.find(name)->second;
     HAIRNET_ASSERT(room.call == 0);
     const bool is_claim = room.state == Room::State::claiming;
-    // A room that was ours has no such time: its sessions are here, and its outcome must be known.
+    // A room that this server owned before has no such time (Room::give_up_ns).
     if (is_claim && room.give_up_ns != 0 && now_ns >= room.give_up_ns) {
       vain.push_back(name);
     } else if (!is_claim && lease_->id() == 0) {
@@ -224,7 +228,7 @@ void EtcdRooms::poll_hand_overs(std::int64_t now_ns) {
   for (auto next = hand_overs_.begin(); next != hand_overs_.end();) {
     auto& [name, hand_over] = *next;
     const FleetView::Owner* owner = copy_->view().owner(name);
-    // Both must hold: the release has its outcome, and the own copy shows it.
+    // The release counts only when etcd has confirmed it and the own copy shows it.
     const bool is_released = !rooms_.contains(name) && !(owner && owner->server_id == def_->server_id);
     if (is_released && hand_over.released_ns == 0) hand_over.released_ns = now_ns;
     if (is_released && !hand_over.is_announced && now_ns - hand_over.released_ns >= kCopyLag_ns) {
@@ -259,7 +263,7 @@ std::uint64_t EtcdRooms::send_claim(const std::string& name, const Room& room, s
 
 std::uint64_t EtcdRooms::send_release(const std::string& name, const Room& room, std::int64_t now_ns) {
   const auto take = [this, name](const auto&, auto at_ns) { take_release(name, at_ns); };
-  // A release needs no lease, but for what is put beside it.
+  // A release needs no lease itself, but the text that it puts beside needs that of the texts.
   const auto lose_kept_lease = [this, name](auto) {
     retry(name);
     kept_.lose_lease();
@@ -286,7 +290,8 @@ void EtcdRooms::claim_again(const std::string& name, Room& room) {
   due_.insert(name);
 }
 
-// `lease` is the one of the claim. Returns false when the answer lacks the room's entry.
+// Takes the answer to a claim under `lease`. Returns false when the claim has failed and the answer lacks the room's
+// entry.
 bool EtcdRooms::take_claim(const std::string& name, std::int64_t lease, const etcd::TxnAnswer& answer,
                            std::int64_t now_ns) {
   const auto own = rooms_.find(name);
@@ -314,15 +319,15 @@ bool EtcdRooms::take_claim(const std::string& name, std::int64_t lease, const et
   const etcd::KeyValue* existing = entry_at(keys_.of_room(name));
   if (!existing) return false;
   const std::uint64_t owner = parse_owner(existing->value).value_or(0);
-  // An earlier try of this claim was executed, and its answer lost.
+  // An earlier try of this claim was executed, and its answer got lost.
   if (owner == def_->server_id && existing->lease == lease) {
     win(name, room, existing->create_revision, kept);
   } else if (owner == def_->server_id) {
-    // A key of a former lease of ours: it vanishes soon, when etcd ends that lease.
+    // The key is of a former lease of this server; it vanishes when etcd ends that lease.
     room.try_at_ns = now_ns + kOwnOldKeyWait_ns;
     due_.insert(name);
   } else {
-    // The watch tells the end of this entry only if the copy has not come so far yet.
+    // The copy may be older than this answer. With the entry it can tell clients the owner at once.
     copy_->learn(*existing, answer.revision);
     lose(name, owner, owner == 0 ? "its entry in etcd is not valid" : "another server owns the room");
   }
@@ -339,7 +344,7 @@ void EtcdRooms::win(const std::string& name, Room& room, std::int64_t claim, con
     due_.insert(name);
     return;
   }
-  // Clients may enter when the event was taken: only then is what was kept of the room in force.
+  // Clients may enter only when the server has taken the event, and with it the room's text (on_announced).
   room.is_announced = false;
   const std::string& text = kept_.take(name, kept, was_ours);
   spdlog::info("event=room_claimed room=\"{}\" claim={}", name, claim);
@@ -360,7 +365,8 @@ void EtcdRooms::lose(const std::string& name, std::uint64_t owner, std::string r
   forget(name);
 }
 
-// Without what is kept of the room its answer is short, unless the room's own entry is too long.
+// The answer to the claim was too long. Without the room's text it is short, unless the room's own entry is too long,
+// too.
 void EtcdRooms::shorten_claim(const std::string& name) {
   const auto found = rooms_.find(name);
   if (found == rooms_.end()) return;
@@ -381,7 +387,8 @@ void EtcdRooms::take_release(const std::string& name, std::int64_t now_ns) {
   if (is_wanted) add(name, {.give_up_ns = now_ns + kClaimPatience_ns});
 }
 
-// A new claim has had no outcome for too long. etcd may still execute one that is on its way: check() sees that.
+// The claim of a new room has had no outcome for kClaimPatience_ns. etcd may still execute it; check() then finds and
+// releases the room.
 void EtcdRooms::give_up(const std::string& name) {
   counters_->claims_refused_unreachable.add();
   emit_({.kind = FleetEvent::Kind::claim_failed, .room = name, .reason = "etcd does not answer"});

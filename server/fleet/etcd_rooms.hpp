@@ -19,11 +19,11 @@
 
 namespace hairnet::server {
 
-// The rooms that this server claims, owns or releases, with what is kept of them, and those that it has handed over.
-// Each room has at most one call under way; a room that needs one and has none is in due_. I/O thread.
+// The rooms that this server claims, owns or releases, with their texts (Directory::keep), and the rooms that it has
+// handed over. Each room has at most one call under way; a room that needs a call and has none is in due_. I/O thread.
 class EtcdRooms {
  public:
-  // The first six must outlive the rooms. `emit` is set, and takes what happens to rooms.
+  // The first six must outlive this object. `emit`, which must be set, gets the events of rooms.
   EtcdRooms(const EtcdDirectoryDef& def, EtcdCalls& calls, EtcdLease& lease, const EtcdEntry& entry, EtcdCopy& copy,
             FleetCounters& counters, std::function<void(FleetEvent)> emit);
 
@@ -35,45 +35,50 @@ class EtcdRooms {
   void keep(std::string_view name, std::string text);
   [[nodiscard]] std::vector<std::string> owned() const;
 
-  // The number of our claim, whatever the fence says; zero: the room is not ours.
+  // The number of this server's claim of the room, also while the fence is closed; zero: this server does not own the
+  // room.
   [[nodiscard]] std::int64_t claim_of(std::string_view name) const;
   // Rooms that are claimed, owned or being released.
   [[nodiscard]] std::size_t count() const { return rooms_.size(); }
   void poll(std::int64_t now_ns);
-  // The event that the room is claimed has been taken: now clients may enter.
+  // The server has taken the event room_claimed, and with it the room's text: from now on clients may enter.
   void on_announced(std::string_view name);
-  // The keys have gone with the lease: what was owned is claimed again.
+  // The keys of the rooms have vanished from etcd with the lease: the rooms that this server owned are claimed again.
   void on_lease_lost();
-  // The copy has got news of a room at this revision; or of any room.
+  // The copy has changed: the entry of this room, at this revision, or any entries. Compares the copy with the rooms of
+  // this server.
   void check(const std::string& name, std::int64_t revision);
   void check_all();
+  // Forgets all rooms, at the end of the server.
   void clear();
 
  private:
   struct Room {
     enum class State : std::uint8_t { claiming, owned, releasing };
     State state = State::claiming;
-    // The number of our claim, in `owned` and `releasing`.
+    // The number of this server's claim, in `owned` and `releasing`.
     std::int64_t claim = 0;
-    // A new claim is given up at this time; zero: the room was ours, and the outcome must be known.
+    // A claim of a new room is given up at this time. Zero: this server owned the room before; its sessions are still
+    // here, so the claim goes on until its outcome is known.
     std::int64_t give_up_ns = 0;
     // No call begins before this time.
     std::int64_t try_at_ns = 0;
     // The call under way; zero: there is none.
     std::uint64_t call = 0;
-    // What an earlier owner has kept makes the answer to a claim too long.
+    // The answer to a claim was too long with the text of an earlier owner, so the claim does not ask for the text.
     bool skips_kept = false;
-    // room_claimed has been taken, in `owned`.
+    // on_announced() was called, in `owned`.
     bool is_announced = false;
     // etcd may have executed a claim under this lease, in `claiming`.
     bool is_sent = false;
-    // In `claiming`, false means that the room is released once the outcome is known; in `releasing`, true means that
-    // it is claimed again.
+    // In `claiming`, false means that the room is released once the outcome of the claim is known. In `releasing`, true
+    // means that the room is claimed again after the release.
     bool is_wanted = true;
   };
+  // A room that was released in favour of the server `to`.
   struct HandOver {
     std::uint64_t to = 0;
-    // The copy has shown the release first at this time; zero: not yet.
+    // The copy showed the release for the first time at this time; zero: it does not show it yet.
     std::int64_t released_ns = 0;
     // room_handed_over has been emitted.
     bool is_announced = false;
@@ -105,7 +110,7 @@ class EtcdRooms {
   FleetKeys keys_;
   EtcdKept kept_;
   std::map<std::string, Room, std::less<>> rooms_;
-  // These rooms need a call and have none.
+  // The rooms that need a call and have none.
   std::set<std::string> due_;
   std::map<std::string, HandOver, std::less<>> hand_overs_;
 };

@@ -17,8 +17,8 @@ struct EtcdCall {
   bool is_stream = false;
 };
 
-// Why a call has no answer. The first three say that the endpoint may be out of reach; the others are answers that are
-// of no use.
+// Why a call has failed. After the first three the endpoint may be out of reach; with the others the endpoint has
+// answered, but the answer cannot be used.
 enum class EtcdError : std::uint8_t { unreachable, timeout, broken, refused, malformed, oversize };
 
 // Takes what the transport receives. I/O thread.
@@ -33,13 +33,13 @@ class EtcdSink {
   virtual void on_error(std::uint64_t call, EtcdError error, std::int64_t now_ns) = 0;
 };
 
-// Carries calls to etcd. It calls the sink later, never inside send() or cancel(): a caller's state does not change
-// under its hands. A simulated one lets whole fleets run in seeds.
+// Carries calls to etcd. An implementation calls the sink later, never inside send() or cancel(), so that the caller's
+// state does not change during these calls. Tests have a simulated transport.
 class EtcdTransport {
  public:
   virtual ~EtcdTransport() = default;
   virtual void send(EtcdCall call) = 0;
-  // The sink hears no more of this call, which etcd may still execute.
+  // The sink gets nothing more of this call. etcd may still execute it.
   virtual void cancel(std::uint64_t call) = 0;
 };
 

@@ -40,7 +40,8 @@ std::string escaped(std::string_view text) {
 
 std::string address_of(const ServerAddress& address) {
   const std::string text = escaped(address.host) + ":" + std::to_string(address.port);
-  // Only these two: a page that begins with "javascript:" would run in the browser of whoever clicks.
+  // Only these two schemes make a link: a URL that begins with "javascript:" would run in the browser of a person who
+  // clicks it.
   const bool is_link = address.page.starts_with("http://") || address.page.starts_with("https://");
   return is_link ? fmt::format("<a href=\"{}\">{}</a>", escaped(address.page), text) : text;
 }

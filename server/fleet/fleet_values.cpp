@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr std::size_t kIdDigits = 16;
 
-// ASCII only, and no exception for bytes that are no UTF-8: names come from clients.
+// Returns ASCII text. Bytes that are no UTF-8 are replaced and cause no exception, because names come from clients.
 std::string dump(const Json& json) {
   return json.dump(-1, ' ', true, Json::error_handler_t::replace);
 }
@@ -72,7 +72,8 @@ bool read_grooms(const Json& json, std::vector<ContentHash>& grooms) {
   return true;
 }
 
-// Neither spaces nor control characters: addresses go into messages, logs and pages.
+// Whether the text has neither spaces nor control characters. Addresses must be such texts, because they go into
+// messages, logs and pages.
 bool is_printable(std::string_view text) {
   return std::ranges::all_of(text, [](char c) { return c > ' ' && c <= '~'; });
 }
@@ -89,8 +90,9 @@ std::optional<std::uint32_t> count_at(const Json& json, const char* name, std::u
   return found->get<std::uint32_t>();
 }
 
-// Bounds the end of a ban: the end of the year 9999.
+// The end of a ban is refused after this time, the end of the year 9999.
 constexpr std::uint64_t kUnixTimeMax_s = 253'402'300'799;
+// A subject in a kept text has at most this many bytes.
 constexpr std::size_t kNameBytesMax = 1024;
 
 bool is_name(const Json& json) {

@@ -13,7 +13,7 @@
 
 namespace hairnet::server {
 
-// A host has at most the length of a DNS name.
+// A host has at most the 255 bytes of a DNS name; the URL of a page has at most kPageBytesMax bytes.
 inline constexpr std::size_t kHostBytesMax = 255, kPageBytesMax = 1024;
 
 // 16 hexadecimal digits, as in keys.
@@ -31,7 +31,7 @@ Result<ServerStatus> parse_status(std::string_view value);
 std::string owner_value(std::uint64_t server_id);
 std::optional<std::uint64_t> parse_owner(std::string_view value);
 
-// What moves with a room to its next owner.
+// The rules and state of a room that move with it to its next owner, as the text of Directory::keep().
 struct RoomKept {
   struct Ban {
     std::string subject;
@@ -52,12 +52,13 @@ struct RoomKept {
 // Below etcd::kValueBytesMax, so that a text that this server writes is never skipped as too long by its next owner.
 inline constexpr std::size_t kKeptBytesMax = std::size_t{60} << 10;
 
-// JSON of at most kKeptBytesMax; empty where there is nothing to keep. `left_out` counts what did not fit: mutes come
-// first, then bans in their order, then members, then the props, all or none.
+// Returns JSON of at most kKeptBytesMax, or an empty text where there is nothing to keep. Mutes are taken first, then
+// bans in their order, then members, then the props, all or none of them; `left_out` counts what did not fit.
 std::string to_value(const RoomKept& kept, std::size_t& left_out);
 Result<RoomKept> parse_kept(std::string_view value);
 
-// The answer to where a room is: room, state, and the server with its address, or the reason why there is none.
+// The body of the answer to /room: the room, its state, and the server with its address, or the reason why no server is
+// named.
 std::string room_json(std::string_view room, const RoomPlace& place);
 
 // The pages that show the fleet: servers, and rooms with their owners. `self` is the server that answers. The one for

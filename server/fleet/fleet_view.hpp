@@ -14,7 +14,7 @@
 
 namespace hairnet::server {
 
-// Bounds of the copy: whoever can write to etcd could otherwise fill this server's memory.
+// Bounds of the copy: without them, anyone who can write to etcd could fill this server's memory.
 inline constexpr std::size_t kFleetServersMax = 4096, kFleetRoomsMax = 131'072;
 
 // The keys of one fleet. Several fleets can share an etcd, each under its own name.
@@ -24,9 +24,10 @@ struct FleetKeys {
         servers(prefix + "servers/"),
         rooms(prefix + "rooms/"),
         kept(prefix + "kept/") {}
-  // Servers and rooms are watched: all keys from `rooms` to the end of `servers`.
+  // One watch covers the keys from `rooms` to the end of `servers`, since these prefixes follow each other in etcd's
+  // order.
   std::string prefix, servers, rooms;
-  // What moves with rooms is read at a claim only.
+  // The texts that move with rooms are not watched: a claim reads that of its room.
   std::string kept;
   [[nodiscard]] std::string of_server(std::uint64_t id) const;
   [[nodiscard]] std::string of_room(std::string_view room) const { return rooms + std::string(room); }
@@ -41,20 +42,23 @@ class SkippedEntries {
   void add_beyond_bound() { counters_->entries_refused_full.add(); }
 
  private:
+  // The bound of announced_.
   static constexpr std::size_t kAnnouncedMax = 1000;
   FleetCounters* counters_;
   // Revisions of values that have had a warning. A revision names a value, and takes less memory than its key.
   std::set<std::int64_t> announced_;
 };
 
-// A copy of what etcd has of one fleet, at a revision. It may be old; a claim alone decides who owns a room.
+// A copy of etcd's entries of one fleet, at a revision. It may be old; only a claim decides which server owns a room.
 class FleetView {
  public:
   struct Owner {
     std::uint64_t server_id = 0;
+    // The number of the claim, which is the revision at which the key was created; the lease of the key.
     std::int64_t claim = 0, lease = 0;
   };
 
+  // Both must outlive the view.
   FleetView(const FleetKeys& keys, SkippedEntries& skipped) : keys_(&keys), skipped_(&skipped) {}
 
   // Takes an entry, or its deletion. Entries that are not valid, and those beyond the bounds, are skipped.
@@ -66,7 +70,7 @@ class FleetView {
   [[nodiscard]] const std::map<std::uint64_t, ServerStatus>& servers() const { return servers_; }
   [[nodiscard]] const std::map<std::string, Owner, std::less<>>& rooms() const { return rooms_; }
 
-  // All changes up to this revision are here.
+  // The view contains all changes up to this revision of etcd.
   std::int64_t revision = 0;
 
  private:

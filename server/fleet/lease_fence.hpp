@@ -21,6 +21,7 @@ class LeaseFence {
   void close() { open_until(0); }
 
  private:
+  // The fence is open before this time; 0: it is closed.
   std::atomic<std::int64_t> until_ns_{0};
 };
 

@@ -27,8 +27,8 @@ RoomPlace at_chosen(Kind kind, const Directory& fleet, std::string_view room) {
   return {.kind = kind == Kind::placed ? Kind::full : kind, .reason = kNobodyTakesRooms};
 }
 
-// An owner that drains has closed its port and is about to give the room up; one with this server's address is this
-// server before its restart, whose lease is about to end.
+// Says where a room is that another server owns. An owner that drains has closed its port and is about to give the room
+// up. An owner with this server's own address is this server before its restart, whose lease is about to end.
 RoomPlace at_owner(const Directory& fleet, std::string_view room, Placement placement) {
   const std::vector<ServerStatus> servers = fleet.servers();
   const auto owner = std::ranges::find(servers, placement.server_id, &ServerStatus::id);

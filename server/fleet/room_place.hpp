@@ -17,7 +17,8 @@ struct RoomPlace {
     held,
     // Nobody holds it, and placement gives it to this or another server.
     placed,
-    // Its holder takes no clients and is about to give it up; placement gives it to a server after that.
+    // The server that holds the room takes no clients and is about to give the room up; placement then gives it to
+    // another server.
     draining,
     // A claim or a look-up is under way: ask again.
     deciding,
@@ -34,7 +35,7 @@ struct RoomPlace {
   // Says in one line why no server is named.
   std::string reason = {};
 };
-// As in answers to programs: `here` is "held", too.
+// The state as in the answers of /room. For `here` it is "held", as for `held`.
 std::string_view to_string(RoomPlace::Kind kind);
 
 inline constexpr const char* kNobodyTakesRooms = "no server of the fleet takes another room; try again later";

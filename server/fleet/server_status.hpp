@@ -23,7 +23,8 @@ inline constexpr double kAnnouncedShareMin = 1.0 / 16;
 
 // What a server has to do, and how much more it could do.
 struct ServerLoad {
-  // Its tick has this share of its time left, 0 to 1.
+  // The share of the tick's time that its characters do not want, 0 to 1. It is at least kAnnouncedShareMin while the
+  // coarsest levels of all characters fit, and else 0 (measured_load in app/fleet.hpp).
   double free_share = 1;
   std::uint32_t free_characters = 0;
   std::uint32_t characters = 0;
@@ -46,7 +47,7 @@ struct ServerStatus {
   ServerLoad load = {};
   // It takes no more rooms, and is about to end.
   bool draining = false;
-  // Its rooms need these at their next servers, while it drains.
+  // While the server drains: the grooms that the next owners of its rooms will need.
   std::vector<ContentHash> grooms = {};
   bool operator==(const ServerStatus&) const = default;
 };

@@ -30,12 +30,13 @@ class BuildPool {
   struct Loop {
     const std::function<void(std::size_t)>& body;
     std::size_t count, next = 0, done = 0;
-    // What the first body that threw has thrown.
+    // The exception of the first body that has thrown one; null: none has.
     std::exception_ptr thrown;
   };
+  // The body of a helper thread.
   void help();
   void run_next(Loop& loop, std::unique_lock<std::mutex>& lock);
-  // The first loop with a body that nobody has begun; null: there is none.
+  // Returns the first loop with a body that no thread has begun; null: there is none.
   Loop* open_loop();
 
   // Locked except while a body runs. Bodies take milliseconds, so one lock is enough.

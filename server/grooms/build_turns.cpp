@@ -80,8 +80,8 @@ void BuildTurns::poll(std::int64_t now_ns) {
 }
 
 void BuildTurns::feed(std::int64_t now_ns) {
-  // The builder has one job at a time, so that the next is chosen when its turn comes, by what everyone has used by
-  // then.
+  // The builder has one job at a time, so that the next groom is chosen only when the builder is free, by the times
+  // that the builds of all sharers have taken by then.
   if (is_builder_busy_) return;
   const auto found = next(now_ns);
   if (found == builds_.end()) return;
@@ -100,7 +100,7 @@ BuildTurns::Turn BuildTurns::turn_of(const Build& build) const {
 BuildTurns::Builds::const_iterator BuildTurns::next(std::int64_t now_ns) const {
   auto next = builds_.end();
   for (auto build = builds_.begin(); build != builds_.end(); ++build) {
-    // A build that has failed by the server's error waits for its time and holds up nobody.
+    // A build that has failed by the server's error waits until again_ns; others go first.
     if (build->second.job != 0 || build->second.again_ns > now_ns) continue;
     if (next == builds_.end() || turn_of(build->second) < turn_of(next->second)) next = build;
   }
@@ -116,7 +116,7 @@ void BuildTurns::end_turn(std::int64_t now_ns) {
   // The time so far is charged before the comparison, or an endless build would count as nothing until it ends.
   charge(build, taken_ns);
   const auto waiting = next(now_ns);
-  // Nobody with less time waits, so the build goes on: to end it would only lose its work.
+  // No sharer with less time waits, so the build goes on: to end it would only lose its work.
   if (waiting == builds_.end() || turn_of(waiting->second) >= turn_of(build)) return;
   build.gives_way = true;
   builder_->drop(build.job);

@@ -31,11 +31,12 @@ class BuildTurns {
   void erase(const wire::GroomHash& groom);
   // Forgets the time of a sharer that has no session any more.
   void forget(const Sharer& sharer) { build_ns_.erase(sharer); }
-  // Ends the turn of the build under way if it has lasted and another waits. Gives the builder the next.
+  // Ends the turn of the build under way if its time is over and a sharer with less build time waits. Gives the builder
+  // the next groom when it has none.
   void poll(std::int64_t now_ns);
 
   enum class Progress : std::uint8_t {
-    // The result is of no groom that waits.
+    // The result belongs to no groom of the queue: it was dropped.
     none,
     building,
     // The groom waits again.
@@ -62,7 +63,9 @@ class BuildTurns {
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
  private:
+  // A groom that waits for the builder or is being built.
   struct Build {
+    // The session for which the groom is built; zero: none.
     SessionId owner = 0;
     // Orders grooms by when they came into the queue.
     std::uint64_t order = 0;
@@ -73,7 +76,7 @@ class BuildTurns {
     std::size_t bytes = 0;
     // The builder's number for the job while it has the groom, else zero.
     std::uint64_t job = 0;
-    // It is being built since this time, and need not give way for this long.
+    // The groom is being built since this time, and need not give way before turn_ns have passed.
     std::optional<std::int64_t> since_ns;
     std::int64_t turn_ns = 0;
     // Its owner has been charged this much of the build under way.
@@ -82,7 +85,7 @@ class BuildTurns {
     bool gives_way = false;
     // This many builds have failed by the server's error.
     int failed_count = 0;
-    // It is not built before this time.
+    // No build of the groom begins before this time.
     std::int64_t again_ns = 0;
   };
   using Builds = std::map<wire::GroomHash, Build>;
@@ -106,12 +109,15 @@ class BuildTurns {
   GroomBuilder* builder_;
   GroomCounters* counters_;
   Builds builds_;
-  // The builds of each have taken this time together.
+  // The time that the builds of each sharer have taken together.
   std::map<Sharer, std::int64_t> build_ns_;
+  // The sum of Build::bytes.
   std::size_t bytes_ = 0;
+  // Counts grooms that have come into the queue; see Build::order.
   std::uint64_t orders_ = 0;
   // Counts jobs given to the builder.
   std::uint64_t jobs_ = 0;
+  // The builder has a job whose end has not come.
   bool is_builder_busy_ = false;
 };
 

@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kPartSuffix = ".part-";
-// A partial file that is older was left by a server that died: no write takes an hour.
+// An older partial file was left by a server that died, because no write takes an hour; make_room() may remove it.
 constexpr auto kWriting = std::chrono::hours(1);
 constexpr std::size_t kHashDigits = 2 * sizeof(wire::GroomHash);
 constexpr std::string_view kDigits = "0123456789abcdef";
@@ -135,7 +135,7 @@ CacheFolder::Found CacheFolder::read(const wire::GroomHash& groom) const {
 }
 
 void CacheFolder::touch(const wire::GroomHash& groom) const {
-  // In a read-only folder there is nothing to remove either.
+  // An error does not matter: in a read-only folder make_room() removes nothing either.
   (void)::utimensat(AT_FDCWD, path_of(groom).c_str(), nullptr, AT_SYMLINK_NOFOLLOW);
 }
 
@@ -198,7 +198,8 @@ void CacheFolder::make_room(const fs::path& newest) {
   std::vector<CacheFile> files = files_of(def_.folder, def_.suffix);
   std::ranges::sort(files, {}, [](const CacheFile& file) { return std::tie(file.used, file.path); });
   std::error_code gone;
-  // The clock of the file system, which may be a server's with another time, and not the machine's clock.
+  // The time is that of the file system, and not of this machine: a network file system may have another clock, which
+  // has set the times of all its files.
   const fs::file_time_type now = fs::last_write_time(newest, gone);
   // Another server has made room already.
   if (gone) return;

@@ -15,7 +15,7 @@ namespace hairnet::server {
 
 struct CacheFolderDef {
   std::filesystem::path folder;
-  // Ends its files' names, after the groom's hash, and begins with the dot.
+  // A file's name is the groom's hash and this suffix, which begins with a dot.
   std::string suffix;
   // Bounds all its files together.
   std::uint64_t bytes_max = 0;
@@ -23,7 +23,7 @@ struct CacheFolderDef {
   std::size_t file_bytes_max = 0;
   // The log event when a file cannot be written.
   std::string write_failed_event;
-  // Tells the content of its files in log lines.
+  // What the files contain, in words for log lines.
   std::string contents;
   // Bounds the files, since every put lists the whole folder.
   std::size_t file_count_max = 8192;
@@ -47,8 +47,8 @@ class CacheFolder {
   // Never blocks, even if a pipe has the file's name. It does not check the content: a file may be damaged, or another
   // program's, so the caller does.
   [[nodiscard]] Found read(const wire::GroomHash& groom) const;
-  // Sets the file's last use to now; make_room() goes by it. The modification time holds it, since many disks keep no
-  // time of access.
+  // Sets the file's last use to now, by which make_room() chooses the files to remove. The modification time stores it,
+  // since many disks are mounted without times of access.
   void touch(const wire::GroomHash& groom) const;
   // Replaces an existing file. Makes room by removing other files, those first that were used least recently. False
   // when the file was not stored.
@@ -62,7 +62,9 @@ class CacheFolder {
  private:
   // Returns the system's error, or 0.
   [[nodiscard]] int write(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) const;
+  // Logs the first error of a write; later ones are only counted.
   void warn_once(std::string_view what);
+  // Removes files, the least recently used first, until the bounds of bytes and files hold. Leaves `newest`.
   void make_room(const std::filesystem::path& newest);
 
   CacheFolderDef def_;

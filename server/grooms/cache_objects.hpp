@@ -16,7 +16,7 @@
 namespace hairnet::server {
 
 struct CacheObjectsDef {
-  // Ends their names, after the groom's hash.
+  // An object's name is the groom's hash and this suffix.
   std::string suffix;
   // Bounds each object.
   std::size_t bytes_max = 0;
@@ -37,7 +37,8 @@ class CacheObjects {
   [[nodiscard]] std::optional<std::vector<std::uint8_t>> get(const wire::GroomHash& groom);
   // The bytes are valid: the store is known to have the object.
   void accept(const wire::GroomHash& groom, std::size_t bytes);
-  // The bytes are not valid: the next put replaces the object, where the store usually keeps what it has.
+  // The bytes are not valid: the next put of this groom replaces the object. Usually a put leaves an object that exists
+  // as it is.
   void reject(const wire::GroomHash& groom, const std::string& detail);
 
   // The folder has a file of this groom. It waits to be put, unless the store is known to have it.
@@ -46,11 +47,11 @@ class CacheObjects {
     wire::GroomHash groom{};
     Existing existing = Existing::keep;
   };
-  // What waits, if the store takes it now.
+  // Takes one file that waits to be put, if the store takes puts now.
   [[nodiscard]] std::optional<Wanted> take();
   // Waits for the store. Without an answer the file waits again.
   void put(const Wanted& wanted, std::span<const std::uint8_t> bytes);
-  // What was taken is not put: the folder has no valid file of it any more.
+  // The file that take() has returned is not put: the folder has no valid file of that groom any more.
   void drop() { counters_->puts_dropped_absent.add(); }
   [[nodiscard]] std::size_t waiting() const;
 
@@ -62,12 +63,13 @@ class CacheObjects {
   CacheObjectsDef def_;
   ObjectStore* store_;
   ObjectCounters* counters_;
-  // Guards the next three. It is never held during a call of the store, which may take seconds.
+  // Guards the next three. It is never locked during a call of the store, which may take seconds.
   mutable std::mutex mutex_;
+  // The files that wait to be put.
   std::map<wire::GroomHash, Existing> waiting_;
-  // The store is known to have these, so they are not put again.
+  // The grooms whose objects the store is known to have, so they are not put again.
   std::set<wire::GroomHash> stored_;
-  // The objects of these are to be replaced.
+  // The grooms whose objects were not valid: their next put replaces the object.
   std::set<wire::GroomHash> rejected_;
 };
 

@@ -78,7 +78,7 @@ void GroomBuilder::wake() {
   if (on_job) on_job();
 }
 
-// What the store relies on, for each kind of result.
+// Asserts what GroomStore relies on, for each kind of result.
 void GroomBuilder::check(const GroomResult& result) {
   HAIRNET_ASSERT((result.outcome == Outcome::refused) == (result.error != BuildError::none));
   HAIRNET_ASSERT((result.outcome == Outcome::ready) == (result.levels != nullptr));
@@ -92,7 +92,7 @@ void GroomBuilder::give(GroomResult result) {
 }
 
 bool GroomBuilder::poll() {
-  // A refresh is short, and what it finds may make the next job a matter of reading.
+  // A refresh comes first: it is short, and it may find the file or levels that the next job needs.
   if (refresh_.exchange(false)) {
     def_.grooms->refresh();
     return true;
@@ -160,7 +160,7 @@ GroomResult GroomBuilder::build(GroomJob job) {
   } else if (def_.grooms) {
     building.bytes = def_.grooms->find(job.hash);
   }
-  // The folder has lost the file since it was listed: the session is asked for its bytes.
+  // The folder has lost the file since it was listed. The store then asks a session for the bytes.
   if (!building.bytes) {
     building.outcome = Outcome::absent;
     return building;
@@ -178,8 +178,8 @@ GroomResult GroomBuilder::build(GroomJob job) {
   if (!groom) return refused(BuildError::invalid, groom.error());
   if (groom->points.empty()) return refused(BuildError::invalid, "the groom has no strand points");
   building.strand_count = groom->strand_count();
-  // The I/O thread hears of the valid file before the build, which takes long: the size and the strands are checked
-  // against the limits of its users now.
+  // The I/O thread gets this result before the long build begins, and checks the size and the strands against the
+  // limits of the groom's users.
   give(std::move(building));
   GroomResult result = build(job, *file, *groom);
   // Only grooms that could be built are cached: a file that no server can use would cost each restart a build.

@@ -22,14 +22,14 @@ struct GroomJob {
   // Counts jobs in their order, from 1.
   std::uint64_t number = 0;
   wire::GroomHash hash{};
-  // The file of that hash, in pieces or whole; neither: it is in the groom cache.
+  // The file of that hash, in pieces (chunks) or whole (bytes); without both, the file is in the groom cache.
   std::vector<std::vector<std::uint8_t>> chunks;
   std::shared_ptr<const std::vector<std::uint8_t>> bytes = nullptr;
 };
 
 struct GroomResult {
   enum class Outcome : std::uint8_t {
-    // It is a groom within limits; ready or refused follows.
+    // The file is a groom within limits, and its build begins; `ready` or `refused` follows.
     building,
     ready,
     refused,
@@ -69,9 +69,10 @@ struct GroomBuilderDef {
   ClockNs now_ns = nullptr;
 };
 
-// Makes levels of a groom's file: decodes it, estimates the build, and builds the levels or reads them from the cache.
-// That takes about a second, so it runs on a thread of low priority; a build has more such threads, or a process. The
-// I/O thread puts jobs and takes results. It does not choose between jobs: BuildTurns does, and gives one at a time.
+// Makes the levels of a groom's file: decodes the file, estimates the build, and builds the levels or reads them from
+// the cache. A build takes about a second, so it runs on a thread of low priority; its loops have more such threads, or
+// a process of their own. The I/O thread puts jobs and takes results. The builder does not choose between jobs:
+// BuildTurns does, and gives one at a time.
 class GroomBuilder {
  public:
   explicit GroomBuilder(const GroomBuilderDef& def);
@@ -97,11 +98,12 @@ class GroomBuilder {
   // Refuses the current job soon, and each later one.
   void cancel() { cancelled_ = true; }
 
-  // They wake the other side's thread. Set them before use.
+  // on_job wakes the builder's thread, on_result the I/O thread. Set them before use.
   std::function<void()> on_job, on_result;
 
  private:
   static void check(const GroomResult& result);
+  // Puts a result into the queue to the I/O thread.
   void give(GroomResult result);
   void wake();
   bool poll_read();
@@ -122,12 +124,15 @@ class GroomBuilder {
     std::shared_ptr<const LevelSet> levels;
   };
   BoundedQueue<Learnt> learnt_;
-  // The store gives one after the other.
+  // Has no bound, since BuildTurns gives one job after the other.
   BoundedQueue<GroomJob> jobs_;
   // At most two for each job, and one for each read, so put() needs no bound.
   BoundedQueue<GroomResult> results_;
+  // The number of the job that drop() has named last.
   std::atomic<std::uint64_t> dropped_{0};
+  // cancel() and refresh() were called.
   std::atomic<bool> cancelled_{false}, refresh_{false};
+  // Reads and jobs take turns: the last poll() tried a read first.
   bool is_reading_next_ = false;
 };
 

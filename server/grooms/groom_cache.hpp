@@ -54,8 +54,8 @@ class GroomCache {
   GroomCacheCounters* counters_;
   std::unique_ptr<CacheObjects> objects_;
   mutable std::mutex mutex_;
-  // What the folder had when it was last listed: is_cached() answers from it on the I/O thread, which must not wait for
-  // a disk.
+  // The grooms that the folder had when it was last listed. is_cached() answers from this set, because the I/O thread
+  // must not wait for a disk.
   std::set<wire::GroomHash> known_;
 };
 

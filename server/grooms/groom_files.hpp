@@ -11,9 +11,9 @@
 
 namespace hairnet::server {
 
-// Finds files for clients that draw grooms, by the hash of each file. It owns no file: it keeps weak pointers, so that
-// an evicted groom's memory is freed once the last download has ended. It asks the builder to read grooms of the cache
-// for sessions. I/O thread.
+// Finds files for clients that draw grooms, by the hash of each file. The class owns no file: it has weak pointers, so
+// that an evicted groom's memory is freed once the last download has ended. For sessions it asks the builder to read
+// files of the groom cache. I/O thread.
 class GroomFiles {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
@@ -57,7 +57,7 @@ class GroomFiles {
  private:
   GroomBuilder* builder_;
   std::map<wire::GroomHash, std::weak_ptr<const std::vector<std::uint8_t>>> files_;
-  // The builder was asked to read these, each once, for the sessions that wait.
+  // By groom that the builder was asked to read: the sessions that wait for the file.
   std::map<wire::GroomHash, std::vector<SessionId>> fetches_;
 };
 

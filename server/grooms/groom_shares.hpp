@@ -12,7 +12,8 @@
 
 namespace hairnet::server {
 
-// A subject of sessions, or one session: who takes turns with others.
+// A subject with all its sessions, or a session that belongs to no subject: one party that takes turns with others. One
+// of the two numbers is zero.
 using Sharer = std::pair<std::uint32_t, SessionId>;
 
 // Knows the share of each session, and who shares with whom: all sessions of a subject count as one sharer, so that

@@ -18,7 +18,7 @@ namespace {
 using wire::ErrorReason;
 using wire::GroomState;
 
-// The longest time until a groom is found that another server has put into the cache's folder.
+// The folder of the cache is listed this often: a groom that another server puts there is found within this time.
 constexpr std::int64_t kRefreshInterval_ns = 10'000'000'000;
 
 }  // namespace
@@ -97,7 +97,8 @@ Refused GroomStore::offer_known(Grooms::iterator groom, SessionId session, const
   }
   const bool has_offered = std::exchange(entry.users[session].offered_bytes, offer.byte_count) != 0;
   entry.used = ++uses_;
-  if (entry.state == State::searched) return {};  // the answer follows
+  // GroomNeed follows when the object store has answered.
+  if (entry.state == State::searched) return {};
   listener_.send(session, wire::GroomNeed{offer.hash, received.value_or(offer.byte_count)}, now_ns);
   if (received) return {};
   if (!has_offered) counters_->grooms_shared.add();
@@ -353,7 +354,7 @@ ChunkAnswer GroomStore::chunk(SessionId session, wire::GroomChunk chunk, std::in
     return {{ErrorReason::groom_unknown, "a chunk of a groom that was not offered"}};
   const UploadId id{chunk.hash, session};
   const std::optional<std::uint64_t> received = uploads_.received(id);
-  // Bytes that are here already, or that were asked for until another session brought them.
+  // These bytes are here already, or the session was asked for them before another session brought the whole file.
   const bool is_repeated = received ? chunk.offset < *received && chunk.bytes.size() <= *received - chunk.offset
                                     : groom->second.users.at(session).was_asked;
   if (is_repeated && !chunk.bytes.empty()) return {};
@@ -421,7 +422,7 @@ void GroomStore::check_uploads(std::int64_t now_ns) {
   }
 }
 
-// These functions bring it from its bytes to its levels.
+// These functions bring a groom from its bytes to its levels.
 
 Refused GroomStore::queue_cached(SessionId session, const wire::GroomHash& hash, std::int64_t now_ns) {
   if (Refused refused = make_place(session, now_ns)) return refused;

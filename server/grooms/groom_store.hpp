@@ -85,7 +85,7 @@ class GroomStore final : public GroomService {
   // building back to queued; a groom that is refused is erased.
   enum class State : std::uint8_t {
     uploading,
-    // It is looked for in the object store.
+    // The object store is asked for the groom.
     searched,
     // Its bytes are here, or in the cache.
     queued,
@@ -95,7 +95,7 @@ class GroomStore final : public GroomService {
   struct User {
     // The size that it has offered; zero: it has not offered the groom, so it cannot upload it.
     std::uint64_t offered_bytes = 0;
-    // It was asked for its bytes; those that still come are no error.
+    // The session was asked for its bytes. Bytes that come after another session has brought them are no error.
     bool was_asked = false;
   };
   struct Entry {
@@ -109,7 +109,7 @@ class GroomStore final : public GroomService {
     // These two are known from building on.
     Bytes bytes;
     std::size_t strand_count = 0;
-    // These are the files of its basis and learnt hair, once it is ready; null: none.
+    // The files of its basis and its learnt hair, once the groom is ready; null: there is none.
     Bytes basis, learnt;
     // Set once the groom is ready. Weak, because the tick owns the levels, until ForgetGroom reaches it.
     std::weak_ptr<const LevelSet> levels;

@@ -22,9 +22,10 @@ struct UploadId {
   friend auto operator<=>(const UploadId&, const UploadId&) = default;
 };
 
-// Receives the uploads of all sessions, from the request for a groom's bytes to the last of them. Each session's bytes
-// stay apart and are hashed as they come: with one common buffer, a session could spoil another's upload with wrong
-// bytes. It also says which upload has to end when something is short or too slow; the caller ends it. I/O thread.
+// Receives the uploads of all sessions, from the request for a groom's bytes to its last byte. Each session's bytes
+// stay apart and are hashed as they come: with one common buffer, a session could corrupt another's upload with wrong
+// bytes. The class also says which upload has to end when places or bytes are short or an upload is too slow; the
+// caller ends it. I/O thread.
 class GroomUploads {
  public:
   using Chunks = std::vector<std::vector<std::uint8_t>>;
@@ -73,17 +74,18 @@ class GroomUploads {
 
  private:
   struct Upload {
+    // The announced size of the file.
     std::uint64_t byte_count = 0;
     std::uint64_t received = 0;
     Chunks chunks;
     bytes::ContentHasher hasher;
   };
   using Uploads = std::map<UploadId, Upload>;
-  // What a session's uploads have used together. It outlives the uploads, so that a session cannot refill its bucket by
-  // offering anew.
+  // The sums over a session's uploads. The account outlives the uploads, so that a session cannot refill its bucket by
+  // offering grooms again.
   struct Account {
     TokenBucket bytes;
-    // The session's uploads have brought `received` since this time.
+    // The session's uploads have brought `received` bytes since this time, for the minimum rate.
     std::int64_t since_ns = 0;
     std::uint64_t received = 0;
     std::size_t upload_count = 0;

@@ -18,7 +18,7 @@ namespace hairnet::server {
 
 struct LearningJob {
   wire::GroomHash groom{};
-  // These have modes and maps.
+  // The levels of the groom, with modes and maps.
   std::shared_ptr<const LevelSet> levels;
   std::shared_ptr<const std::vector<std::uint8_t>> file;
 };
@@ -31,11 +31,11 @@ struct LearningResult {
   std::shared_ptr<const std::vector<std::uint8_t>> file;
   // Says in one line why it was refused; empty: it was dropped.
   std::string detail;
-  // It was not refused for what it is: it can be learnt once the server has memory again.
+  // Memory was lacking, so nothing is wrong with the groom: its hair can be learnt later.
   bool lacked_memory = false;
   // The learnt hair was in the groom's file, and was measured to be good.
   bool is_accepted = false;
-  // Says in one line why that of the file was not taken; empty: it was taken, or there is none.
+  // Says in one line why the learnt hair of the groom's file was not taken; empty: it was taken, or there is none.
   std::string file_detail;
   std::int64_t taken_ns = 0;
 };
@@ -71,7 +71,7 @@ class HairLearner {
   bool poll();
   void cancel() { cancelled_ = true; }
 
-  // They wake the other side's thread. Set them before use.
+  // on_job wakes the learner's thread, on_result the I/O thread. Set them before use.
   std::function<void()> on_job, on_result;
 
  private:
@@ -82,9 +82,9 @@ class HairLearner {
   [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
 
   HairLearnerDef def_;
-  // The store gives one after the other.
+  // Has no bound, since LearningTurns gives one job after the other.
   BoundedQueue<LearningJob> jobs_;
-  // One for each job.
+  // Has one result for each job.
   BoundedQueue<LearningResult> results_;
   std::atomic<bool> dropped_{false}, cancelled_{false};
 };

@@ -44,11 +44,12 @@ class LearningTurns {
   GroomCounters* counters_;
   HairLearner* learner_ = nullptr;
   std::function<bool()> is_short_;
+  // is_short_ has returned true at each call since this time.
   std::optional<std::int64_t> short_since_ns_;
   // Memory was lacking; the pause begins with the next call that has a time.
   bool has_lacked_memory_ = false;
   std::int64_t paused_until_ns_ = std::numeric_limits<std::int64_t>::min();
-  // Has each groom that is ready; true: its hair was learnt or refused, or is being learnt.
+  // Every groom that is ready; true: its hair was learnt or refused, or is being learnt, so it is not learnt again.
   std::map<wire::GroomHash, bool> was_learnt_;
   // The groom of the job under way. It stays until the result has come, even if the groom is gone.
   std::optional<wire::GroomHash> learning_;

@@ -32,7 +32,7 @@ enum class BuildError : std::uint8_t {
   dropped,
 };
 
-// Whether a build may go on: none, time or dropped. Any thread may ask.
+// Says whether a build may go on: `none`, or else `time` or `dropped`. Any thread may call it.
 using GoesOn = std::function<BuildError()>;
 
 // How a build is done, and what it may use.
@@ -40,7 +40,8 @@ struct LevelBuildDef {
   GroomLimits groom;
   std::size_t thread_count = 1;
   std::size_t memory_bytes_max = std::size_t{2} << 30;
-  // The caller ends a build that takes longer. A process may also use no more processor time on each thread.
+  // The caller ends a build that takes longer (GoesOn). The process of a build may also use no more processor time than
+  // this, times its threads.
   std::int64_t ns_max = 600'000'000'000;
   ModeTraining training;
 };
@@ -53,7 +54,7 @@ struct LevelBuild {
   std::string detail;
 };
 
-// Builds the levels of a groom's file, and its modes. Both give the same bits.
+// Builds the levels of a groom's file, and its modes. The two implementations below give the same bits.
 using BuildLevels = std::function<LevelBuild(const LevelBuildDef& def, const wire::GroomHash& hash,
                                              std::span<const std::uint8_t> file, const Groom& groom, const GoesOn&)>;
 

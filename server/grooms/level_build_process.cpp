@@ -50,16 +50,17 @@ static_assert(std::is_trivially_copyable_v<Request>);
 // A person who starts the program with the flag by hand gets a message instead of a program that waits for bytes. The
 // number changes with the struct.
 constexpr std::array<char, 8> kMagic{'h', 'n', 'b', 'u', 'i', 'l', 'd', '4'};
-// The parent looks this often whether the build may go on. More often would cost time; more seldom would keep a dropped
-// build alive.
+// The parent checks this often whether the build may go on. A shorter period would cost time; a longer one would let a
+// dropped build run on.
 constexpr int kLookPeriod_ms = 20;
 // The status by which a child says that an allocation failed: it has no memory left to say more.
 constexpr int kExitNoMemory = 3;
-// Beside the memory of the build: the program, a stack and the allocator's own for each thread, and the groom, which is
-// there as a file, unpacked, as integers and decoded.
+// The child may use this memory beside that of the build (RLIMIT_DATA in confine): for the program; for the stack and
+// the allocator of each thread; and, for each byte of the unpacked groom, 6 bytes, because the groom is in memory
+// unpacked, as integers and decoded.
 constexpr std::uint64_t kProcessBytes = std::uint64_t{64} << 20, kThreadBytes = std::uint64_t{16} << 20,
                         kBytesPerUnpackedByte = 6;
-// What finding the modes takes.
+// The memory that the search for the modes takes.
 constexpr std::uint64_t kModeBytes = std::uint64_t{256} << 20;
 
 // A child that is killed and reaped at the latest when this ends, whichever way the build is left.
@@ -153,8 +154,8 @@ std::string how_it_ended(int status) {
                              : fmt::format("with status {}", WEXITSTATUS(status));
 }
 
-// Not by what the groom did to the build: the kernel is out of memory, a person or a supervisor ended the process, or
-// it could not be loaded.
+// Whether the groom is not the cause of the end: the kernel was out of memory, a person or a supervisor has ended the
+// process, or the program could not be loaded.
 bool is_from_outside(int status) {
   // A program that the loader cannot load ends with this status.
   constexpr int kExitNotLoaded = 127;

@@ -39,10 +39,11 @@ class ObjectSync {
   // Ends the call under way soon, and every later one at once. Any thread.
   void cancel() { store_->cancel(); }
 
-  // They wake the other side's thread. Set them before use.
+  // on_job wakes the objects thread, on_result the I/O thread. Set them before use.
   std::function<void()> on_job, on_result;
 
  private:
+  // Do one search, or one put. Return false when there was none.
   bool poll_find();
   bool poll_put();
 
@@ -51,9 +52,9 @@ class ObjectSync {
   ObjectStore* store_;
   ObjectCounters* counters_;
   BoundedQueue<wire::GroomHash> wanted_;
-  // One for each groom that was wanted.
+  // Has one result for each groom of wanted_.
   BoundedQueue<Found> found_;
-  // The I/O thread waits for these.
+  // The grooms that find() was asked for and whose result was not taken. I/O thread.
   std::set<wire::GroomHash> under_way_;
 };
 

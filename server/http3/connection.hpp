@@ -48,7 +48,7 @@ class Connection {
  public:
   explicit Connection(Owner& owner) : owner_(&owner) {}
 
-  // `stream`: unidirectional, of ours. It becomes the control stream.
+  // `stream` is a unidirectional stream that the server has opened. It becomes the control stream.
   void start(StreamId stream);
   // Bytes of a stream in order. `is_last`: the stream ends behind them.
   void on_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last);
@@ -60,9 +60,10 @@ class Connection {
   void on_stream_closed(StreamId stream);
   DatagramFate on_datagram(std::span<const std::uint8_t> bytes);
 
-  // What a datagram of the session begins with. Asserts that there is one.
+  // The bytes with which each datagram of the session begins. Asserts that there is a session.
   [[nodiscard]] Bytes datagram_prefix() const;
-  // The same of a unidirectional stream of ours.
+  // The bytes with which a unidirectional stream of the session begins that the server opens. Asserts that there is a
+  // session.
   [[nodiscard]] Bytes one_way_begin() const;
   [[nodiscard]] bool has_session() const { return session_.has_value(); }
   [[nodiscard]] std::optional<StreamId> channel() const { return channel_; }
@@ -91,7 +92,7 @@ class Connection {
   std::span<const std::uint8_t> take_session_signal(StreamId id, Stream& stream, const Varint& signal,
                                                     std::span<const std::uint8_t> bytes);
   void take_bytes(StreamId id, Stream& stream, std::span<const std::uint8_t> bytes);
-  // The next four return false when the stream or the connection takes no more.
+  // The next four return false when the stream or the connection accepts nothing more.
   bool take_control(Stream& stream, const FrameReader::Piece& piece);
   bool take_request(StreamId id, Stream& stream, const FrameReader::Piece& piece);
   bool take_fields(StreamId id, Stream& stream);

@@ -11,7 +11,7 @@ namespace hairnet::http3 {
 
 // What a request's fields say, as far as it matters here.
 struct Request {
-  // These are pseudo-fields; an absent one is empty.
+  // The pseudo-fields of the request; an absent one is empty.
   std::string method, protocol, scheme, authority, path;
   // Empty: the request does not come from a page.
   std::string origin;

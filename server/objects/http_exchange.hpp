@@ -15,7 +15,7 @@ struct ExchangeRequest {
   Method method = Method::get;
   // The path as the request line has it, encoded.
   std::string target;
-  // These are the header's.
+  // The fields of the header, beside those that every request has.
   std::vector<std::pair<std::string, std::string>> fields = {};
   std::span<const std::uint8_t> body = {};
 };
@@ -28,7 +28,7 @@ struct ExchangeAnswer {
   ExchangeError error = ExchangeError::none;
   // Describes the error in one line.
   std::string detail;
-  // Is zero when there is none.
+  // The status of the answer; zero: there is none.
   unsigned status = 0;
   std::vector<std::uint8_t> body;
 };

@@ -41,7 +41,8 @@ class ObjectStore {
   enum class Existing : std::uint8_t { keep, replace };
 
   virtual ~ObjectStore() = default;
-  // Reads an object of at most `bytes_max`. The bound is of the memory that foreign bytes may take.
+  // Reads an object of at most `bytes_max` bytes. The bound limits the memory that an object of another writer may
+  // take.
   [[nodiscard]] virtual ObjectAnswer get(std::string_view name, std::size_t bytes_max) = 0;
   [[nodiscard]] virtual ObjectAnswer put(std::string_view name, std::span<const std::uint8_t> bytes,
                                          Existing existing) = 0;

@@ -17,11 +17,11 @@ struct S3Keys {
 // The parts of a request that AWS Signature Version 4 covers, for the service s3.
 struct S3Request {
   std::string_view method;
-  // Is encoded, and has no query.
+  // The encoded path of the request; it has no query.
   std::string_view path;
-  // These are the header's, sorted, with names in lower case.
+  // The fields of the header, sorted, with names in lower case.
   std::vector<std::pair<std::string, std::string>> fields;
-  // Is the SHA-256 of the body, hexadecimal.
+  // The SHA-256 of the body, hexadecimal.
   std::string payload_hash;
 };
 

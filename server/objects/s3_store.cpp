@@ -16,7 +16,7 @@ namespace {
 
 using Outcome = ObjectAnswer::Outcome;
 
-// S3's codes are short words; a longer one is not S3's.
+// A longer text in <Code> is no error code of S3, whose codes are short words.
 constexpr std::size_t kCodeBytesMax = 64;
 
 const char* verb_of(ExchangeRequest::Method method) {
@@ -31,7 +31,8 @@ const char* verb_of(ExchangeRequest::Method method) {
   return "PUT";
 }
 
-// The content of <Code> in the XML of an error; empty when there is none. Letters alone: it goes to the log.
+// Returns the content of <Code> in the XML of an error; empty when there is none. Only letters are accepted, because
+// the log gets the code.
 std::string code_of(std::span<const std::uint8_t> body) {
   constexpr std::string_view kBegin = "<Code>", kEnd = "</Code>";
   const std::string_view text(reinterpret_cast<const char*>(body.data()), body.size());
@@ -66,7 +67,8 @@ Failure failure_of(const ExchangeAnswer& answer, ObjectCounters& c) {
     case ExchangeError::none:
       break;
   }
-  // The store is there, and cannot answer now. Later statuses say that it will not, whatever is tried again soon.
+  // With these statuses the store cannot answer now, and may do so later. The statuses below mean a refusal, which the
+  // same request would get again.
   if (answer.status >= 500 || answer.status == 429) return {"error", &c.requests_failed_error, Outcome::unreachable};
   if (answer.status == 401 || answer.status == 403) return {"denied", &c.requests_failed_denied, Outcome::refused};
   if (answer.status >= 300 && answer.status < 400)
@@ -85,10 +87,11 @@ S3Store::S3Store(S3StoreDef def, HttpExchange& exchange, ObjectCounters& counter
 
 ObjectAnswer S3Store::get(std::string_view name, std::size_t bytes_max) {
   const std::lock_guard lock(mutex_);
-  // It is asked again behind the lock: the call before may have found the store dead.
+  // The check is repeated under the lock: the call that had the lock before may have found that the store does not
+  // answer.
   if (!takes_gets()) return skip();
   ExchangeAnswer answer = call(ExchangeRequest::Method::get, name, {}, bytes_max);
-  // The store works; its object is foreign and too large.
+  // The store works, but the object exceeds the caller's bound.
   if (answer.error == ExchangeError::oversize && answer.status == 200) {
     succeed(gets_);
     return {Outcome::too_large, {}, fmt::format("more than {} bytes", bytes_max)};
@@ -108,8 +111,8 @@ ObjectAnswer S3Store::get(std::string_view name, std::size_t bytes_max) {
 ObjectAnswer S3Store::put(std::string_view name, std::span<const std::uint8_t> bytes, Existing existing) {
   const std::lock_guard lock(mutex_);
   if (!takes_puts()) return skip();
-  // Asking costs a small request; sending a groom that is there costs its megabytes. Two servers may still both send
-  // it, which does no harm: objects of one name serve alike.
+  // A head request is small, and saves sending the megabytes of an object that exists. Two servers may still both send
+  // the object, which does no harm: objects of one name are interchangeable.
   if (existing == Existing::keep) {
     const ExchangeAnswer answer = call(ExchangeRequest::Method::head, name, {}, 0);
     if (answer.error == ExchangeError::none && answer.status == 200) {

@@ -15,7 +15,7 @@ namespace hairnet::server {
 struct S3StoreDef {
   // The log names the store by it.
   std::string url;
-  // Is as the field Host has it: with the port, unless that is the scheme's own.
+  // The host as the header field Host has it: with the port, unless that is the scheme's own.
   std::string host;
   // Comes before the name of each object; begins and ends with a slash.
   std::string path;
@@ -23,7 +23,7 @@ struct S3StoreDef {
   S3Keys keys;
   // Dates signatures, which are valid for some minutes.
   std::function<std::int64_t()> unix_time_s;
-  // Is monotonic.
+  // A monotonic clock.
   std::function<std::int64_t()> now_ns;
   // The store is left alone for this long after a failure.
   std::int64_t pause_ns = 10'000'000'000;
@@ -72,8 +72,8 @@ class S3Store final : public ObjectStore {
   // time-outs.
   std::mutex mutex_;
   std::atomic<bool> cancelled_{false};
-  // A store that does not answer closes all calls; one that refuses closes gets or puts alone, as a key may allow only
-  // one of the two.
+  // A store that does not answer closes all calls for a while. A store that refuses closes only gets or only puts,
+  // since an operator's key may allow only one of the two.
   Calls all_{"all", 0}, gets_{"get", 0}, puts_{"put", 0};
 };
 

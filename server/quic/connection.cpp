@@ -9,8 +9,8 @@
 namespace hairnet::quic {
 namespace {
 
-// A closed connection costs memory while it answers late packets. RFC 9000 asks for three probe time-outs, which a slow
-// peer could make long.
+// A connection in the state closing is destroyed after three probe time-outs, as RFC 9000 asks, but no later than this:
+// it costs memory, and a slow peer could make three time-outs long.
 constexpr std::int64_t kClosing_ns_max = 1'000'000'000;
 // The congestion window counts as the limit for this long after it held something back.
 constexpr std::int64_t kHeldBack_ns = 1'000'000'000;
@@ -293,7 +293,8 @@ void Connection::forget_download(http3::StreamId stream) {
 
 std::size_t Connection::datagram_bytes_max() const {
   const ngtcp2_transport_params* peer = ngtcp2_conn_get_remote_transport_params(quic_);
-  constexpr std::size_t kFrame = 3 + http3::kVarintBytesMax;  // a frame's type and length, and the session
+  // The type and the length of the frame take 3 bytes at most; then comes the number of the session.
+  constexpr std::size_t kFrame = 3 + http3::kVarintBytesMax;
   if (!peer || peer->max_datagram_frame_size < kFrame) return 0;
   return std::min<std::size_t>(kDatagramBytesMax, peer->max_datagram_frame_size - kFrame);
 }
@@ -303,7 +304,7 @@ void Connection::close(std::string_view reason, std::int64_t now_ns) {
   if (state_ != State::open) return;
   state_ = State::finishing;
   close_reason_ = reason;
-  // Frames that wait are worthless to a client that is told goodbye.
+  // Frames that wait have no use for a client that gets a Goodbye.
   queues_.drop_datagrams();
   // Downloads are not worth the wait; the channel has the Goodbye.
   for (const auto& [stream, download] : downloads_) reset(stream, http3::ErrorCode::session_gone);
@@ -331,7 +332,8 @@ void Connection::cut(std::int64_t now_ns) {
   end("closed", now_ns);
 }
 
-// Once the peer has all of the channel, the session is closed in words; once it has these, or has left, it is over.
+// When the peer has acknowledged all bytes of the channel, a capsule closes the session with the reason. When the peer
+// has acknowledged everything, the connection ends.
 void Connection::advance_finish(std::int64_t now_ns) {
   if (state_ != State::finishing) return;
   const SendBuffer* buffer = channel();
@@ -343,7 +345,7 @@ void Connection::advance_finish(std::int64_t now_ns) {
   if (queues_.kept_bytes() == 0) cut(now_ns);
 }
 
-// How it ends.
+// The end of the connection.
 
 void Connection::end(std::string_view error, std::int64_t now_ns) {
   if (const auto sink = std::exchange(sink_, nullptr)) sink->on_closed(error, now_ns);
@@ -443,7 +445,8 @@ void Connection::write(Outgoing& out, std::int64_t now_ns) {
     tell_of_downloads();
   }
   answer_.on_written(packets > 0, now_ns);
-  tell_writable();  // acknowledgements make room, too
+  // Acknowledgements of the peer make room even when no packet was written.
+  tell_writable();
   tell_of_downloads();
   if (!queues_.datagrams().empty() && ngtcp2_conn_get_cwnd_left(quic_) < ngtcp2_conn_get_max_tx_udp_payload_size(quic_))
     held_back_ns_ = now_ns;

@@ -38,7 +38,8 @@ struct ConnectionOptions {
 
 class Connection;
 
-// What a WebTransport session is told. Calls come from within Endpoint::receive, poll and flush.
+// Receives the bytes and events of a WebTransport session. Calls come from within Endpoint::receive and flush, and
+// on_closed() also from its destructor.
 class SessionSink {
  public:
   virtual ~SessionSink() = default;
@@ -49,7 +50,7 @@ class SessionSink {
   virtual void on_writable(std::int64_t now_ns) = 0;
   // A download may be opened, or has room, again.
   virtual void on_downloads_writable(std::int64_t now_ns) = 0;
-  // The peer wants no more of it.
+  // The peer wants no more of this download.
   virtual void on_download_stopped(http3::StreamId download, std::int64_t now_ns) = 0;
   // Bytes of the channel, downloads or datagrams were sent; counters need this.
   virtual void on_sent(std::size_t bytes) = 0;
@@ -87,18 +88,20 @@ class Connection final : private http3::Owner, private SendObserver {
   // Bytes that may wait to be sent before is_writable() is false; more would only delay a slow peer's frames. Of
   // datagrams fewer may wait, see DatagramQueue.
   static constexpr std::size_t kUnsentBytesMax = std::size_t{64} << 10;
-  // The same for bytes that were sent and are not acknowledged.
+  // is_writable() is also false while this many bytes of the channel are stored, unsent or not acknowledged.
   static constexpr std::size_t kKeptBytesMax = std::size_t{1} << 20;
-  // What may wait to be sent on one download. All together keep as much as the channel.
+  // A download is writable while fewer bytes than these wait to be sent on it, and all downloads together store less
+  // than kKeptBytesMax.
   static constexpr std::size_t kDownloadUnsentBytesMax = std::size_t{32} << 10;
-  // Our connection IDs are as long as this: random, so that nobody guesses one of another client.
+  // The length of the connection IDs that the server chooses. They are random, so that nobody guesses the ID of another
+  // client's connection.
   static constexpr std::size_t kIdBytes = 16;
 
   // What the endpoint knows of a first packet.
   struct Opening {
     Path path;
     ngtcp2_cid client_source{}, client_destination{};
-    // Is set after a Retry: the destination of the packet that was answered by it. The client checks it.
+    // Set after a Retry: the destination ID of the packet that the Retry answered, which the client checks.
     std::optional<ngtcp2_cid> original_destination;
     std::uint32_t version = 0;
     // The peer has answered at its address before, so nobody else's address can be meant.
@@ -147,7 +150,7 @@ class Connection final : private http3::Owner, private SendObserver {
   [[nodiscard]] bool is_writable(http3::StreamId download) const;
   void send_download(http3::StreamId download, std::vector<std::uint8_t> bytes, bool is_last);
   void reset_download(http3::StreamId download);
-  // The session has joined, so the peer is no stranger any more: it may send more before it is read.
+  // The session has joined: allows the peer 448 KiB more on the channel and in all before the server has read them.
   void widen();
   // Sends what waits on the channel, for up to linger_ns, then ends the session and the connection. `reason`: one line.
   void close(std::string_view reason, std::int64_t now_ns);
@@ -226,9 +229,11 @@ class Connection final : private http3::Owner, private SendObserver {
   ngtcp2_conn* quic_ = nullptr;
   ngtcp2_crypto_conn_ref reference_{};
   http3::Connection http3_{*this};
-  // Is null before the session's channel, and after its end.
+  // Null before the session's channel is open, and after the end of the session.
   std::shared_ptr<SessionSink> sink_;
+  // See set_ticket(): it holds the connection's place in the admission limits.
   std::shared_ptr<void> ticket_;
+  // The IDs by which the endpoint finds this connection.
   std::vector<ngtcp2_cid> ids_;
   // The peer began at this address.
   Address remote_;
@@ -240,36 +245,39 @@ class Connection final : private http3::Owner, private SendObserver {
   AnswerDelay answer_;
   SendQueues queues_;
   struct Download {
+    // The stream had no room after the last piece; its last piece was queued.
     bool was_full = false, is_ended = false;
   };
-  // Each is here until the peer has all of it.
+  // The downloads that the peer has not completely acknowledged.
   std::map<http3::StreamId, Download> downloads_;
-  // The sink is to be told of these.
+  // The downloads that the peer has stopped and of which the sink does not know yet.
   std::vector<http3::StreamId> stopped_downloads_;
-  // The peer allowed no further one.
+  // The last open_download() returned none, so the sink is told when there is room.
   bool was_download_refused_ = false;
   std::vector<std::uint8_t> close_packet_;
   // close_packet_ must be sent, or sent again.
   bool is_close_due_ = false;
-  // This many came since close_packet_ was sent.
+  // This many bytes have come from the peer since close_packet_ was sent.
   std::size_t closing_bytes_ = 0;
   State state_ = State::open;
   Failure failure_ = Failure::none;
   http3::ErrorCode http3_error_ = http3::ErrorCode::no_error;
   // Describes the failure.
   std::string error_;
-  // Is set while finishing.
+  // The reason given to close(), while finishing.
   std::string close_reason_;
   // The close capsule has been queued, while finishing.
   bool is_session_closed_ = false;
-  // Is the time of the current call.
+  // The time of the current call.
   std::int64_t now_ns_ = 0;
   // The congestion window last held something back at this time.
   std::optional<std::int64_t> held_back_ns_;
   // Opening, finishing or closing ends at this time; zero: never.
   std::int64_t deadline_ns_ = 0;
-  // Is true while ngtcp2 calls us.
+  // A call of ngtcp2 is on the stack, so the connection must not be closed now.
   bool is_in_quic_ = false;
+  // The peer has answered at its address; the channel was not writable, and the sink was not told since that it is; the
+  // peer has ended the session.
   bool is_verified_ = false, was_full_ = false, has_peer_ended_ = false;
 };
 

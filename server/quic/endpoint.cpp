@@ -11,13 +11,17 @@
 namespace hairnet::quic {
 namespace {
 
-// A client answers a Retry at once; an address token serves one that comes back within the hour.
+// A token of a Retry is valid for 10 s, since a client answers a Retry at once. An address token is valid for an hour,
+// for a client that connects again within this time.
 constexpr std::uint64_t kRetryTokenLife_ns = 10'000'000'000, kAddressTokenLife_ns = 3'600'000'000'000;
-// With more the oldest are forgotten. Gates let in fewer within a token's life.
+// With more used Retry tokens than this, the oldest ones are forgotten. The admission limits let in fewer clients
+// within the 10 s of a token's life.
 constexpr std::size_t kUsedRetriesMax = 16'384;
-// A flood of wrong packets from forged addresses makes the server send no more than this to their owners.
+// The rate and the burst of answers without a connection. A flood of packets from forged addresses makes the server
+// send no more than this to the owners of the addresses.
 constexpr double kStatelessPerS = 200, kStatelessBurst = 200;
-// A smaller packet cannot be told from one of a connection (RFC 9000, section 10.3).
+// A stateless reset has this size, and only longer packets are answered by one. A shorter reset could be distinguished
+// from a packet of a connection (RFC 9000, section 10.3).
 constexpr std::size_t kResetBytesMin = 41;
 
 }  // namespace
@@ -90,7 +94,7 @@ void Endpoint::take_stranger(const Path& path, std::uint8_t ecn, std::span<const
   ngtcp2_pkt_hd initial{};
   if (ngtcp2_accept(&initial, packet.data(), packet.size()) != 0 || initial.type != NGTCP2_PKT_INITIAL)
     return counters_->dropped_unknown.add();
-  // A server that stops takes no newcomers, and does not answer them.
+  // A server that stops accepts no new clients, and does not answer them.
   if (is_closed_) return counters_->dropped_closed.add();
   if (!gate_->may_begin(now_ns)) return counters_->dropped_rate.add();
   Connection::Opening opening{path, initial.scid, initial.dcid, std::nullopt, initial.version, false};
@@ -222,13 +226,14 @@ void Endpoint::send_reset(const Path& path, std::span<const std::uint8_t> packet
 // What goes out.
 
 void Endpoint::flush(std::int64_t now_ns) {
-  // The loop ends: each turn moves one entry to a later time.
+  // The loop ends, because each turn moves one entry to a later time.
   while (!timers_.empty() && timers_.begin()->first <= now_ns) {
     Connection* connection = timers_.begin()->second;
     std::int64_t due_ns = connection->due_ns();
     if (due_ns <= now_ns) {
       connection->poll(now_ns);
-      // Written and settled below, so that each comes once; a time-out at once would come again and again.
+      // The connection is written and settled below, which sets its next time. Until then it is not due again, or the
+      // loop could find it again and again.
       due_ns = std::numeric_limits<std::int64_t>::max();
       dirty_.insert(connection);
     }
@@ -257,7 +262,8 @@ void Endpoint::settle(Connection& connection) {
     connections_.erase(found);
     return;
   }
-  // A time-out that has become later is found out when it comes: most do so with each packet.
+  // Most packets move the time-out to a later time. The entry in timers_ then stays, and flush() finds the later time
+  // when the entry is due.
   const std::int64_t due_ns = connection.due_ns();
   if (due_ns >= entered_ns) return;
   timers_.erase({entered_ns, &connection});

@@ -19,16 +19,17 @@ namespace hairnet::quic {
 
 struct EndpointOptions {
   ConnectionOptions connection;
-  // Connections whose peer has not answered at its address: when there are so many, a new client has to come again with
-  // a token that only its address gets (Retry).
+  // When this many connections have a peer that has not answered at its address, a new client must first repeat its
+  // packet with a token, which the server sends to its address (Retry).
   std::size_t unverified_max = 64;
-  // What is secret, and the same at the server's next start: clients of a server that died then learn so from the next
-  // one, at their first packet. Empty: they wait for their idle time-out.
+  // A secret that is the same at the server's next start. From it the endpoint makes the tokens of stateless resets, so
+  // that a client of a server that has died is told at its first packet to the next server. Empty: such a client waits
+  // for its idle time-out.
   std::string identity;
 };
 
-// Who decides about connections and sessions: what surrounds the endpoint. Every call must return soon: it comes from
-// within receive() or flush(). It keeps the rules of admission out of QUIC.
+// Decides about connections and sessions; the owner of the endpoint implements it (QuicListener), so that QUIC need not
+// know the rules of admission. Every call comes from within receive() or flush(), so it must return soon.
 class Gate {
  public:
   virtual ~Gate() = default;
@@ -87,13 +88,13 @@ class Endpoint final : private ConnectionHost {
   // Takes a packet of no known connection.
   void take_stranger(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet,
                      const ngtcp2_version_cid& header, std::int64_t now_ns);
-  // None also stands for a token that proves nothing and harms nobody. A wrong one is of a Retry that was forged, old
-  // or used.
+  // none: there is no token, or one that proves nothing and harms nobody. wrong: the token is of a Retry, and forged,
+  // too old or used before.
   enum class TokenCheck : std::uint8_t { none, verified, wrong };
   TokenCheck check_token(const ngtcp2_pkt_hd& header, Path path, Connection::Opening& opening,
                          std::int64_t now_ns) const;
-  // A Retry token lets a client take a place before its handshake, so it is good once: anyone who has read it on the
-  // way could use it for a flood.
+  // A Retry token lets a client take a place before its handshake, so each token is accepted once: otherwise anyone who
+  // has read it in the network could use it for a flood.
   void remember_used(const Id& retry, std::int64_t now_ns);
   void send_retry(const Path& path, const ngtcp2_pkt_hd& header, std::int64_t now_ns);
   void send_refusal(const Path& path, const ngtcp2_pkt_hd& header, std::uint64_t error);
@@ -113,16 +114,19 @@ class Endpoint final : private ConnectionHost {
   std::array<std::uint8_t, 32> token_secret_{}, reset_secret_{};
   // Limits answers without a connection, since anyone can cause them in anyone's name.
   server::TokenBucket stateless_;
-  // Each connection with the time at which timers_ has it.
+  // All connections, each with the time under which it stands in timers_.
   std::map<const Connection*, std::pair<std::unique_ptr<Connection>, std::int64_t>> connections_;
   std::map<Id, Connection*> by_id_;
+  // The connections by the time at which they are due.
   std::set<std::pair<std::int64_t, Connection*>> timers_;
+  // The connections that have something to send at the next flush().
   std::set<Connection*> dirty_;
-  // The connection IDs that we gave with Retry tokens that were used, until these expire: a token is good once.
+  // The connection IDs of Retry tokens that were used, until the tokens expire: each token is accepted once.
   std::set<Id> used_retries_;
   // The same IDs in the order in which their tokens expire.
   std::deque<std::pair<std::int64_t, Id>> used_until_;
   std::size_t unverified_count_ = 0;
+  // refuse_new() was called.
   bool is_closed_ = false;
 };
 

@@ -22,7 +22,8 @@ void Outgoing::add(const Path& path, std::size_t bytes, std::uint8_t ecn) {
   filled_ += bytes;
   if (!bursts_.empty()) {
     Burst& last = bursts_.back();
-    const bool is_whole = last.bytes.size() % last.segment_bytes == 0;  // no shorter packet has ended it
+    // A shorter packet ends a burst.
+    const bool is_whole = last.bytes.size() % last.segment_bytes == 0;
     // The system cuts a burst at equal lengths, so only the last packet may be shorter, and a longer one begins a new
     // burst.
     if (is_whole && bytes <= last.segment_bytes && last.ecn == ecn && last.bytes.size() + bytes <= kBurstBytesMax &&

@@ -17,8 +17,8 @@ class OwnCertificates {
   static constexpr std::int64_t kDay_s = 86'400;
   // A certificate is valid for this long before it is made, since clocks of clients differ.
   static constexpr std::int64_t kBefore_s = kDay_s / 2;
-  // One day below the 14 that browsers allow, and shown for so much less that a client's slow or fast clock still finds
-  // it valid.
+  // A certificate is valid for one day less than the 14 that browsers allow. It is shown only for the first 10 days
+  // after it is made, so that a client whose clock is slow or fast still finds it valid.
   static constexpr std::int64_t kValid_s = 13 * kDay_s, kShown_s = 10 * kDay_s, kAnnounced_s = kDay_s;
 
   // Times are seconds since 1970.
@@ -32,7 +32,7 @@ class OwnCertificates {
   OwnCertificates(std::shared_ptr<const Credentials> current, std::int64_t now_s)
       : current_(std::move(current)), shown_until_s_(now_s + kShown_s) {}
 
-  // next_ is null until its hash is told, a day before it is shown.
+  // next_ is null until pages get its hash, a day before it is shown.
   std::shared_ptr<const Credentials> current_, next_;
   // current_ is replaced at this time.
   std::int64_t shown_until_s_;

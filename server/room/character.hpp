@@ -70,7 +70,8 @@ struct Character {
   bool suspended = false;
   // The last pose that the World was given.
   Pose pose;
-  bool pose_changed = false, pose_teleport = false;  // at this tick
+  // The pose has changed at this tick; it has a teleport.
+  bool pose_changed = false, pose_teleport = false;
   // Smoothed speeds of the head.
   float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;
   // A Lod was chosen at least once.
@@ -83,17 +84,20 @@ struct Character {
   // learnt.
   std::uint64_t learnt_next = 0;
 
-  // The next four are about the views of its observers, at the current tick: the largest height on an observer's
-  // screen.
+  // The next four are about the views of its observers, at the current tick. The height of the head over the height of
+  // the screen, the largest over its observers.
   float screen_height = 0;
+  // At least one observer has it in view.
   bool seen = true;
   // Counts the ticks since somebody has seen it.
   std::uint64_t unseen_ticks = 0;
   // Counts the observers that get its frames.
   std::uint32_t observer_count = 0;
 
-  // All that follows is about this tick's frame. There is something to send.
+  // All that follows is about this tick's frame. The lattice was stepped, or a mark must be sent, so there is a frame
+  // to send.
   bool changed = false;
+  // The hair is at rest. Observers get one last frame with this mark.
   bool asleep = false;
   // A teleport or a reset lies before this frame.
   bool discontinuous = false;
@@ -104,10 +108,10 @@ struct Character {
   // Only the first variant_count belong to this tick; the others keep their memory for later ticks.
   std::vector<FrameVariant> variants;
   std::size_t variant_count = 0;
-  // The time to encode these: the mean of its batch.
+  // The time to encode these variants: the mean over the batch that was encoded together (Publisher).
   std::int64_t encode_ns = 0;
   CoefficientTrack coefficients;
-  // The last frame as it was coded.
+  // The frame as it was coded last: a buffer of Publisher::encode().
   codec::EncodedFrame coded;
 };
 

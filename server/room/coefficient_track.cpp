@@ -9,8 +9,9 @@
 namespace hairnet::server {
 namespace {
 
+// A jump at a change of level fades out within this time.
 constexpr double kFade_s = 0.4;
-// Without samples for longer, hair that is seen again has nothing to fade from.
+// After a longer gap between two calls nothing fades: the hair was not shown meanwhile.
 constexpr std::uint64_t kGapMax_ticks = 8;
 
 }  // namespace

@@ -8,24 +8,27 @@
 namespace hairnet::server {
 namespace {
 
+// One step of the ladder, finest first: frames may have 2^coarser_octaves times the wanted error, and are sent at every
+// `stride`th tick.
 struct Rung {
   int coarser_octaves, stride;
-  // Takes about this share of the bytes that the rung before takes.
+  // The rung takes about this share of the bytes that the rung before takes.
   double share;
 };
-// At 8 times the error hardly more than poses is left.
+// The error grows to 8 times at most: then a frame has hardly more than the pose, and only fewer frames save bytes.
 constexpr std::array<Rung, 6> kRungs{{{0, 1, 1}, {1, 1, 0.7}, {2, 1, 0.7}, {3, 1, 0.7}, {3, 2, 0.5}, {3, 4, 0.5}}};
 constexpr int kCoarsest = kRungs.size() - 1;
-// A finer rung must take less than this share of the bytes, so that it does not go back at once.
+// A finer rung is taken only if it would need less than this part of the bytes that are allowed. Without the reserve
+// the throttle would go back at the next window.
 constexpr double kReserve = 0.9;
-// After a loss the connection is taken to carry this share of what was sent.
+// After a loss the connection is assumed to carry this share of what was sent.
 constexpr double kLostShare = 0.7;
 // Frames may take this share of what the network carries: messages, files and the headers of packets need the rest.
 constexpr double kNetworkShare = 0.8;
-// A shorter window has too few frames to tell a rate; a longer one reacts late.
+// A rung is chosen once in this time. A shorter window has too few frames to tell a rate; a longer one reacts late.
 constexpr double kWindow_s = 0.4;
-// A connection that loses frames carries less than was sent; nobody knows how much less. It is tried with a little more
-// in each window: with twice as much after 6 s.
+// Nobody knows how much a connection carries that has lost frames. So its estimate grows by 5 % in each window of 0.4
+// s, which doubles it within 6 s.
 constexpr double kGrowth = 1.05;
 
 }  // namespace
@@ -52,8 +55,8 @@ void FrameThrottle::end_window(double client_bytes_per_s, double network_bytes_p
   rate_ = window_bytes_ / window_s_;
   window_s_ = window_bytes_ = 0;
   carried_bytes_per_s_ *= kGrowth;
-  double most = 0;  // unknown
-  // The smallest known bound counts; 0 means unknown for each of them.
+  // The smallest known bound counts. For each bound, and for the result, 0 means unknown.
+  double most = 0;
   for (const double bound : {client_bytes_per_s, carried_bytes_per_s_, kNetworkShare * network_bytes_per_s}) {
     if (bound > 0) most = most > 0 ? std::min(most, bound) : bound;
   }

@@ -4,15 +4,16 @@
 
 namespace hairnet::server {
 
-// Fits the frames of one connection to a number of bytes a second. Where they need more, hair becomes coarser first;
-// then frames are sent at every second tick, then at every fourth. It treats all members alike: what a session sees of
-// whom is decided elsewhere (interest, Publisher). Tick thread.
+// Fits the frames of one connection to a number of bytes a second. Where the frames need more, their error is doubled
+// first, up to three times; then frames are sent at every second tick, then at every fourth. The throttle treats all
+// members of the room alike; interest.hpp and Publisher decide which members a session sees, and how finely. Tick
+// thread.
 class FrameThrottle {
  public:
-  // The connection lost frames: it carries less than what was sent.
+  // The outbox has dropped frames, because the connection carries less than was sent.
   void on_lost_frames();
-  // After each tick: what was sent, and how much a second the client asks for at most (0: any number) and its network
-  // carries (0: unknown).
+  // Call it after each tick with the bytes that were sent. `client_bytes_per_s` is what the client asks for at most (0:
+  // it sets no bound), `network_bytes_per_s` what the connection's congestion control lets through (0: unknown).
   void end_tick(std::size_t sent_bytes, double tick_s, double client_bytes_per_s, double network_bytes_per_s);
 
   // Frames may err by 2^this times the error that the client wants.
@@ -21,6 +22,7 @@ class FrameThrottle {
   [[nodiscard]] int stride() const;
 
  private:
+  // Chooses the rung by the bytes of the window that has just ended.
   void end_window(double client_bytes_per_s, double network_bytes_per_s);
 
   // The rung of the ladder in frame_throttle.cpp; 0: frames are as wanted.
@@ -29,7 +31,8 @@ class FrameThrottle {
   double window_s_ = 0, window_bytes_ = 0;
   // Bytes a second of the last whole window.
   double rate_ = 0;
-  // What a connection that lost frames carries, about; 0: it lost none lately.
+  // An estimate of what a connection that has lost frames carries; 0: there was no loss since the throttle was last at
+  // rung 0.
   double carried_bytes_per_s_ = 0;
 };
 

@@ -48,8 +48,8 @@ HandsInbox::Put HandsInbox::put(const wire::HandsSample& sample, std::int64_t no
     const wire::HandsSample& newest = samples_.back();
     if (!wire::is_newer_sequence(sample.sequence, newest.sequence) ||
         sample.capture_time_ns <= newest.capture_time_ns) {
-      // A newer sample has overtaken it on the way. The newer sample does not tell of this jump, so it would move the
-      // hand through everything between the two places.
+      // A newer sample has overtaken this one in the network. The newer sample does not have this jump, so the hand
+      // would move through everything between the two places.
       if (wire::is_newer_sequence(newest.sequence, sample.sequence)) late_jumps_ |= jumps_of(sample.hands);
       return Put::out_of_order;
     }

@@ -13,9 +13,9 @@ namespace hairnet::server {
 // does: after the newest sample, hands stay where they are and are soon gone. No clock, no I/O. Tick thread.
 class HandsInbox {
  public:
-  // As many as of poses: the tick samples both at the same times.
+  // The inbox has as many samples as one of poses (32), because the tick samples both at the same times.
   static constexpr std::size_t kSamplesMax = PoseInbox::kPosesMax;
-  // Hands are gone when nothing newer has come for so long.
+  // Hands vanish when no newer sample has come for this long.
   static constexpr std::int64_t kGone_ns = 500'000'000;
 
   using Put = PoseInbox::Put;
@@ -23,10 +23,11 @@ class HandsInbox {
   // that comes after a newer one pass to the next sample.
   Put put(const wire::HandsSample& sample, std::int64_t now_ns);
 
-  // The hands at a time, valid. Before the first sample: as they are in it. Between two samples the hands are those of
-  // the earlier one; a hand that both have, by its number and its count of shapes, moves to where the later one has it,
-  // with the later one's shapes, unless it jumps there. After the newest sample they stay, for kGone_ns. `has_jumped`
-  // tells, once, that a jump lies between the last call's time and this one's; also that a hand went and came back.
+  // Returns the hands at a time; they are valid. Before the first sample they are those of the first sample. Between
+  // two samples they are those of the earlier one; a hand that both samples have, with the same number and count of
+  // shapes, moves towards its place in the later one, with the shapes of the later one, unless it jumps there. After
+  // the newest sample the hands stay for kGone_ns, and then there are none. `has_jumped` is set once for each jump
+  // between the time of the last call and this one, also where a hand went and came back.
   std::vector<Hand> sample(std::int64_t time_ns);
 
   // A sample is newer than that time.
@@ -38,10 +39,11 @@ class HandsInbox {
  private:
   void check_invariants() const;
 
-  // Their capture times and sequences rise. A hand that the sample before did not have has jumped; what has been
-  // reported has not.
+  // In the order of their capture times and sequences. A hand that the sample before does not have is marked as
+  // has_jumped; a jump that sample() has reported is not marked any more.
   std::vector<wire::HandsSample> samples_;
-  // Has a bit for the first number of each hand that jumped in samples which came too late.
+  // The jumps of samples that came after a newer one; they pass to the next sample. One bit for each hand, by the
+  // number of its first shape.
   std::uint32_t late_jumps_ = 0;
 };
 

@@ -23,9 +23,10 @@ struct View {
   // The generation of the room's slot when the view began; zero: there is no view yet. Another generation is another
   // character.
   std::uint32_t generation = 0;
-  // The session's Observe wants it.
+  // The session wants frames of the member, by its message Observe.
   bool wanted = true;
-  // These two are as the client last reported; a negative height: it never has.
+  // The client's last report about the member: whether it is in view, and the height of the head over the height of the
+  // screen. A negative height: the client has reported none.
   bool in_view = true;
   float screen_height = -1;
 
@@ -64,14 +65,14 @@ struct Observer {
   // Null while the session's connection is lost.
   std::shared_ptr<ObserverSink> sink;
   wire::Observe observe;
-  // The members that it wants are not chosen yet; a choice by place does not look at this.
+  // The wanted members must be chosen again. A choice by place happens at its own times instead (place_chosen_next).
   bool observe_changed = true;
-  // Members may be chosen by place again from this tick on.
+  // Members are chosen by place again at this tick.
   std::uint64_t place_chosen_next = 0;
-  // Members of slots from here on have not been announced to the session, and it gets no frames of them; none: all
-  // have.
+  // The members of slots from this one on have not been announced to the session, which gets no frames of them; none:
+  // all members have been announced.
   std::optional<std::uint32_t> unannounced_from;
-  // Views are by slot, the files that the session knows by groom.
+  // The views, by slot; the grooms whose basis, and whose learnt hair, was announced to the session.
   std::vector<View> views;
   std::set<wire::GroomHash> bases_sent;
   std::map<wire::GroomHash, LearntAnnounced> learnt_announced;
@@ -80,14 +81,14 @@ struct Observer {
   HandsInbox inbox;
   // The hands of the last tick.
   std::vector<Hand> hands;
-  // A moderator may forbid it.
+  // False: a moderator, or the session's token, forbids it to touch the hair of others.
   bool may_touch_others = true;
-  // The session knows hands of these others; ascending.
+  // The sessions whose hands this session was sent last, ascending.
   std::vector<SessionId> hands_shown;
-  // Hands of others that go with this tick's frames.
+  // Packets with the hands of other people, which Publisher sends with this tick's frames.
   std::vector<FramePacket> hand_packets;
 
-  // This tick's frames.
+  // A frame that the observer gets at this tick: `variant` is an index into Character::variants.
   struct Request {
     const Character* character = nullptr;
     std::uint32_t variant = 0;
@@ -96,7 +97,7 @@ struct Observer {
   std::vector<Request> requests;
   // The packets of this tick's frames have this many bytes.
   std::size_t sent_bytes = 0;
-  // The frames took this time, without encoding.
+  // To choose this tick's frames and to make their packets took this time, without encoding.
   std::int64_t send_ns = 0;
 
   [[nodiscard]] bool knows(std::uint32_t slot) const { return !unannounced_from || slot < *unannounced_from; }

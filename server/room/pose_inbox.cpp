@@ -8,9 +8,10 @@
 namespace hairnet::server {
 namespace {
 
-// A slope spans at least this time: over two close poses, jitter would be extrapolated too far.
+// The head's speed, for extrapolation, is taken over at least this time: over two closer poses, their jitter would be
+// extrapolated too far.
 constexpr std::int64_t kSlopeLeast_ns = 8'000'000;
-// Poses that are further apart tell nothing about the present speed.
+// Poses that are further apart than this tell nothing about the present speed.
 constexpr std::int64_t kSlopeMost_ns = 250'000'000;
 
 double fraction(std::int64_t from_ns, std::int64_t to_ns, std::int64_t at_ns) {
@@ -20,7 +21,7 @@ double fraction(std::int64_t from_ns, std::int64_t to_ns, std::int64_t at_ns) {
 }
 
 void shift(const Vec3& by, Pose& pose) {
-  // All bones move alike: the person rides as a whole.
+  // All bones move alike, since the vehicle moves the whole person.
   for (RigidTransform& bone : pose.bones) bone.position += by;
 }
 
@@ -37,15 +38,15 @@ void PoseInbox::check_invariants() const {
 }
 
 PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_ns) {
-  // A pose far in the future would make all later ones out of order, and freeze the head until then.
+  // A pose far in the future would make all later poses out of order, so the head would not move until that time.
   if (sample.capture_time_ns > now_ns + kLeadMax_ns) return Put::future;
   if (sample.capture_time_ns < now_ns - kAgeMax_ns) return Put::stale;
   if (!poses_.empty()) {
     const wire::PoseSample& newest = poses_.back().sample;
     if (!wire::is_newer_sequence(sample.sequence, newest.sequence) ||
         sample.capture_time_ns <= newest.capture_time_ns) {
-      // A newer pose has overtaken this one on the way. Its place has no more use, but its teleport has: without it the
-      // two poses around it would be joined by a fast motion.
+      // A newer pose has overtaken this one in the network. Its place is of no more use, but its teleport is: without
+      // the teleport, the head would move fast between the two poses around it.
       if (sample.teleport && wire::is_newer_sequence(newest.sequence, sample.sequence)) has_late_teleport_ = true;
       return Put::out_of_order;
     }
@@ -64,7 +65,7 @@ PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_n
 
 PoseInbox::Sample PoseInbox::sample(std::int64_t time_ns) {
   if (poses_.empty()) return {};
-  // The tick's times rise, so what is older is never asked for again.
+  // The times of ticks rise, so older poses are not needed again, except for the speed.
   forget_before(time_ns - kHistory_ns);
   HAIRNET_ASSERT(!poses_.empty());
   const auto after = std::find_if(poses_.begin(), poses_.end(),
@@ -79,11 +80,12 @@ PoseInbox::Sample PoseInbox::sample(std::int64_t time_ns) {
     sample.teleport = sample.teleport || teleport;
     return sample;
   }
-  // Before the first pose nothing is known, and a guess backwards would move a head that has just come.
+  // Before the first pose the head stands where that pose has it: an extrapolation backwards would move a head that has
+  // just come.
   if (after == poses_.begin()) return {Kind::clamped, teleport, after->sample.pose};
   const wire::PoseSample& a = std::prev(after)->sample;
   const wire::PoseSample& b = after->sample;
-  // The head stands at its last place until the teleport's own time: there is no way between the two places.
+  // The head stands at its last place until the time of the teleport, because it does not move between the two places.
   if (b.teleport) return {Kind::clamped, teleport, a.pose};
   return {Kind::interpolated, teleport,
           interpolate(a.pose, b.pose, fraction(a.capture_time_ns, b.capture_time_ns, time_ns))};
@@ -97,8 +99,8 @@ PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) {
   if (time_ns == newest.capture_time_ns) return {Kind::interpolated, false, newest.pose};
   const std::int64_t to_ns = std::min(time_ns, newest.capture_time_ns + kExtrapolationMax_ns);
   const Kind kind = to_ns == time_ns ? Kind::extrapolated : Kind::stale;
-  // The slope is taken from the newest pose backwards, to the first one that is far enough away for a steady slope. A
-  // teleport on the way ends the search, because a slope across it means nothing.
+  // The speed is that between the newest pose and the next earlier one that is at least kSlopeLeast_ns older. A
+  // teleport between the two ends the search, because a speed across a teleport means nothing.
   bool crosses_teleport = newest.teleport;
   for (std::size_t i = poses_.size() - 1; i-- > 0 && !crosses_teleport;) {
     const wire::PoseSample& before = poses_[i].sample;
@@ -110,6 +112,7 @@ PoseInbox::Sample PoseInbox::beyond_newest(std::int64_t time_ns) {
           interpolate(before.pose, newest.pose, fraction(before.capture_time_ns, newest.capture_time_ns, to_ns))};
       const Vec3 velocity = head_velocity(before.pose, newest.pose, 1e-9 * static_cast<double>(span_ns));
       if (kind == Kind::extrapolated || velocity.norm() < kRideLeast_m_per_s) return sample;
+      // The head is in a vehicle (kRideLeast_m_per_s): from to_ns on it goes straight on at this velocity.
       const std::int64_t ends_ns = newest.capture_time_ns + kRideMax_ns;
       shift(1e-9 * static_cast<double>(std::min(time_ns, ends_ns) - to_ns) * velocity, sample.pose);
       if (time_ns > ends_ns) sample.teleport = !std::exchange(poses_.back().ride_ended, true);

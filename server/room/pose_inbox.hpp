@@ -13,18 +13,20 @@ namespace hairnet::server {
 // delay), so that it usually stands between two poses although the network jitters. No clock, no I/O. Tick thread.
 class PoseInbox {
  public:
-  // As many poses as fit: at 72 Hz they are 0.4 s. More would serve only a client that floods the server.
+  // The most poses that wait: 0.4 s of them at 72 Hz. More would serve only a client that floods the server.
   static constexpr std::size_t kPosesMax = 32;
   // A pose that is older than this is refused, and so is one that claims to be further in the future.
   static constexpr std::int64_t kAgeMax_ns = 1'000'000'000;
   static constexpr std::int64_t kLeadMax_ns = 1'000'000'000;
-  // Lost poses are bridged for so long. Much longer, a head that has stopped in truth would fly on and then jump back.
+  // The longest time for which a head moves on without a newer pose. With a much longer one, a head that has stopped
+  // would visibly move on and then jump back.
   static constexpr std::int64_t kExtrapolationMax_ns = 50'000'000;
-  // A head that is faster than anyone runs rides: it goes on while poses are missing, since a stop that is none would
-  // fling its hair.
+  // A head that is faster than anyone runs sits in a vehicle. Without newer poses such a head goes straight on, for
+  // kRideMax_ns at most: if it stopped after kExtrapolationMax_ns although the vehicle has not, its hair would be flung
+  // forward.
   static constexpr double kRideLeast_m_per_s = 13;
   static constexpr std::int64_t kRideMax_ns = 1'000'000'000;
-  // Poses are stored up to this age, for extrapolation.
+  // Poses up to this much older than the last sampled time stay in the inbox: extrapolation needs two poses.
   static constexpr std::int64_t kHistory_ns = 100'000'000;
 
   enum class Put : std::uint8_t { accepted, stale, out_of_order, future };
@@ -63,7 +65,7 @@ class PoseInbox {
   void forget_before(std::int64_t time_ns);
   void check_invariants() const;
 
-  // Their capture times and sequences rise.
+  // In the order of their capture times and sequences.
   std::vector<Entry> poses_;
   // A pose with a teleport came too late; the next pose carries it.
   bool has_late_teleport_ = false;

@@ -21,8 +21,8 @@ void Rooms::check_invariants(const Room& room) {
 
 Room& Rooms::room_named(const std::string& name) {
   if (const auto found = by_name_.find(name); found != by_name_.end()) return rooms_[found->second];
-  // Sessions are refused before by the same limit (Entry::check_room), so the rooms beyond it are empty ones in their
-  // grace.
+  // Entry::check_room() refuses sessions by the same limit on rooms with sessions. So if the limit is reached here,
+  // some rooms are empty and in their grace time.
   if (by_name_.size() >= room_count_max_) forget_longest_empty();
   auto index = static_cast<std::uint32_t>(rooms_.size());
   if (free_rooms_.empty()) {
@@ -75,8 +75,8 @@ void Rooms::close(SessionId session, std::int64_t now_ns) {
   const std::size_t erased = std::erase(room.observers, &found->second);
   HAIRNET_ASSERT(erased == 1);
   observers_.erase(found);
-  // No wind outlives the stay of the last observer, whoever has set it, an earlier server's client included. The next
-  // change need not wait: nobody's hair is there to wake.
+  // When the last observer leaves, the room's wind becomes the server's setting, also if a client of an earlier server
+  // has set it. The next change of the wind need not wait, because there is no hair in the room that it could wake.
   if (room.observers.empty()) {
     forget_wind(room);
     room.wind_announced = {room.wind, 0};
@@ -166,7 +166,7 @@ void Rooms::forget(Room& room) {
   room.in_use = false;
   HAIRNET_ASSERT(room.touch.touchers.empty());
   room.touch.props.clear();
-  // What the World has of this room must go.
+  // The bodies that the World has of this room must be removed.
   room.touch.is_changed = room.touch.is_in_world;
   free_rooms_.push_back(room.index);
   counters_->rooms_closed.add();

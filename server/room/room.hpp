@@ -68,9 +68,10 @@ class Rooms {
   Observer& open(SessionId session, const std::string& room, std::shared_ptr<ObserverSink> sink);
   // Ends the session's observer. Asserts that its characters are gone: the caller removes them first.
   void close(SessionId session, std::int64_t now_ns);
-  // The room's wind becomes the server's setting.
+  // Sets the room's wind to that of the server's settings.
   void forget_wind(Room& room);
-  // Null when the session is not known. Asserts that the character does not exist.
+  // Adds a character of the key's session to the session's room; `finest` is its requested level. Null when the session
+  // is not known. Asserts that the character does not exist.
   Character* add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest);
   void remove(CharacterKey key, std::int64_t now_ns);
   // Put poses, or hands, into the inboxes, and count what the inboxes refuse. A character or session that is gone
@@ -121,7 +122,7 @@ class Rooms {
   // Finds a character by its key faster than the map: poses ask for one each.
   std::unordered_map<CharacterKey, Character*> by_key_;
   std::vector<Character*> everyone_;
-  // everyone_ has the characters of characters_.
+  // The array that everyone() returns has all characters of characters_.
   bool is_everyone_current_ = true;
   std::map<SessionId, Observer> observers_;
   // A deque, so that references to rooms stay when rooms are added. Rooms are never erased from it, only reused.

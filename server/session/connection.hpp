@@ -31,7 +31,7 @@ class Connection {
   [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }
   // Queues a packet that may get lost, or overtake others. Call it only while takes_datagrams().
   virtual void send_datagram(std::vector<std::uint8_t> packet) { send(std::move(packet)); }
-  // What the network lets through, as far as the connection knows; 0: unknown.
+  // The rate that the network lets through, as far as the connection knows; 0: unknown.
   [[nodiscard]] virtual double bytes_per_s() const { return 0; }
   // Whether the send queue has room. PacketSink::on_writable is called when it has room again.
   [[nodiscard]] virtual bool writable() const = 0;
@@ -40,11 +40,12 @@ class Connection {
   // Whether each download has a stream of its own, on which it waits for nothing but its own packets. The next four
   // calls are for such connections.
   [[nodiscard]] virtual bool has_download_streams() const { return false; }
-  // None: the peer allows no further stream now. PacketSink::on_streams_writable is called when it does.
+  // Opens a stream for a download. None: the peer allows no further stream now; PacketSink::on_streams_writable is
+  // called when it does.
   virtual std::optional<DownloadStream> open_download() { return std::nullopt; }
   // Whether the stream has room. PacketSink::on_streams_writable is called when it has room again.
   [[nodiscard]] virtual bool takes_more(DownloadStream) const { return false; }
-  // Queues a packet of a download. Call it only while takes_more(). `is_last`: the stream ends behind it.
+  // Queues a packet of a download. Call it only while takes_more(). `is_last`: the stream ends after this packet.
   virtual void send_download(DownloadStream, std::vector<std::uint8_t> /*packet*/, bool /*is_last*/) {}
   // Ends a stream before its last packet, and drops what waits there.
   virtual void reset_download(DownloadStream) {}

@@ -58,7 +58,8 @@ class CountsByName {
     HAIRNET_ASSERT(found != counts_.end());
     return found->second;
   }
-  // When no number is free, the names have exactly the numbers 1 to size(), and counts_ has the new name already.
+  // Returns the smallest number that no name has had, or one that is free again. Call it when counts_ has the new name
+  // already: while no number is free, the other names have exactly the numbers 1 to size() - 1.
   std::uint32_t take_number() {
     if (free_numbers_.empty()) return static_cast<std::uint32_t>(counts_.size());
     const std::uint32_t number = free_numbers_.back();
@@ -67,7 +68,7 @@ class CountsByName {
   }
 
   std::map<std::string, Count> counts_;
-  // Holds the numbers up to the largest so far which no name has.
+  // The numbers that a name had and no name has now.
   std::vector<std::uint32_t> free_numbers_;
 };
 

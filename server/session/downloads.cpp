@@ -16,7 +16,8 @@ constexpr const char* kBeyondEnd = "beyond the groom's end";
 
 }  // namespace
 
-// Only the first grooms may be on their way from the disk.
+// Only the first kStreamsMax downloads may be read from disk or have a stream, and a download has no bytes while it is
+// being read or after its file has vanished.
 void Downloads::check_invariants() const {
   HAIRNET_ASSERT(waiting_.size() <= limits_->downloads_per_session_max);
   for (std::size_t i = 0; i < waiting_.size(); ++i) {
@@ -29,7 +30,7 @@ Refused Downloads::add(const wire::GroomRequest& request) {
   // A repeated request costs its price only: a client that asks in a loop does not get the file twice.
   if (std::ranges::any_of(waiting_, [&](const Download& d) { return d.hash == request.hash; })) return {};
   auto bytes = groom_service_->bytes(request.hash);
-  // The cache is asked from memory here, without the disk. The file itself is read when its turn comes, so that many
+  // is_cached() answers from memory, without the disk. The file itself is read when its turn comes, so that many
   // requests do not fill the memory.
   if (!bytes && !groom_service_->is_cached(request.hash)) return {ErrorReason::groom_unavailable, kNotHere};
   if (bytes && request.offset > bytes->size()) return {ErrorReason::groom_unavailable, kBeyondEnd};
@@ -107,7 +108,7 @@ std::optional<std::variant<Downloads::Piece, wire::Error>> Downloads::next_on_st
     }
     if (!download.stream || !connection.takes_more(*download.stream)) continue;
     auto data = take_piece(download, now_ns);
-    // The bucket is the session's, so the other streams would get nothing either.
+    // One bucket bounds all downloads of the session, so the other streams would get nothing either.
     if (!data) return std::nullopt;
     download.moved_ns = now_ns;
     Piece piece{*download.stream, std::move(*data), is_done(download)};

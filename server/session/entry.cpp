@@ -28,7 +28,7 @@ KeptOut refused(GoodbyeReason reason, Refused error) {
   return {reason, std::move(detail), std::move(error)};
 }
 
-// One hello. Each check returns what keeps the client out.
+// Decides about one hello. Each check_...() returns the refusal, or none where the client may pass.
 class Entry {
  public:
   using Claims = std::optional<channel::TokenClaims>;
@@ -84,9 +84,9 @@ class Entry {
     return Resumes{&former, std::move(claims)};
   }
 
-  // None when the room is this server's. A hello that will be refused need not know whose the room is. The token is
-  // verified before the fleet is asked, because the question may claim the room: strangers must not make a server claim
-  // rooms.
+  // Returns the outcome when the room is not, or not yet, this server's; none when it is, or when join() will refuse
+  // the hello. The token is verified before the directory is asked, because route_to_room() may claim the room: a
+  // client without a valid token must not make a server claim rooms.
   std::optional<EntryOutcome> find_other_place() {
     const std::string room(wire::room_of(hello_.room));
     Claims claims;
@@ -107,7 +107,8 @@ class Entry {
     counters_.sessions_refused_fleet.add();
     return KeptOut{GoodbyeReason::server_full, std::move(route.reason)};
   }
-  // Links do not follow it, but wait and begin again at the server that they know.
+  // The client does not follow a redirect after kRedirectsMax of them, but waits and begins again at the server that it
+  // asked first.
   void note_redirect_loop(const std::string& room, const ServerAddress& to) {
     counters_.redirect_loops.add();
     spdlog::info("event=redirect_loop session={} room={} to={}:{}", identity_.id, log_text(room), to.host, to.port);
@@ -135,7 +136,8 @@ class Entry {
 
   Obstacle check_server() {
     const SessionLimits& limits = context_.limits;
-    // A client that comes now is worth more than one that may come back and has nothing to lose.
+    // When the server is full, a detached session without characters ends in favour of the new client: its own client
+    // may not come back, and loses little.
     if (context_.session_count >= limits.session_count_max &&
         !(context_.directory && context_.directory->end_empty(now_ns_))) {
       counters_.sessions_refused_full.add();
@@ -184,7 +186,8 @@ class Entry {
     return refused(GoodbyeReason::room_refused, {ErrorReason::limit_exceeded, kRoomOverloaded});
   }
 
-  // A detached session of the same token's subject ends first: its client has probably come back without the secret.
+  // When a subject has too many sessions, its longest detached session ends first: the new client is probably the same
+  // one, which has come back without its secret.
   Obstacle check_subject() {
     const Subject& subject = identity_.subject;
     if (subject.kind == Subject::Kind::exempt) return std::nullopt;

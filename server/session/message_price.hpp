@@ -14,12 +14,13 @@ namespace hairnet::server {
 inline double price_of(const auto&, const CountsByName&, const std::string& /*room*/) {
   return 1;
 }
-// A message to everyone in the room: 64 copies cost as much as one plain message of a client.
+// The price of a message that the server sends to everyone in the room: 64 copies cost as much as one plain message of
+// a client.
 inline double price_of_news(const CountsByName& rooms, const std::string& room) {
   return static_cast<double>(rooms.count(room).sessions) / 64;
 }
-// Everyone in the room is told now, and again when the character leaves: RemoveCharacter is paid for here, because it
-// cannot be refused. A hair state is copied.
+// Everyone in the room is told of the character. The message also pays for its RemoveCharacter, which cannot be
+// refused. A hair state is copied, and 2048 of its integers cost as much as a plain message.
 inline double price_of(const wire::AddCharacter& add, const CountsByName& rooms, const std::string& room) {
   const std::size_t integers = add.state ? add.state->displacements.size() + add.state->velocities.size() : 0;
   return 1 + price_of_news(rooms, room) + static_cast<double>(integers) / 2048;
@@ -37,7 +38,8 @@ inline double price_of(const wire::TakeHold&, const CountsByName&, const std::st
   // The tick looks through the hair of a head.
   return 2;
 }
-// Every member is judged once.
+// The tick decides for each member of the room whether the session wants it: 512 members cost as much as a plain
+// message, and so do 256 listed ones.
 inline double price_of(const wire::Observe& observe, const CountsByName& rooms, const std::string& room) {
   return 1 + static_cast<double>(rooms.count(room).characters) / 512 +
          static_cast<double>(observe.members.size()) / 256;

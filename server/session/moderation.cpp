@@ -78,8 +78,8 @@ Refused act_on_person(const wire::Moderate& request, const Target& target, const
   } else if (!context.rules.mute(by.room, target.subject, context.limits.bans_max)) {
     return {ErrorReason::limit_exceeded, "the server has its maximum of bans, mutes and locks"};
   }
-  // Wind and props are checked when a message asks for them; the right to touch lies with the tick, which must hear of
-  // it.
+  // The rights to set wind and props are checked when a client sends SetWind or SetProps. The tick checks the right to
+  // touch, so the tick must get the change.
   for (Session* session : target.sessions) session->update_touch_right();
   return {};
 }

@@ -84,12 +84,13 @@ bool Outbox::cancel_joined(std::uint32_t member) {
   joined_.erase(found);
   // On a connection that takes packets the pair of messages leaves soon, and removing one would save nothing.
   if (!is_blocked_ || closed_) return false;
-  // The frames behind the announcement may be the member's. Nobody looks into encoded packets, so all of them go.
+  // The frames of ticks after the announcement may contain frames of the member. The packets are encoded, so all frames
+  // that wait are dropped.
   if (ticks_waiting_ > 0 && last_tick_ > joined->joined_in_tick) {
     drop_frames();
     frames_lost_ = true;
   }
-  // What was told about a member that the client never hears of must go too.
+  // The client never learns of this member, so the other messages about the member must go, too.
   cancel_replaced(replaceable_of(wire::MemberChanged{.member = member}));
   cancel_replaced(replaceable_of(wire::MemberTouch{.member = member}));
   erase_message(joined);
@@ -188,8 +189,8 @@ bool Outbox::take(std::vector<std::uint8_t>& packet, bool& may_be_lost, std::int
     may_be_lost = waiting_.front().may_be_lost;
     packet = take_out(waiting_.begin());
   }
-  // The clock is that of sending, not of encoding: the client computes the server's clock from it, and waiting is no
-  // part of the way.
+  // The packet gets the time of sending, not that of encoding: the client estimates the server's clock and the delay of
+  // the network from it, and the wait in this queue is no part of that delay.
   wire::set_clock(packet, now_ns);
   return true;
 }

@@ -29,11 +29,12 @@ class Outbox final : public ObserverSink {
   // The bound while the I/O thread has not tried to send. A late server runs several ticks without a pause, which does
   // not mean that the client is slow.
   static constexpr std::size_t kTicksUnseenMax = 8;
-  // A client that reads fewer bytes in a second may be called slow. A long queue, such as that of a full room, has this
-  // much time to leave (see is_overdue).
+  // A client that reads fewer bytes in a second counts as slow. A message is overdue only when the bytes before it
+  // could have been read at this rate (see is_overdue).
   static constexpr double kReadLeast_bytes_per_s = 16'384;
 
-  // `datagram_bytes_max`: of the connection.
+  // `control_bytes_max` bounds the messages that wait; `counters` must outlive it; `datagram_bytes_max` is that of the
+  // connection.
   Outbox(std::size_t control_bytes_max, SessionCounters& counters, std::size_t datagram_bytes_max = 0);
 
   // Messages with a higher number in union Body are not sent: the client does not know them. Call it before the tick
@@ -52,8 +53,8 @@ class Outbox final : public ObserverSink {
   }
   [[nodiscard]] double bytes_per_s() const override { return bytes_per_s_.load(std::memory_order_relaxed); }
   void push_frames(std::vector<FramePacket> packets) override;
-  // The frames that wait are not sent, and the next drop_if_congested() returns true: the observer hears that they are
-  // lost. A server that may not own the room any more must not send its frames.
+  // Drops the frames that wait, and lets the next drop_if_congested() return true, so that the tick knows of the loss.
+  // A server that may not own the room any more must not send its frames.
   void withdraw_frames();
   bool drop_if_congested() override;
   // Queues the goodbye as the last packet: drops the frames that wait, and everything pushed later.
@@ -81,7 +82,8 @@ class Outbox final : public ObserverSink {
   [[nodiscard]] std::size_t ticks_waiting() const;
 
  private:
-  // A message of a kind of which the newest of a member replaces the one before; member 0: it is of no such kind.
+  // Identifies the MemberChanged or the MemberTouch of a member, of which only the newest waits. Member 0: the message
+  // is of another kind.
   struct Replaceable {
     // The index of the message in wire::Message.
     std::size_t kind = 0;
@@ -91,13 +93,13 @@ class Outbox final : public ObserverSink {
   static Replaceable replaceable_of(const wire::Message& message);
   struct Waiting {
     std::vector<std::uint8_t> packet;
-    // Counts pushes of frames; zero: it is a message.
+    // The number of the push of frames that the packet belongs to, counted from 1; zero: the packet is a message.
     std::uint64_t tick = 0;
     std::size_t frame_count = 0;
     bool may_be_lost = false;
-    // The messages before this one are sent by then, at kReadLeast_bytes_per_s.
+    // At kReadLeast_bytes_per_s, the messages before this one have been read by this time.
     std::int64_t expected_ns = 0;
-    // A MemberJoined names its member; zero: it is none.
+    // The member of a MemberJoined; zero: the packet is none.
     std::uint32_t joined_member = 0;
     Replaceable replaceable = {};
     // The value of last_tick_ when the MemberJoined was pushed: frames of later ticks may be the member's.
@@ -108,10 +110,10 @@ class Outbox final : public ObserverSink {
   // Removes the MemberJoined of that member if it waits and the connection is blocked. The caller of this function and
   // of those below holds the mutex.
   bool cancel_joined(std::uint32_t member);
-  // Removes the message that it replaces, if one waits.
+  // Removes the waiting message that `newer` replaces, if there is one.
   void cancel_replaced(const Replaceable& newer);
   void erase_message(Queue::iterator message);
-  // Takes it out of the queue, to be sent.
+  // Takes the packet out of the queue, to be sent.
   std::vector<std::uint8_t> take_out(Queue::iterator taken);
   void drop_frames();
   void check_invariants() const;
@@ -121,17 +123,20 @@ class Outbox final : public ObserverSink {
   std::size_t message_max_ = std::variant_size_v<wire::Message>;
   SessionCounters* counters_;
   std::atomic<double> bytes_per_s_{0};
+  // Guards all members below.
   mutable std::mutex mutex_;
   Queue waiting_;
-  // Names the last MemberJoined of each member that waits.
+  // By member: its last MemberJoined that waits.
   std::unordered_map<std::uint32_t, Queue::iterator> joined_;
-  // Names the newest message of each kind and member that waits.
+  // By kind and member: the message that waits and may be replaced.
   std::map<Replaceable, Queue::iterator> replaceable_;
   // Counts the bytes of messages that wait, without frames: frames are bounded in ticks.
   std::size_t control_bytes_ = 0;
+  // Counts the pushes of frames, and those of which a packet waits.
   std::uint64_t last_tick_ = 0;
   std::size_t ticks_waiting_ = 0;
-  // `closed_`: the goodbye is queued, and nothing may follow it.
+  // overflowed_: see overflowed(). closed_: the goodbye is queued, and nothing may follow it. is_blocked_:
+  // mark_blocked() was called, and no take() since.
   bool overflowed_ = false, closed_ = false, is_blocked_ = false;
   // Frames were dropped outside of drop_if_congested(), which reports that at its next call.
   bool frames_lost_ = false;

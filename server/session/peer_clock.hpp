@@ -12,9 +12,9 @@ namespace hairnet::server {
 // dropped. Pose times must not jump, so the offset in use moves slowly towards the estimate.
 class PeerClock {
  public:
-  // Bounds clocks of either sign, so that sums cannot overflow.
+  // Clocks whose absolute value exceeds this are refused, so that sums cannot overflow.
   static constexpr std::int64_t kClockMax_ns = wire::kTimeMax_ns;
-  // Bounds the time between a capture and its envelope.
+  // A capture time may differ from the clock of its envelope by at most this much.
   static constexpr std::int64_t kCaptureSpan_ns = 60'000'000'000;
   // A larger error is corrected at once: slewing it would take seconds (5 s for 50 ms), during which poses come too
   // early or late.
@@ -29,11 +29,13 @@ class PeerClock {
 
  private:
   channel::ClockEstimate estimate_;
-  // The clock of the newest envelope.
+  // The client's clock in the newest envelope.
   std::int64_t peer_ns_ = 0;
   // The offset in use: server time minus peer time.
   std::int64_t offset_ns_ = 0;
+  // The offset was last moved towards the estimate at this time.
   std::int64_t slewed_at_ns_ = 0;
+  // A sample has been observed, so there is an offset.
   bool started_ = false;
 };
 

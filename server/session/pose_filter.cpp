@@ -13,9 +13,9 @@ namespace {
 
 using wire::ErrorReason;
 
-// A pose that was captured so close to another adds nothing to a tick's sample. No headset captures as often: 4 ms are
-// 250 Hz. Without this bound a client could fill its inbox with poses of one moment, and push out those that the tick
-// needs.
+// A pose that was captured within this time of the last one is left out. No headset captures more often than at 250 Hz,
+// which is one pose in 4 ms. Without this bound, a client could fill the 32 places of its PoseInbox with poses of
+// nearly the same time, which would push out those that the tick needs.
 constexpr std::int64_t kPoseSpacing_ns = 4'000'000;
 constexpr const char* kFarCapture = "capture time is far from the envelope's clock";
 
@@ -39,7 +39,8 @@ void PoseFilter::add_missing(wire::PoseBatch& batch) {
   std::vector<wire::PoseSample> missing;
   for (const wire::EarlierPose& earlier : batch.earlier) {
     const wire::PoseSample* later = wire::first_of(batch.poses, earlier.character);
-    HAIRNET_ASSERT(later);  // the decoder has checked it
+    // The decoder has checked that the batch has a pose of the same character.
+    HAIRNET_ASSERT(later);
     const auto own = identity.characters.find(earlier.character);
     // Unsigned, so that the sequence may wrap.
     const std::uint32_t sequence = later->sequence - earlier.sequence_before;
@@ -70,7 +71,8 @@ Refused PoseFilter::check(wire::PoseSample& sample) {
     counters.poses_rejected_time.add();
     return {ErrorReason::pose_invalid, kFarCapture};
   }
-  HAIRNET_VALIDATE(is_valid(sample.pose));  // what the tick asserts
+  // The tick asserts this.
+  HAIRNET_VALIDATE(is_valid(sample.pose));
   sample.capture_time_ns = *captured_ns;
   // Only a valid pose moves the sequence: after an invalid one with a high number, add_missing() would take valid poses
   // for known ones.
@@ -85,7 +87,8 @@ Refused PoseFilter::check(wire::HandsSample& sample) {
     counters.hands_rejected_time.add();
     return {ErrorReason::touch_invalid, kFarCapture};
   }
-  HAIRNET_VALIDATE(validate(sample.hands).empty());  // the decoder has checked it
+  // The decoder has checked this.
+  HAIRNET_VALIDATE(validate(sample.hands).empty());
   sample.capture_time_ns = *captured_ns;
   return {};
 }

@@ -15,8 +15,9 @@ struct PoseFilter {
   const PeerClock& clock;
   SessionCounters& counters;
 
-  // Puts those of the batch's earlier poses that have not come in front of its poses. Clients send a pose again with
-  // the next ones, since one may get lost: that costs them nothing of their rate.
+  // A batch also repeats earlier poses, since the datagram that had them may have got lost. Puts those of them that
+  // have not come before in front of the batch's own poses. The others are dropped, and do not count against the
+  // client's rate.
   void add_missing(wire::PoseBatch& batch);
   // Returns why the pose is refused; otherwise converts its capture time to the server's clock, and takes note of its
   // sequence.

@@ -11,20 +11,21 @@
 
 namespace hairnet::server {
 
-// The props that clients have set, by room: those who come to an empty room, or to its next server, find them. They
-// last while the room exists, as it does in the tick. I/O thread.
+// The props that clients have set, by room, so that clients who come to an empty room, or to the room's next server,
+// find the props. The tick has the props of its rooms, too; they are forgotten here when an empty room ends there. I/O
+// thread.
 class PropsOfRooms {
  public:
   // With more than `room_count_max` rooms, those of the room that has been empty longest are forgotten.
   void set(const std::string& room, const wire::SetProps& change, std::size_t room_count_max);
-  // Their numbers ascend.
+  // The props of the room, with ascending numbers.
   [[nodiscard]] std::vector<wire::Prop> of_room(const std::string& room) const;
   [[nodiscard]] std::size_t count(const std::string& room) const;
   void forget(const std::string& room) { rooms_.erase(room); }
 
-  // A session has entered: the props stay.
+  // A session has entered the room, so its props do not end.
   void open_room(const std::string& room);
-  // Nobody is left, and the room ends at `ends_ns` unless somebody enters before.
+  // The last session has left: the room ends at `ends_ns` unless a session enters before.
   void close_room(const std::string& room, std::int64_t ends_ns);
   // Forgets the props of rooms that have ended.
   void expire(std::int64_t now_ns);
@@ -33,10 +34,10 @@ class PropsOfRooms {
   void forget_longest_empty();
   struct OfRoom {
     Props props;
-    // The empty room ends then; none: someone is in it.
+    // The empty room ends at this time; none: a session is in it.
     std::optional<std::int64_t> ends_ns;
   };
-  // Holds only rooms that have props.
+  // Only rooms that have props have an entry.
   std::map<std::string, OfRoom> rooms_;
 };
 

@@ -10,7 +10,8 @@ RoomRoute route_to_room(Directory& fleet, const std::string& room, unsigned redi
   RoomPlace place = find_room(fleet, room, now_ns);
   const bool is_unowned = place.kind == RoomPlace::Kind::placed || place.kind == RoomPlace::Kind::full;
   const bool is_mine = place.server_id == fleet.server_id() || redirects > 0;
-  // A full fleet (Kind::full) is no obstacle for a room that was sent here: another server has decided so.
+  // With redirects, another server has chosen this one, so this server claims the room even if its own view of the
+  // fleet says that no server takes another room (Kind::full).
   if (is_unowned && is_mine && fleet.claim(room, now_ns)) {
     // The poll sends the claim at once: the client waits for it.
     fleet.poll(now_ns);

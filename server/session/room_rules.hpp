@@ -18,7 +18,8 @@ class RoomRules {
   // `entries_max`: of bans, mutes and locks of all rooms together. ban(), mute() and lock() return false, and change
   // nothing, when they need one more.
 
-  // Bans the subject until then, instead of until the end of an earlier ban; at `now_ns` or before: ends that ban.
+  // Bans the subject until `until_ns`, in place of an earlier ban. If `until_ns` is not after `now_ns`, only ends an
+  // earlier ban.
   [[nodiscard]] bool ban(const std::string& room, const std::string& subject, std::int64_t until_ns,
                          std::int64_t now_ns, std::size_t entries_max);
   [[nodiscard]] bool mute(const std::string& room, const std::string& subject, std::size_t entries_max);
@@ -33,13 +34,13 @@ class RoomRules {
   [[nodiscard]] bool is_locked(const std::string& room) const { return locks_.contains(room); }
   [[nodiscard]] std::size_t entry_count() const { return bans_.size() + mutes_.size() + locks_.size(); }
 
-  // What is decided of one room.
+  // The rules of one room.
   struct OfRoom {
-    // Holds each subject and when its ban ends.
+    // Each banned subject, with the time at which its ban ends.
     std::vector<std::pair<std::string, std::int64_t>> bans;
     std::vector<std::string> mutes;
     bool is_locked = false;
-    // They may enter a locked room until return_until_ns.
+    // The subjects that may enter the locked room until return_until_ns: its members on its earlier server.
     std::vector<std::string> returning;
     std::int64_t return_until_ns = 0;
   };
@@ -51,9 +52,9 @@ class RoomRules {
   void forget(const std::string& room);
   [[nodiscard]] bool may_return(const std::string& room, const std::string& subject, std::int64_t now_ns) const;
 
-  // A session has entered: mutes and lock stay.
+  // A session has entered the room, so its mutes and lock do not end.
   void open_room(const std::string& room) { ends_ns_.erase(room); }
-  // Nobody is left, and the room ends at `ends_ns` unless somebody enters before.
+  // The last session has left: the room ends at `ends_ns` unless a session enters before.
   void close_room(const std::string& room, std::int64_t ends_ns);
   // Forgets bans that have ended, and the mutes and locks of rooms that have ended.
   void expire(std::int64_t now_ns);
@@ -63,14 +64,14 @@ class RoomRules {
   using Person = std::pair<std::string, std::string>;
   [[nodiscard]] bool has_mutes(const std::string& room) const;
 
-  // Holds when each ends.
+  // The time at which each ban ends.
   std::map<Person, std::int64_t> bans_;
   std::set<Person> mutes_;
-  // These rooms are locked.
+  // The rooms that are locked.
   std::set<std::string> locks_;
-  // Holds when empty rooms with mutes or a lock end.
+  // The times at which empty rooms with mutes or a lock end.
   std::map<std::string, std::int64_t> ends_ns_;
-  // Each may enter a locked room until then.
+  // By room and subject: until when the subject may enter the locked room.
   std::map<Person, std::int64_t> returning_;
 };
 

@@ -62,7 +62,8 @@ void Session::on_packet(std::span<const std::uint8_t> packet, std::int64_t now_n
 }
 
 void Session::on_datagram(std::span<const std::uint8_t> packet, std::int64_t now_ns) {
-  // Poses follow the welcome: what comes before it, or too late, is like lost.
+  // A client sends poses only after its welcome. A datagram that comes before, or after the end of the session, counts
+  // as lost.
   if (state_ != State::active) return context_->counters.datagrams_dropped.add();
   reads_datagram_ = true;
   receive(packet, now_ns);
@@ -92,8 +93,8 @@ void Session::receive(std::span<const std::uint8_t> packet, std::int64_t now_ns)
 void Session::refuse_packet(const wire::DecodedPacket& decoded, std::int64_t now_ns) {
   refuse({ErrorReason::malformed, std::string(to_string(decoded.error)) + ": " + decoded.detail}, now_ns);
   if (decoded.error == wire::DecodeError::invalid) {
-    // The packet is well formed, but a value is out of range. The stream is still in sync, so the session goes on; the
-    // packet counts against the message rate.
+    // The packet is well formed, but a value is out of range. The next packet can still be read, so the session goes
+    // on; the packet counts against the message rate.
     context_->counters.packets_refused_invalid.add();
     silence_.on_heard(now_ns);
     if (state_ == State::active) {
@@ -107,7 +108,8 @@ void Session::refuse_packet(const wire::DecodedPacket& decoded, std::int64_t now
   drain(GoodbyeReason::protocol_error, decoded.detail, now_ns);
 }
 
-// The transport reads nothing more after this call: everything behind a wrong size prefix may be taken for packets.
+// The transport reads nothing more after this call: after a wrong size prefix nobody knows where the next packet
+// begins.
 void Session::on_broken_stream(std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
   context_->counters.packets_refused_oversize.add();
@@ -157,8 +159,8 @@ SessionIdentity Session::release_identity(std::int64_t now_ns) {
   HAIRNET_ASSERT(joined_);
   if (connection_) {
     context_->counters.sessions_closed_by_server_taken_over.add();
-    // The old connection hears why it ends, or its client would resume and the two clients would take the session from
-    // each other again and again.
+    // The goodbye tells the old connection's client not to resume. Otherwise the two clients would take the session
+    // from each other again and again.
     connection_->send(wire::encode_packet({now_ns, wire::Goodbye{GoodbyeReason::session_taken_over, ""}}));
     connection_->close(to_string(GoodbyeReason::session_taken_over));
   }
@@ -305,7 +307,8 @@ void Session::poll(std::int64_t now_ns) {
     if (now_ns - drain_since_ns_ > limits.drain_timeout_ns) close("drain time-out", now_ns);
     return;
   }
-  // Both signs need a full connection now: a client that has read everything is not slow, however long it took.
+  // A client counts as too slow only while its connection is full: a client that has read everything is not slow,
+  // however long it took.
   const bool is_stuck = full_since_ns_ != 0 && (now_ns - full_since_ns_ > limits.slow_consumer_ns ||
                                                 outbox_->is_overdue(now_ns, limits.slow_consumer_ns));
   if (outbox_->overflowed() || is_stuck) {
@@ -366,7 +369,8 @@ void Session::drain(GoodbyeReason reason, std::string detail, std::int64_t now_n
   set_state(State::draining);
   drain_since_ns_ = now_ns;
   goes_on_elsewhere_ |= reason == GoodbyeReason::server_draining;
-  // The room hears of the end now, not when the last packet has left: a slow client must not stay visible to others.
+  // The session leaves the room now, and not when the last packet has been sent: a slow client must not stay visible to
+  // others.
   leave(now_ns);
   outbox_->push_goodbye({reason, std::move(detail)}, now_ns);
   flush(now_ns);
@@ -388,7 +392,7 @@ void Session::note_member_change() {
   if (context_->fleet && context_->rules.is_locked(identity_.room)) context_->rooms_changed.insert(identity_.room);
 }
 
-// A wind stays as long as the session that has set it, and no wind outlives the stay of the last session.
+// A wind lasts as long as the session that has set it is in the room, and ends when the last session leaves.
 void Session::forget_wind(bool is_room_empty) {
   const auto found = context_->winds.find(identity_.room);
   if (found == context_->winds.end() || (found->second.session != id() && !is_room_empty)) return;

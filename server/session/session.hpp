@@ -31,27 +31,32 @@
 
 namespace hairnet::server {
 
-// A room's wind, and who has set it; 0: a client of the server that had the room before.
+// The wind of a room in a fleet, which moves with the room, and the session that has set it; 0: a client of the server
+// that had the room before has set it.
 struct KeptWind {
   Wind wind;
   SessionId session = 0;
 };
 
-// What all sessions share. I/O thread; `tick` is written by the tick thread.
+// What all sessions share. The references and pointers must outlive all sessions. I/O thread, except that the tick
+// thread writes `tick`.
 struct SessionContext {
   SessionLimits limits;
   SessionCounters& counters;
   CommandQueue& commands;
   GroomService& grooms;
+  // tick_rate_hz, groom_bytes_max and pose_delay_ns are what Welcome tells clients. app/server sets them from the
+  // settings.
   std::uint32_t tick_rate_hz = 30;
   std::uint64_t groom_bytes_max = 0;
+  // The newest tick that has begun.
   const std::atomic<std::uint64_t>& tick;
   std::int64_t pose_delay_ns = 0;
   // An empty room, with its mutes, lock and props, exists this long.
   std::int64_t room_grace_ns = 0;
-  // Without a key no token is needed.
+  // Tokens are verified with this key; without it no token is needed.
   std::optional<channel::TokenKey> token_key = {};
-  // Gives seconds since 1970, by which tokens end, and bans that move with a room.
+  // The wall clock, in seconds since 1970, for the ends of tokens and of bans that move with a room.
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };
   // The registry sets this to itself; null only in tests of a single session.
   SessionDirectory* directory = nullptr;
@@ -61,23 +66,24 @@ struct SessionContext {
   std::size_t session_count = 0;
   // Counts the characters of all sessions.
   std::size_t character_count = 0;
-  // Count sessions and characters by SessionIdentity's room, subject.name and subject.token_holder. Detached sessions
-  // count, so that a client cannot pass a limit by losing its connection.
+  // They count sessions and characters by SessionIdentity's room, subject.name and subject.token_holder. Detached
+  // sessions count, so that a client cannot evade a limit by losing its connection.
   CountsByName rooms = {}, subjects = {}, token_holders = {};
   RevokedTokens revoked_tokens = {};
   // True when the server has no memory for what needs more; such messages are then refused.
   std::function<bool()> is_memory_full = [] { return false; };
   RoomRules rules = {};
-  // Counts sessions in that state.
+  // Counts sessions in the state awaiting_hello.
   std::size_t awaiting_hello_count = 0;
-  // The last session has left these rooms of a fleet since the last look for empty rooms.
+  // The rooms of a fleet that their last session has left since the last SessionRegistry::release_empty_rooms().
   std::set<std::string> rooms_left = {};
-  // Clients have set these by room, in a fleet.
+  // By room, in a fleet: the wind that a client has set.
   std::map<std::string, KeptWind> winds = {};
   PropsOfRooms props = {};
-  // Their rules, wind, props or members (where locked) have changed.
+  // The rooms of a fleet whose rules, wind, props or members (of a locked room) have changed. RoomKeeper stores their
+  // new state in the directory.
   std::set<std::string> rooms_changed = {};
-  // Takes no new clients: this server has no time for more; empty: none.
+  // The room that takes no new clients and characters, because this server has no time for more; empty: none.
   std::string overloaded_room = {};
 };
 
@@ -116,9 +122,10 @@ class Session final : public PacketSink {
   // Removes the characters, queues the goodbye, sends the queue and closes.
   void drain(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns);
 
-  // Asks again where the room of a hello is that waits for the directory.
+  // Tries again to let a client in whose hello waits for the directory (waits_for_room).
   void retry_hello(std::int64_t now_ns);
-  // Sends the client to the server that holds its room; no host: back to where it asked first. Ends the session.
+  // Sends the client to the server that holds its room; an address without a host sends it back to the server that it
+  // asked first. Ends the session.
   void send_away(const ServerAddress& to, std::int64_t now_ns);
 
   // Ends a session that nobody has resumed. Asserts that it is detached.
@@ -166,12 +173,16 @@ class Session final : public PacketSink {
   bool take_message(std::int64_t now_ns, double price = 1);
   // Removes one of its characters, here and in the tick. Asserts that the character exists.
   void remove(std::uint32_t character);
+  // Counts a packet that the connection has accepted.
   void note_sent(const std::vector<std::uint8_t>& packet, std::int64_t now_ns);
   // Queues the next piece of a groom among the messages; false when there is none.
   bool send_download(std::int64_t now_ns);
+  // Sends pieces of grooms on streams of their own, where the connection has such streams.
   void send_on_streams(std::int64_t now_ns);
-  // A fleet keeps the members of a locked room, so that they may return to it at its next server.
+  // The directory of a fleet stores the members of a locked room, so that they may return to the room at its next
+  // server.
   void note_member_change();
+  // Ends the wind that this session has set for its room, and any wind of an empty room.
   void forget_wind(bool is_room_empty);
   // Leaves the room, and releases its characters and grooms. Does nothing when the session has not joined.
   void leave(std::int64_t now_ns);
@@ -185,13 +196,18 @@ class Session final : public PacketSink {
   State state_ = State::awaiting_hello;
   PeerClock clock_;
   Downloads downloads_;
+  // Says when a piece of a download may go between other packets.
   channel::BulkScheduler download_scheduler_{Downloads::kPiece_bytes};
+  // The connection was opened, and the last packet was sent, at these times.
   std::int64_t opened_ns_, sent_ns_;
+  // Measures for how long nothing has come from the client.
   channel::Silence silence_;
   // The connection has accepted nothing since this time; 0: it accepts.
   std::int64_t full_since_ns_ = 0;
+  // The times of the change to these two states.
   std::int64_t drain_since_ns_ = 0, detached_since_ns_ = 0;
-  // At most one error about poses and hands is sent in a second: a client with a wrong clock would get thousands.
+  // No error about poses and hands is sent before this time. There is at most one in a second: a client with a wrong
+  // clock would get thousands.
   std::int64_t pose_error_next_ns_;
   // The hello that waits for the directory of the fleet.
   std::optional<wire::Hello> waiting_hello_;
@@ -199,9 +215,10 @@ class Session final : public PacketSink {
   bool joined_ = false;
   // The client has promised to send something at least every channel::kSignOfLife_ns.
   bool gives_signs_of_life_ = false;
-  // The client goes on with its room on another server, so the room's wind must not end here.
+  // The client follows its room to another server, so the wind that it has set must not end here.
   bool goes_on_elsewhere_ = false;
-  // The packet in hand is a datagram: it may have overtaken others, or come after them.
+  // The packet that is being read is a datagram. Its order among the other packets is unknown, so only poses and hands
+  // may come in it.
   bool reads_datagram_ = false;
 };
 

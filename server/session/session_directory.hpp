@@ -48,9 +48,11 @@ struct SessionIdentity {
   // Its newest token has these; none when the server needs no token.
   std::optional<channel::TokenClaims> claims;
   std::size_t character_count_max = 0;
-  // The tick lets it touch hair of others.
+  // The tick was told that the session may touch hair of others.
   bool touches_others = true;
+  // By the number that the client has given the character.
   std::unordered_map<std::uint32_t, OwnCharacter> characters;
+  // The rates of messages and of poses (README.md, "Prices").
   TokenBucket messages, poses;
   // It was last resumed at this time.
   std::optional<std::int64_t> resumed_ns;

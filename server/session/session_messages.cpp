@@ -23,9 +23,12 @@ namespace {
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
+// At most one error about poses and hands is sent to a client in this time.
 constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
-// Shares of the burst. kPlainReserve: only plain messages may use this part, so costly ones cannot send a client away
-// by themselves. kPriceMax: no message takes more, so each can be paid for from a full bucket.
+// Both are shares of SessionLimits::messages_burst, the size of the bucket that prices are taken from
+// (message_price.hpp). Only plain messages may use the last quarter of the bucket, so a costly message is refused
+// before the client is sent away. No message costs more than half of the bucket, so every message can be paid for from
+// a full one.
 constexpr double kPlainReserve = 0.25, kPriceMax = 0.5;
 // This many integers of a hair state, or bytes of a tag, weigh as much as a pose, which has about as many bytes.
 constexpr std::size_t kIntegersPerWeight = 64;
@@ -34,7 +37,7 @@ constexpr std::size_t kTagBytesPerWeight = 128;
 // bounded by the rate of uploaded bytes.
 constexpr std::size_t kFreeChunkLeast_bytes = 4096;
 
-// In the command queue.
+// The weight of each message in the command queue (exchange/command.hpp).
 std::size_t weight_of(const wire::AddCharacter& add) {
   return 1 + add.tag.size() / kTagBytesPerWeight +
          (add.state ? (add.state->displacements.size() + add.state->velocities.size()) / kIntegersPerWeight : 0);
@@ -58,7 +61,7 @@ std::size_t weight_of(const auto& request) {
   return 1;
 }
 
-// What an error names of the message that it answers.
+// The character and the groom that a message names; an error that answers the message repeats them.
 std::uint32_t character_of(const auto& message) {
   if constexpr (requires { message.character; }) return message.character;
   return 0;
@@ -69,8 +72,8 @@ wire::GroomHash groom_of(const auto& message) {
   return {};
 }
 
-// Returns the servers by id, beginning with those that follow this one, so that all servers are named equally often and
-// clients of a dead server spread over the rest.
+// Returns the addresses of other servers, kServersMax at most, in the order of ids, beginning with the id that follows
+// this server's. Each server so names different ones first, and the clients of a dead server spread over the rest.
 std::vector<wire::ServerAt> others_than_this(const Directory& fleet) {
   std::vector<ServerStatus> servers = fleet.servers();
   const auto after = std::ranges::upper_bound(servers, fleet.server_id(), {}, &ServerStatus::id);
@@ -86,7 +89,7 @@ std::vector<wire::ServerAt> others_than_this(const Directory& fleet) {
 
 }  // namespace
 
-// What a session does with each message: one operator() a message, which returns why the message is refused.
+// What a session does with each message: one operator() for each message, which returns the refusal, if there is one.
 struct Session::MessageHandler {
   Session& session;
   std::int64_t now_ns;
@@ -101,7 +104,8 @@ struct Session::MessageHandler {
     if (Counter* counter = refused_counter(message)) counter->add();
     session.refuse(refused, now_ns, character_of(message), groom_of(message));
   }
-  // The message is paid for as a plain one; takes the rest of its price, and looks whether there is memory for it.
+  // Refuses a message if there is no memory for it, or if the client cannot pay its price. on_message() has taken the
+  // price of a plain message already, so this takes the rest.
   Refused charge(const auto& message) {
     if (needs_memory(message) && context.is_memory_full()) {
       counters.messages_refused_memory.add();
@@ -260,12 +264,13 @@ struct Session::MessageHandler {
     Command open = OpenSession{
         session.id(), session.outbox_, identity.room,   context.subjects.count(identity.subject.name).number,
         resumed,      wind_of_room(),  props_for_tick()};
-    // decide_entry() said that it fits; another command may have come since.
+    // decide_entry() has checked that the command fits, but other commands may have come since. put() takes it in any
+    // case, because the client has its Welcome already.
     if (!context.commands.try_put(open, entry_weight(context, identity.room))) context.commands.put(std::move(open));
     session.update_touch_right();
   }
 
-  // Once one session is in the room, the tick has its props.
+  // The props are needed only if this session is the first in the room; later the tick has them.
   [[nodiscard]] std::vector<wire::Prop> props_for_tick() const {
     return context.rooms.count(identity.room).sessions == 1 ? context.props.of_room(identity.room)
                                                             : std::vector<wire::Prop>();
@@ -287,7 +292,8 @@ struct Session::MessageHandler {
   Refused operator()(wire::GroomChunk& chunk) {
     const bool was_free = is_free(chunk);
     ChunkAnswer answer = context.grooms.chunk(session.id(), std::move(chunk), now_ns);
-    // Bytes that nobody asked for cost as a message does, or a client could fill the line with them.
+    // A large chunk is free only if it was asked for. Otherwise it costs as much as a plain message, or a client could
+    // send unwanted bytes at any rate.
     if (was_free && !answer.was_wanted && !session.take_message(now_ns)) return {};
     return answer;
   }
@@ -389,7 +395,7 @@ struct Session::MessageHandler {
     if (Refused refused = check_own(set.character, "set_touch")) return refused;
     return put(std::move(set));
   }
-  // The tick knows whose the member is, and so whether the session may touch it.
+  // The tick checks whether the session may touch the member: only the tick knows whose the member is.
   Refused operator()(wire::TakeHold& hold) {
     if (std::string error = wire::validate(hold); !error.empty()) return {ErrorReason::touch_invalid, std::move(error)};
     return put(hold);
@@ -466,7 +472,7 @@ struct Session::MessageHandler {
         if (session.reads_datagram_ && refused.reason == ErrorReason::character_unknown) continue;
         refuse_sample(refused, sample.character);
       } else if (!filter.is_too_close(sample)) {
-        // In place: kept never passes the sample that is read.
+        // Poses that pass move to the front of the same array; `kept` is never beyond the pose that is read.
         passed.poses[kept++] = sample;
       }
     }
@@ -486,7 +492,8 @@ void Session::on_message(wire::Envelope envelope, std::int64_t now_ns) {
   if (state_ == State::draining || state_ == State::closed) return;
   silence_.on_heard(now_ns);
   const auto* chunk = std::get_if<wire::GroomChunk>(&envelope.message);
-  // The price comes before anything that the message does, so a flood stops here.
+  // The price of a plain message is taken before anything else happens to the message, so that a flood of messages
+  // costs little.
   if (!(chunk && MessageHandler::is_free(*chunk)) && !take_message(now_ns)) return;
   if (!clock_.observe(envelope.clock_ns, now_ns)) {
     context_->counters.packets_refused_invalid.add();

@@ -15,15 +15,16 @@ namespace {
 constexpr std::int64_t kCheckInterval_ns = 1'000'000'000;
 // Rooms without sessions are looked for this often.
 constexpr std::int64_t kRoomsInterval_ns = 1'000'000'000;
-// A server's rooms are given up this long after the news that it drains, or sooner: others make the grooms of these
-// rooms ready, and none sends a client back because it has not heard yet.
+// A draining server gives its rooms up this long after it has published that it drains, or sooner (drain). Meanwhile
+// other servers make the grooms of these rooms ready, and all of them learn that this one drains, so that none sends a
+// client back.
 constexpr std::int64_t kNotice_ns = 500'000'000;
-// The end of a session that reads too slowly must free this much.
+// free_memory() ends a session only if its outbox has at least this many bytes.
 constexpr std::size_t kFreedLeast_bytes = std::size_t{1} << 20;
 
 }  // namespace
 
-// A session is filed under its id, and no two have the same.
+// Each session stands in sessions_ under its own id, and session_count counts those that have joined.
 void SessionRegistry::check_invariants() const {
   HAIRNET_ASSERT(context_->session_count <= sessions_.size());
 #ifdef HAIRNET_VALIDATE_ON
@@ -46,8 +47,8 @@ PacketSink* SessionRegistry::open(std::shared_ptr<Connection> connection, std::i
     connection->close(to_string(wire::GoodbyeReason::server_draining));
     return nullptr;
   }
-  // An attacker may open connections and stay silent. The longest waiting one goes, because an honest client says hello
-  // at once.
+  // An attacker may open connections and stay silent. The connection that has waited longest for its hello ends,
+  // because an honest client sends its hello at once.
   if (context_->awaiting_hello_count >= context_->limits.session_count_max) end_silent(now_ns);
   // Numbers start again after the last one; 0 names no session.
   do {
@@ -181,7 +182,7 @@ void SessionRegistry::drain(std::int64_t send_on_ns, std::int64_t now_ns) {
   if (!context_->fleet || send_on_ns <= 0) return end_all(now_ns);
   send_on_until_ns_ = now_ns + send_on_ns;
   give_up_at_ns_ = now_ns + std::min(kNotice_ns, send_on_ns / 2);
-  // The grooms go first, because drain() publishes them together with the news that this server drains.
+  // pass_on() comes first, because drain() publishes the grooms together with the fact that this server drains.
   context_->fleet->pass_on(context_->grooms.in_use());
   context_->fleet->drain(now_ns);
   context_->fleet->poll(now_ns);
@@ -191,14 +192,14 @@ void SessionRegistry::drain(std::int64_t send_on_ns, std::int64_t now_ns) {
 void SessionRegistry::give_up_rooms(std::int64_t now_ns) {
   const std::vector<std::string> rooms = context_->fleet->own_rooms();
   if (rooms.empty()) return;
-  // What changed in the last second must be kept before the release, which can put the last text beside the room's key.
+  // Changes of the last second are stored before the release, which writes a room's newest text in its own transaction.
   keeper_.keep_changed(now_ns);
   for (const std::string& room : rooms) {
     const auto known = empty_rooms_.find(room);
     const bool was_used =
         context_->rooms_left.contains(room) || (known != empty_rooms_.end() && known->second.was_used);
-    // A room that is empty has ended, though its grace has not: it keeps only its bans. A room that nobody has entered
-    // is as its earlier owner has left it.
+    // An empty room ends here, although its grace time has not passed: only its bans move on. The text of a room that
+    // nobody has entered stays as its earlier owner has stored it.
     if (was_used && context_->rooms.count(room).sessions == 0) keeper_.end(room, now_ns);
     context_->fleet->release(room, now_ns);
   }
@@ -227,13 +228,13 @@ void SessionRegistry::release_empty_rooms(std::int64_t now_ns) {
   std::map<std::string, EmptyRoom> empty;
   for (const std::string& room : context_->fleet->own_rooms()) {
     const bool was_left = context_->rooms_left.contains(room);
-    // Only empty rooms are remembered; a room that fills and empties again begins with a new time, by rooms_left.
+    // Only empty rooms are remembered. A room that fills and empties again is in rooms_left, so its time begins again.
     if (context_->rooms.count(room).sessions > 0) continue;
     const auto known = empty_rooms_.find(room);
     EmptyRoom one = known == empty_rooms_.end() ? EmptyRoom{now_ns} : known->second;
     if (was_left) one = {now_ns, context_->room_grace_ns, true};
-    // A lock that comes with a room and that nobody may pass would move on from server to server for good. It ends when
-    // those who were in the room do not come back within kReturn_ns.
+    // A lock that has come with a room would move from server to server forever if nobody may enter the room any more.
+    // So it ends if the room's former members do not come back within kReturn_ns.
     const bool is_locked = context_->rules.is_locked(room);
     const std::int64_t min_ns = is_locked && !one.was_used ? RoomKeeper::kReturn_ns : kRoomsInterval_ns;
     if (now_ns - one.since_ns <= std::max(one.grace_ns, min_ns)) {

@@ -25,6 +25,7 @@ class DutyThread {
   Priority priority_;
   std::mutex mutex_;
   std::condition_variable woken_;
+  // wake() was called since the last poll; the first poll needs no call.
   bool wake_ = true, stopping_ = false;
   // Comes last, since it uses the other members.
   std::thread thread_;

@@ -20,7 +20,7 @@ std::atomic<MemoryReserve*> reserve{nullptr};
 // Counts how often reserves of the process were spent.
 std::atomic<std::uint64_t> spent_count{0};
 thread_local bool may_fail = false;
-// This thread has tried again after so many spendings.
+// This thread has tried again after this many spendings.
 thread_local std::uint64_t spent_count_seen = 0;
 // The first and the newest failure of this thread's wait.
 thread_local Clock::time_point wait_begun, wait_last;

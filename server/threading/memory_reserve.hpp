@@ -7,11 +7,11 @@
 
 namespace hairnet::server {
 
-// Address space that is kept for when the system gives no more: the process then has it to end what it cannot carry.
-// While the object lives (one at a time), an allocation that fails takes the reserve and is tried again. Without a
-// reserve left, the allocation waits until other threads have freed memory; it throws std::bad_alloc after kWaitMax.
-// Two kinds of threads do not wait: the owner, which made the reserve, because it is the one that frees memory, and
-// threads in a scope of MayFail, which never take the reserve.
+// A block of memory for the time when the system gives no more: with it, the process can still end sessions and evict
+// grooms in an orderly way. While the object lives (one at a time), an allocation that fails takes the reserve and is
+// tried again. Without a reserve left, the allocation waits until other threads have freed memory; it throws
+// std::bad_alloc after kWaitMax. Two kinds of threads do not wait: the owner, which made the reserve, because it is the
+// one that frees memory, and threads in a scope of MayFail, which never take the reserve.
 class MemoryReserve {
  public:
   static constexpr std::int64_t kWaitMax_ns = 30'000'000'000;

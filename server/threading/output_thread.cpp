@@ -83,7 +83,7 @@ struct OutputThread::State {
   std::deque<std::string> waiting;
   // Counts the bytes of `waiting`.
   std::size_t bytes = 0;
-  // These are lost and not told yet.
+  // This many texts are lost and not reported by lost_text() yet.
   std::uint64_t lost = 0;
   bool is_writing = false, is_over = false;
   // The last text was written in part only, as on a full disk.

@@ -16,7 +16,8 @@ struct OutputThreadDef {
   std::size_t bytes_max = std::size_t{1} << 20;
   // Gets the number of lost texts. Any thread; must not put more.
   std::function<void(std::uint64_t)> on_lost = {};
-  // Makes the text that stands in the place of so many lost ones, once text is written again. On the output's thread.
+  // Makes the text that is written in the place of this number of lost texts, once texts are written again. It is
+  // called on the output's thread.
   std::function<std::string(std::uint64_t)> lost_text = {};
 };
 
@@ -40,7 +41,7 @@ class OutputThread {
 
  private:
   struct State;
-  // Is shared with the thread, which may outlive this object in a write that blocks.
+  // The thread shares the state, because it may outlive this object in a write that blocks.
   std::shared_ptr<State> state_;
 };
 

@@ -10,11 +10,13 @@
 namespace hairnet::server {
 namespace {
 
-// Measured errors from tests/fidelity/README.md. The error of a level combines the error of its lattice against 14^3
-// and that of its share of the springs against all of them, as the root of the sum of squares (10^3: 0.30 and 0.21,
-// 7^3: 0.44 and 0.21, 5^3: 0.64 and 0.20). The value of the ether level is a guess from how much faster it swings. A
-// stride's error against every tick (Strides there has newer figures), played out between its turns, is combined with
-// the level's in the same way. The learnt level's (Learnt hair there) combines high's with its own from high.
+// Errors of hair relative to its motion, measured in tests/fidelity/README.md. A row is a level, in the order of
+// LevelIndex: high, medium, low, ether, learnt, rigid. A column is a stride: 1, 2, 4. The error at every tick is the
+// root of the sum of two squares: the error of the level's lattice against one of 14^3 nodes, and the error of its
+// share of the springs against all springs (high, 10^3: 0.30 and 0.21; medium, 7^3: 0.44 and 0.21; low, 5^3: 0.64 and
+// 0.20). The value of ether is a guess from how much faster its hair swings. A longer stride adds the square of its own
+// error against every tick, as play-out shows it ("Strides" there has newer figures). The learnt level adds the square
+// of its error against the high level to that of the high level ("Learnt hair" there).
 constexpr std::array<std::array<double, 3>, kLevelCount> kError{{{0.37, 0.53, 0.68},
                                                                  {0.48, 0.58, 0.71},
                                                                  {0.67, 0.73, 0.81},
@@ -27,13 +29,15 @@ constexpr double error_of(LevelIndex level, int stride) {
   return kError[static_cast<std::size_t>(level)][static_cast<std::size_t>(std::countr_zero(unsigned(stride)))];
 }
 
-// One step of a ladder.
+// One step of a ladder: the level, and how often it is stepped.
 struct Rung {
   LevelIndex level;
   std::uint8_t stride;
 };
 
-// Shares of the time beyond rung 0 of all, far enough apart that noise does not cross both.
+// rebalance() lowers characters that cost more than their fair share of kEntitledMax of the time, for those that have
+// less than their share of kEntitledMin. The time is the budget without rung 0 of all. The two values lie so far apart
+// that noise in the costs does not cross both.
 constexpr double kEntitledMin = 0.8, kEntitledMax = 1.0;
 
 // The rungs of the ladder, by the finest level asked for. A rung that costs more than a finer one and has more error is
@@ -51,13 +55,15 @@ constexpr std::array<Rung, 4> kLearntToHigh{{{rigid, 4}, {learnt, 4}, {learnt, 1
 constexpr std::array<Rung, 4> kLearntToMedium{{{rigid, 4}, {learnt, 4}, {learnt, 1}, {medium, 1}}};
 constexpr std::span<const Rung> kToLearnt = std::span(kLearntToHigh).first(3);
 constexpr std::array<Rung, 3> kToRigid{{{rigid, 4}, {rigid, 2}, {rigid, 1}}};
-// By the finest level asked for; then the same where the learnt level holds. Where it does not, who asks for it gets
-// low.
+// The first kLevelCount ladders are indexed by the finest level that the owner asks for, in the order of LevelIndex.
+// The others are the same where the learnt level may be used. Where it may not, a character whose owner asks for the
+// learnt level gets the ladder to low.
 constexpr std::size_t kLadderCount = 2 * kLevelCount;
 constexpr std::array<std::span<const Rung>, kLadderCount> kLadders{kToHigh,   kToMedium, kToLow,        kToEther,
                                                                    kToLow,    kToRigid,  kLearntToHigh, kLearntToMedium,
                                                                    kToLearnt, kToLearnt, kToLearnt,     kToRigid};
-// The rung that everyone of a client gets before anyone gets more: hair that moves at every fourth tick.
+// The rung that each character of a client gets before any of them gets more (BudgetItem::even): hair that moves at
+// every fourth tick.
 constexpr std::uint8_t even_rung(std::span<const Rung> ladder) {
   return ladder[1].level == rigid ? 0 : 1;
 }
@@ -76,6 +82,7 @@ static_assert([] {
   return true;
 }());
 
+// The error of each rung of each ladder. BudgetItem::error points to a row.
 constexpr auto kRungErrors = [] {
   std::array<std::array<float, kRungCountMax>, kLadderCount> errors{};
   for (std::size_t l = 0; l < kLadderCount; ++l) {
@@ -85,11 +92,13 @@ constexpr auto kRungErrors = [] {
   return errors;
 }();
 
-// The weight of a character's error: its size on screen times 0.5 (the head is still) to 1 (it moves fast). Who touches
-// hair looks at it closely: it weighs as if it filled the screen.
+// The weight of a character's error: its size on screen, times a factor from 0.5 (the head is still) to 1 (the head
+// moves fast). Touched hair weighs as if the head filled the screen, because the person who touches it looks at it
+// closely.
 double weight_of(const BudgetCharacter& c) {
-  // The bounds keep an untrusted report of sizes from weighing nothing, or more than a head that is twice as high as
-  // the screen. A turning head moves its hair by about the hair's length.
+  // Clients report sizes, so kMin and kMax bound them: no head weighs nothing, or more than a head that is twice as
+  // high as the screen. A turning head moves the ends of its hair by about the turn times the hair's length, for which
+  // 0.2 m stands. At 1 m/s the factor reaches 1.
   constexpr double kMin = 1e-3, kMax = 2, kTouched = 1, kStill = 0.5, kLively_m_per_s = 1, kHairLength_m = 0.2;
   const double least = c.is_touched ? kTouched : kMin;
   const double size = c.importance > least ? std::min<double>(c.importance, kMax) : least;
@@ -102,20 +111,23 @@ double weight_of(const BudgetCharacter& c) {
   return weight;
 }
 
+// The index of the character's ladder in kLadders.
 std::size_t ladder_of(const BudgetCharacter& c) {
   const LevelIndex finest = c.levels_ready ? c.requested_level : rigid;
   return static_cast<std::size_t>(finest) + (c.may_learn ? kLevelCount : 0);
 }
 
-// Whether an asleep character keeps its level. It costs nothing, and a change of level would wake it.
+// Whether the character is asleep and keeps its level: it costs nothing, and a change of level would wake it. It does
+// not keep a level if it is suspended, if its owner asks for a coarser one, if it is rigid and its levels have become
+// ready, or if the learnt level may not be used any more.
 bool may_sleep_on(const BudgetCharacter& c) {
   if (!c.asleep || c.now.suspended || (c.now.level == learnt && !c.may_learn)) return false;
   const LevelIndex wanted = !c.levels_ready ? rigid : c.requested_level == learnt ? low : c.requested_level;
   return c.now.level >= wanted && (c.now.level != rigid || wanted == rigid);
 }
 
-// The rung of the ladder that comes closest to a level and stride, without a smaller error. A character whose ladder
-// has changed keeps its place by this.
+// The finest rung of the ladder whose error is not smaller than that of the level and stride. After a change of its
+// ladder, a character so goes on at about the same error.
 std::uint8_t rung_of(const Lod& lod, std::size_t ladder_of) {
   const std::span<const Rung> ladder = kLadders[ladder_of];
   std::uint8_t rung = 0;
@@ -126,7 +138,7 @@ std::uint8_t rung_of(const Lod& lod, std::size_t ladder_of) {
 }
 
 // Whole nanoseconds add up to the same sum in every order, so the result does not depend on the order of characters.
-// The bound keeps sums from overflowing.
+// The bound of 1000 s keeps sums of many characters from overflowing.
 std::int64_t in_ns(double s) {
   return s > 0 ? static_cast<std::int64_t>(std::min(1e9 * s, 1e12)) : 0;
 }
@@ -144,6 +156,7 @@ class Prices {
     }
   }
 
+  // Writes the costs of each rung of ladder `l` into the item.
   void put(std::size_t l, std::uint32_t observer_count, BudgetItem& item) const {
     std::int64_t before = 0;
     for (std::size_t r = 0; r < kLadders[l].size(); ++r) {
@@ -155,7 +168,9 @@ class Prices {
   }
 
  private:
+  // One frame takes this long to send to one observer.
   double send_ns_;
+  // By ladder and rung: one turn, with the encoding of its frame, takes this long.
   std::array<std::array<double, kRungCountMax>, kLadderCount> turn_ns_{};
 };
 
@@ -165,8 +180,9 @@ class Chooser {
           std::span<Lod> chosen)
       : terms_(terms), characters_(characters), s_(scratch), chosen_(chosen), budget_ns_(in_ns(terms.available_s)) {}
 
-  // Over budget, everybody is lowered at once, since ticks already run late. Otherwise characters are raised a little
-  // at a time, and only where that fails do some give way to others.
+  // Over budget, all characters are lowered at once, since ticks already run late. Otherwise characters are raised as
+  // far as the budget allows. Only where not all raises fit, characters above their fair share are lowered in favour of
+  // those below theirs.
   BudgetReport run() {
     put_in_order();
     put_items();
@@ -178,7 +194,8 @@ class Chooser {
     s_.target.resize(s_.items.size());
     if (now_ns > budget_ns_) {
       fill_budget(share_of(kBudgetDown), s_.items, s_.fill, s_.target, Remainder::spend);
-      // Nobody is raised while others are lowered: a raise could exceed the budget again.
+      // No character is raised while others are lowered, even if its target is higher: a raise could exceed the budget
+      // again.
       for (std::size_t i = 0; i < s_.items.size(); ++i) set(i, std::min(s_.target[i], s_.items[i].now));
     } else {
       for (std::size_t i = 0; i < s_.items.size(); ++i) set(i, s_.items[i].now);
@@ -205,7 +222,8 @@ class Chooser {
       return std::tuple(c.subject, c.session, c.key);
     };
     if (!std::ranges::is_sorted(s_.order, {}, place)) std::ranges::sort(s_.order, {}, place);
-    HAIRNET_VALIDATE(std::ranges::adjacent_find(s_.order, {}, place) == s_.order.end());  // keys are unique
+    // Keys are unique.
+    HAIRNET_VALIDATE(std::ranges::adjacent_find(s_.order, {}, place) == s_.order.end());
   }
 
   // Puts only characters that have a cost; the levels of the others are chosen at once.
@@ -235,13 +253,15 @@ class Chooser {
       item.last = static_cast<std::uint8_t>(kLadders[ladder].size() - 1);
       item.even = even_rung(kLadders[ladder]);
       prices.put(ladder, c.observer_count, item);
-      // Nobody sees it now, so more detail would be wasted; less would show when somebody looks again.
+      // No observer sees the character now, so it is not raised: the detail would be wasted. It is not lowered either,
+      // because the loss would be visible when an observer looks again.
       if (c.unseen_s > 0) item.last = item.now;
       HAIRNET_ASSERT(item.now <= item.last);
     }
   }
 
-  // Raises as far as the budget allows, the even rungs first. False when a character stays below its target.
+  // Raises characters to their rungs in `target` as far as kBudgetDown of the budget allows, the even rungs first.
+  // Returns false when not all raises fit.
   bool raise_to_target() {
     s_.raises.clear();
     std::int64_t more_ns = 0;
@@ -270,8 +290,8 @@ class Chooser {
     return fits;
   }
 
-  // Lowers characters that cost more than kEntitledMax of their fair share, and raises characters that have less than
-  // kEntitledMin of theirs. The remainder of the shares is not spent.
+  // Lowers characters that have more than their fair share of kEntitledMax of the time, and raises characters that have
+  // less than their fair share of kEntitledMin of it. Time that the fair shares leave over is not spent.
   void rebalance() {
     s_.entitled.resize(s_.items.size());
     fill_budget(entitled_ns(kEntitledMin), s_.items, s_.fill, s_.entitled, Remainder::keep);
@@ -283,7 +303,7 @@ class Chooser {
     sum_ns_ = 0;
     for (std::size_t i = 0; i < s_.items.size(); ++i) {
       const BudgetItem& item = s_.items[i];
-      // Lowering happens before raising, so that its time is free for those who lack some.
+      // All characters are lowered before any is raised, so that their time is free for the others.
       const std::uint8_t rung = has_dwelt(item) ? std::min(s_.target[i], item.now) : item.now;
       set(i, rung);
       sum_ns_ += item.cost_ns[rung];
@@ -308,6 +328,7 @@ class Chooser {
     return rung_of(chosen_[item.character], ladder_of(characters_[item.character]));
   }
 
+  // Whether the character may change its level: see kLodDwell_s. A suspended one may always.
   [[nodiscard]] bool has_dwelt(const BudgetItem& item) const {
     const BudgetCharacter& c = characters_[item.character];
     return c.since_s >= kLodDwell_s || c.now.suspended;

@@ -22,37 +22,42 @@ struct Lod {
 
 // One character as input to choose_levels().
 struct BudgetCharacter {
-  // Is unique; breaks ties between characters that are equal otherwise.
+  // The CharacterKey: unique, so it breaks ties between characters that are equal otherwise.
   std::uint64_t key = 0;
+  // The character belongs to this session, and the session to this subject, whose characters share one part of the
+  // budget.
   std::uint64_t session = 0;
-  // `session` belongs to this person or address.
   std::uint32_t subject = 0;
   // Its frames go to this many observers.
   std::uint32_t observer_count = 0;
-  // Is the largest over observers: height of the head over the height of the screen.
+  // The height of the head over the height of the screen, the largest over its observers. Clients report it.
   float importance = 0;
-  // An observer last had it in view this long ago; zero: one has it in view now.
+  // No observer has had the character in view for this long; zero: one has it in view now.
   float unseen_s = 0;
-  // These are smoothed over about a second.
+  // The speeds of the head, smoothed over about a second.
   float head_speed_m_per_s = 0, head_angular_speed_rad_per_s = 0;
-  // Its owner asked for this one as the finest.
+  // The finest level that its owner asked for.
   LevelIndex requested_level = LevelIndex::high;
+  // The levels of its groom are built. Without them the character is rigid.
   bool levels_ready = false;
-  // The learnt level holds: there is one, for its material, its motion and the wind.
+  // The learnt level may be used: the groom has learnt hair, which fits the material, the motion and the wind.
   bool may_learn = false;
-  // These come from LatticeView.
+  // The hair is at rest, so that a step costs nothing; a hand or prop is near the hair or holds it. Both are as in
+  // LatticeView.
   bool asleep = false;
   bool is_touched = false;
+  // The present Lod.
   Lod now;
-  // It changed this long ago; infinite for a new character, zero for one that should not change.
+  // The present Lod was chosen this long ago; infinite for a new character, zero for one that should not change.
   double since_s = std::numeric_limits<double>::infinity();
 };
 
 // What a tick has and what frames cost, measured. All times are worker-seconds: seconds of one worker, summed over
 // workers.
 struct BudgetTerms {
-  // A tick has this many worker-seconds for everything (TickGuard).
+  // A tick has this many worker-seconds for its work on characters (TickGuard::available_s).
   double available_s = 0;
+  // The cost of steps; must be set.
   const CostEstimate* cost = nullptr;
   // One frame of a level takes this many worker-seconds to encode, for any number of observers.
   std::array<double, kLevelCount> encode_s{};
@@ -67,7 +72,7 @@ struct BudgetReport {
   // A tick would take this time with every character at its requested level.
   double wanted_s = 0;
   std::uint32_t raised = 0, lowered = 0;
-  // Counts characters that are seen, and below the finest rung that they may have.
+  // Counts the characters that may be seen and have not the finest rung that they may have.
   std::uint32_t below_wanted = 0;
   // Not even rung 0 of all characters fits.
   bool is_over = false;

@@ -9,7 +9,9 @@
 namespace hairnet::server {
 namespace {
 
-// A first estimate of the seconds of a turn over 1, 2 and 4 ticks of 1/30 s in full batches (hairnet-fidelity stride).
+// The table: a first estimate of the seconds of one turn in full batches, printed by `hairnet-fidelity stride`. A row
+// is a level, in the order of LevelIndex: high, medium, low, ether, learnt, rigid. A column is a turn over 1, 2 or 4
+// ticks of 1/30 s. For another length of the tick the values are scaled in proportion.
 constexpr double kTableTick_s = 1.0 / 30;
 constexpr std::array<std::array<double, 3>, kLevelCount> kTable_s{{{86.3e-6, 86.6e-6, 117.8e-6},
                                                                    {28.3e-6, 30.1e-6, 38.8e-6},
@@ -18,14 +20,16 @@ constexpr std::array<std::array<double, 3>, kLevelCount> kTable_s{{{86.3e-6, 86.
                                                                    {0.7e-6, 1.3e-6, 2.5e-6},
                                                                    {0, 0, 0}}};
 
-// Bounds samples against the table's time, both ways: a slow machine is allowed, but no hiccup.
+// A first sample counts as at most 30 times the table's time, and at least a thirtieth of it. A slow machine lies
+// within these bounds; an interruption of the process may not.
 constexpr double kFirstSampleMax = 30;
-// A single tick counts at most this many times the estimate, or one over it.
+// A later sample counts as at most twice the estimate, and at least half of it.
 constexpr double kSampleMax = 2;
-// Weighs a tick with enough character-steps to be significant.
+// The weight of one tick in the mean of a level and stride, if the tick has kFullSteps steps of characters or more;
+// fewer steps weigh proportionally less, because their mean time is less certain.
 constexpr double kGain = 0.1;
 constexpr double kFullSteps = 16;
-// All levels together tell how fast the machine is, so this mean may move slower than each level's own.
+// The weight of one such tick in machine_. Samples of all levels move it, so its weight is smaller than kGain.
 constexpr double kMachineGain = 0.05;
 
 std::size_t index_of(int stride) {
@@ -56,7 +60,8 @@ void CostEstimate::observe(const StepCosts& costs) {
         estimate.is_measured = true;
         estimate.measured_s = ratio * estimate.table_s;
       }
-      // By factors, so that one late tick in ten does not pull up the mean of the other nine.
+      // The mean is one of factors, that is of logarithms, and each factor is bounded by kSampleMax: one late tick in
+      // ten does not pull up the mean of the other nine.
       const double off = std::clamp(sample_s / estimate.measured_s, 1 / kSampleMax, kSampleMax);
       const double share = std::min(1.0, cost.character_steps / kFullSteps);
       estimate.measured_s *= std::pow(off, kGain * share);

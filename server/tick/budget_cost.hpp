@@ -12,14 +12,16 @@ class CostEstimate {
  public:
   explicit CostEstimate(double tick_s);
 
-  // Takes the costs of one tick.
+  // Takes the measured costs of the steps of one tick into the means.
   void observe(const StepCosts& costs);
 
-  // Worker-seconds of one turn, which covers `stride` (1, 2 or 4) ticks. 0 on the rigid level.
+  // Returns the worker-seconds of one turn, which is one step over `stride` (1, 2 or 4) ticks. 0 on the rigid level.
   [[nodiscard]] double turn_s(LevelIndex level, int stride) const;
 
  private:
+  // Strides 1, 2 and 4.
   static constexpr std::size_t kStrides = 3;
+  // The table's time for this tick length, and the mean of the measured times, both for one turn.
   struct Estimate {
     double table_s = 0, measured_s = 0;
     bool is_measured = false;

@@ -8,6 +8,7 @@
 namespace hairnet::server {
 namespace {
 
+// Orders steps by priority; key and rung break ties, so that the result does not depend on the order of items.
 bool goes_before(const FillStep& a, const FillStep& b) {
   if (a.priority != b.priority) return a.priority > b.priority;
   if (a.key != b.key) return a.key < b.key;
@@ -17,7 +18,8 @@ bool goes_before(const FillStep& a, const FillStep& b) {
 // The step from the rung below to `rung`.
 FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint8_t rung) {
   HAIRNET_VALIDATE(rung >= 1 && rung <= items[index].last);
-  // Is larger than any error over time, so even rungs always come first.
+  // Priorities of other steps, weight times error over ns, are far smaller than this, so even rungs always come first,
+  // the lowest of them first of all.
   constexpr double kPerRung = 1e6;
   const BudgetItem& item = items[index];
   const std::int64_t cost_ns = item.cost_ns[rung] - item.cost_ns[rung - 1u];
@@ -36,14 +38,15 @@ std::int64_t clamp_to_share(std::int64_t level_ns, const FillShare& share) {
   return std::clamp(level_ns, share.min_ns, share.max_ns);
 }
 
-// What the shares cost when all are filled to a level.
+// The cost of all shares when each gets `level_ns`, or its minimum or maximum where that is closer.
 std::int64_t level_cost(std::int64_t level_ns, std::span<const FillShare> shares) {
   std::int64_t sum = 0;
   for (const FillShare& share : shares) sum += clamp_to_share(level_ns, share);
   return sum;
 }
 
-// The highest level to which all shares can be filled, with none beyond its maximum or below its minimum.
+// Max-min fair sharing: the largest time that each share can get within the budget, where a share gets no less than its
+// minimum and no more than its maximum.
 std::int64_t water_level(std::int64_t budget_ns, std::span<const FillShare> shares) {
   HAIRNET_VALIDATE(level_cost(0, shares) <= budget_ns);
   // A search by halves in whole nanoseconds: the cost never falls with the level, so the last level that fits is exact.
@@ -68,7 +71,7 @@ void add(const FillShare& part, std::size_t index, bool is_same, std::vector<Fil
   shares.back().max_ns += part.max_ns;
 }
 
-// Clients are runs of items, subjects runs of clients.
+// Finds the runs of items that belong to one client, and the runs of clients that belong to one subject.
 void group(std::span<const BudgetItem> items, FillScratch& scratch) {
   scratch.clients.clear();
   scratch.subjects.clear();

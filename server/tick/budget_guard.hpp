@@ -8,7 +8,7 @@ struct TickGuardDef {
   double tick_s = 1.0 / 30;
   // The share of a tick that its work may take (`--tick-budget`).
   double tick_share = 0.7;
-  // So many threads share the work.
+  // This many threads share the work.
   int workers = 1;
 };
 
@@ -33,20 +33,23 @@ class TickGuard {
 
  private:
   void check_invariants() const;
+  // Sets share_ for the next ticks.
   void choose_share(double wanted_s);
+  // The worker-seconds of a tick's share without trust, overhead and margin.
   [[nodiscard]] double full_s() const { return def_.tick_share * def_.tick_s * def_.workers; }
 
   TickGuardDef def_;
+  // The learnt ratio of predicted to measured time, at most 1, by which available_s() multiplies the time.
   double trust_ = 1;
-  // The factor on the share when the full margin applies.
+  // One minus the safety margin: the factor on tick_share when the margin applies in full.
   double margin_factor_ = 1;
-  // The current target, as a share of a tick.
+  // The share of a tick that its work may take now: tick_share, less the margin as far as it applies.
   double share_;
-  // Counts ticks since the margin was last widened, up to kMarginTicks + 1.
+  // Counts the ticks since the margin was last widened, up to kMarginTicks + 1 (budget_guard.cpp).
   int calm_ticks_ = 0;
   // Worker-seconds of a tick that are not work on characters, smoothed.
   double overhead_s_ = 0;
-  // One bit a tick, the newest lowest: the tick exceeded the share.
+  // One bit for each of the last 8 ticks, the newest in the lowest bit; 1: the tick exceeded the share.
   std::uint8_t recent_ = 0;
 };
 

@@ -8,14 +8,14 @@
 namespace hairnet::server {
 namespace {
 
-// Levels are chosen once in this many ticks, unless a change needs a choice at once.
+// Levels are chosen once in this many ticks, unless a change is urgent (note_unseen) or the last tick took too long.
 constexpr std::uint64_t kTicksBetween = 4;
-// Each tick weighs this much in measured times.
+// The weight of one tick in the means of measured times.
 constexpr double kSmoothing = 0.05;
-// Without a clock nothing is measured, and every character can have its finest level: tests get the same levels on
-// every machine.
+// The available time where there is no clock: so much that every character gets the finest level that its owner asked
+// for. Tests then get the same levels on every machine.
 constexpr double kUnbounded_s = 1e9;
-// A character stays off the learnt level for this long, after motions that it was not trained on.
+// After a motion on which the network was not trained, a character stays off the learnt level for this long.
 constexpr double kUncovered_s = 2;
 
 void smooth(double& mean, double value) {
@@ -72,7 +72,8 @@ BudgetCharacter LevelChooser::as_budgeted(const Character& character, bool ready
   HAIRNET_ASSERT(!character.lod_chosen || character.lod_since <= tick);
   HAIRNET_ASSERT(b.importance >= 0);
   if (character.lod_chosen) b.since_s = static_cast<double>(tick - character.lod_since) * def_.tick_s;
-  // Another level would end the hold.
+  // A hand held the hair after the last tick. Another level would end the hold, so the character counts as changed just
+  // now.
   if (character.held_tick == tick - 1) b.since_s = 0;
   return b;
 }
@@ -84,7 +85,7 @@ bool LevelChooser::may_learn(const Room& room, const Simulation& simulation, Cha
   // The network has met a motion beyond its training; it pauses, so that the level does not change with each of them.
   if (character.lattice.level == LevelIndex::learnt && !character.lattice.is_covered)
     character.learnt_next = tick + static_cast<std::uint64_t>(kUncovered_s / def_.tick_s);
-  // Networks know of no hands.
+  // The network is trained without hands, in air up to some speed, and with the built-in material.
   return tick >= character.learnt_next && !character.lattice.is_touched &&
          learnt->covers_air(gust_m_per_s(room.wind)) && character.material == MaterialScale{};
 }
@@ -171,7 +172,7 @@ void LevelChooser::observe(Rooms& rooms, const StepCosts& costs, double tick_dur
   }
   // A mean over all observers: sending differs little from one to the next, and a mean of each would be noise.
   if (sent > 0) smooth(send_s_, static_cast<double>(send_ns) * 1e-9 / static_cast<double>(sent));
-  // The workers' time on characters is known by its parts. What the tick took beyond it is the overhead.
+  // The work on characters is the sum of steps, encoding and sending. TickGuard takes the rest of the tick as overhead.
   guard_.observe(tick_duration_s, static_cast<double>(step_ns + all_encode_ns + send_ns) * 1e-9, wanted_s_);
   counters_->step_ns_total.add(static_cast<std::uint64_t>(step_ns));
   counters_->encode_ns_total.add(static_cast<std::uint64_t>(all_encode_ns));

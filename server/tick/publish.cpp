@@ -15,14 +15,16 @@ namespace {
 
 static_assert(kStrideMax == wire::kStrideMax);
 
-// Tolerances of coefficients, half an octave apart, so that observers share codings. The first is the finest.
+// The errors at which frames are coded, 0.25 mm times 2^(t / 2) for the tolerance t. Each is half an octave above the
+// last, so observers that want nearly the same error share a coding. The coarsest is 0.25 mm times 2^11.5, 0.7 m.
 constexpr std::uint8_t kToleranceCount = 24;
 // Stands for a frame without coefficients.
 constexpr std::uint8_t kPoseOnly = kToleranceCount;
 constexpr float kFinestTolerance_m = 0.25e-3f;
-// A packet has at most this many beside its frames and their generations.
+// The bytes of a packet beside its frames and their generations are at most this many.
 constexpr std::size_t kBatchBytes = 128;
-// A head below this share of the screen's height makes no further difference.
+// A head that is smaller than this share of the screen's height is coded as one of this size: its frames may have 50
+// times the error of a head that fills the screen.
 constexpr float kSmallestHeight = 0.02f;
 
 float tolerance_m(std::uint8_t tolerance) {
@@ -30,7 +32,7 @@ float tolerance_m(std::uint8_t tolerance) {
   return kFinestTolerance_m * std::exp2(0.5f * static_cast<float>(tolerance));
 }
 
-// The coarsest that is not above, or the finest.
+// The coarsest tolerance that is not above the wanted error; the finest where all are above it.
 std::uint8_t tolerance_within(float wanted_m) {
   const float steps = 2 * std::log2(std::max(wanted_m / kFinestTolerance_m, 1.0f));
   return static_cast<std::uint8_t>(std::min(static_cast<int>(steps), kToleranceCount - 1));
@@ -97,7 +99,7 @@ void Publisher::put_basis(const wire::GroomHash& groom, const wire::GroomHash& b
                           KnownBasis{basis, levels->modes, codec::CoefficientCode(levels->modes->basis.deviation_m)});
 }
 
-// Null while there is none; as well while the character's lattice is of levels that were built before.
+// Null while the groom has no basis, and while the character still has a lattice of an earlier build of its levels.
 const Publisher::KnownBasis* Publisher::basis_of(const Character& character) const {
   const auto found = bases_.find(character.groom);
   if (found == bases_.end()) return nullptr;
@@ -143,7 +145,8 @@ void Publisher::request(const Terms& terms, Room& room) const {
 
 int Publisher::request(const Terms& terms, const Room& room, Observer& observer) const {
   const std::uint64_t tick = terms.tick.tick;
-  // What waits in the outbox is older than this tick; sending it first would only delay the newest frames further.
+  // The frames that wait in the outbox are older than this tick; to send them first would only delay the newest frames
+  // further.
   if (observer.sink->drop_if_congested()) {
     observer.forget_sent();
     observer.throttle.on_lost_frames();
@@ -152,7 +155,8 @@ int Publisher::request(const Terms& terms, const Room& room, Observer& observer)
   const int octaves = observer.throttle.coarser_octaves();
   const auto stride =
       std::max<std::uint64_t>(observer.observe.stride, static_cast<std::uint64_t>(observer.throttle.stride()));
-  // The least error, 0, has no multiple; the finest tolerance has.
+  // An observer may want the error 0, which doubling does not change, so a coarser error is a multiple of the finest
+  // tolerance at least.
   const float error_m = octaves == 0 ? observer.observe.error_m
                                      : std::ldexp(std::max(observer.observe.error_m, kFinestTolerance_m), octaves);
   observer.views.resize(room.slots.size());
@@ -190,7 +194,8 @@ void Publisher::announce_basis(const Terms& terms, const Character& character, O
   observer.sink->push(wire::GroomBasis{character.groom, basis->hash}, terms.now_ns);
 }
 
-// An observer that has seen the hair for a while evaluates the same as the World, whenever it began.
+// A network forgets its earlier state within kLearntSettled_ticks (core/learnt/learnt_hair.hpp). So a client that has
+// had all poses for so long evaluates about the same hair as the World, whenever its network began.
 bool Publisher::note_learnt(const Terms& terms, const Character& character, Observer& observer, View& view) const {
   const std::uint64_t tick = terms.tick.tick;
   const auto learnt = learnt_.find(character.groom);
@@ -296,10 +301,12 @@ void Publisher::encode(const Terms& terms, Character& character, const KnownBasi
   counters_->frames_encoded.add(variants.size());
 }
 
-// Gathers frames into packets of at most `bytes_max` bytes of frames, or of one frame.
+// Gathers frames into packets. The frames of one packet have at most `bytes_max` bytes together, unless it is a single
+// frame.
 class Publisher::Packer {
  public:
-  // A datagram has no envelope around its frames.
+  // A reliable packet arrives, in order. An unreliable packet may get lost. A datagram is an unreliable packet without
+  // an envelope around its frames.
   enum class Kind : std::uint8_t { reliable, unreliable, datagram };
   Packer(const Terms& terms, std::size_t bytes_max, Kind kind, std::vector<FramePacket>& packets)
       : terms_(&terms), bytes_max_(bytes_max), kind_(kind), packets_(&packets) {}
@@ -309,8 +316,8 @@ class Publisher::Packer {
     if (bytes_ + frame_bytes > bytes_max_) flush();
     bytes_ += frame_bytes;
     batch_.frames.push_back(frame);
-    // Only an unreliable frame can overtake the message that gives the slot a new owner, so only there its generation
-    // counts.
+    // The generation tells an old character in a slot from its successor. Only an unreliable frame can overtake the
+    // message that announces the successor, so only there the generation is sent.
     if (kind_ != Kind::reliable) batch_.generations.push_back(generation);
   }
   void flush() {
@@ -322,7 +329,8 @@ class Publisher::Packer {
     packets_->push_back({kind_ == Kind::datagram ? wire::encode_frame_datagram(terms_->now_ns, batch)
                                                  : wire::encode_packet({terms_->now_ns, std::move(batch)}),
                          frame_count, kind_ != Kind::reliable});
-    HAIRNET_ASSERT(!packets_->back().bytes.empty());  // a packet of frames fits the protocol's bound
+    // A packet of frames fits the protocol's bound; one that does not would be encoded as no bytes.
+    HAIRNET_ASSERT(!packets_->back().bytes.empty());
     bytes_ = 0;
   }
 
@@ -362,8 +370,9 @@ void Publisher::send(const Terms& terms, Observer& observer) const {
     evaluated_count += frame.evaluated ? 1 : 0;
     frame.step_stride = static_cast<std::uint8_t>(character.stride);
     frame.content = variant.content;
-    const std::size_t frame_bytes = wire::frame_bytes(frame) + 1;  // and its generation
-    // No newer frame makes up for these marks.
+    // The frame, and one byte of its generation.
+    const std::size_t frame_bytes = wire::frame_bytes(frame) + 1;
+    // A frame with one of these marks must arrive: the next frame does not repeat the mark.
     const bool may_be_lost = !frame.asleep && !frame.discontinuous && frame_bytes <= unreliable_bytes_max;
     (may_be_lost ? unreliable : reliable).add(frame, character.generation, frame_bytes);
   }

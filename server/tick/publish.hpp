@@ -25,18 +25,19 @@ struct PublishDef {
   ClockNs now_ns = nullptr;
 };
 
-// Makes each observer's packets from the lattices, in four parallel loops: find the characters that changed; choose for
-// each observer how fine they need to be; code each once; put the packets together. Tick thread and workers. Loops
-// write to one character, room or observer each, so no loop needs a lock. Counts and sinks are the only things that
-// threads share.
+// Makes each observer's packets from the lattices, in four parallel loops. The first finds the characters that have
+// changed. The second finds, room by room, how large an error of each character each observer may see. The third codes
+// each character once, and cuts the code for each of these errors. The last puts the packets together. Tick thread and
+// workers. Each turn of a loop writes to one character, room or observer only, so no loop needs a lock. Threads share
+// only counters and sinks.
 class Publisher {
  public:
   Publisher(const PublishDef& def, TickCounters& counters) : def_(def), counters_(&counters) {
     HAIRNET_ASSERT(def.packet_bytes_max <= wire::kPacketBytesMax - wire::kPacketOverheadBytesMax);
   }
 
-  // Sends the frames of one tick, after the step. `rooms` get the tick's variants and times, which LevelChooser reads
-  // afterwards.
+  // Sends the frames of one tick. Call it after the step. Characters and observers in `rooms` get the tick's variants
+  // and times, which LevelChooser::observe() reads afterwards.
   void publish(Rooms& rooms, const Simulation& simulation, const wire::RecordedTick& tick,
                const ParallelFor& parallel_for, std::int64_t now_ns);
   // Frames of the groom may carry coefficients from now on. `basis`: the hash of its file. Asserts that the levels have
@@ -49,17 +50,19 @@ class Publisher {
   void forget_groom(const wire::GroomHash& groom);
 
  private:
-  // What turns a groom's lattices into coefficients, and these into bits.
+  // The basis of a groom that sessions may know: the hash of its file, the modes that turn the groom's lattices into
+  // coefficients, and the code that turns coefficients into bits.
   struct KnownBasis {
     wire::GroomHash hash{};
     std::shared_ptr<const Modes> modes;
     codec::CoefficientCode code;
   };
 
-  // Characters whose coefficients one map computes at once. No map: there is nothing to compute.
+  // Up to kModeMapWidth characters of one basis and level, whose coefficients one map computes side by side.
   struct Batch {
     // Null: only poses are sent.
     const KnownBasis* basis = nullptr;
+    // Null: there is no lattice, so there is nothing to compute.
     const ModeMap* map = nullptr;
     std::size_t count = 0;
     std::array<Character*, kModeMapWidth> characters{};
@@ -73,19 +76,24 @@ class Publisher {
     const wire::RecordedTick& tick;
     std::int64_t now_ns;
   };
-  // Decides whether the character has anything to send at this tick.
+  // Decides whether the character has anything to send at this tick (Character::changed and asleep).
   void begin_frame(const Terms& terms, Character& character);
+  // Chooses the frames of all observers of the room.
   void request(const Terms& terms, Room& room) const;
-  // Returns the stride at which frames are sent to the observer.
+  // Chooses the observer's frames of this tick (Observer::requests). Returns the stride at which frames are sent to the
+  // observer.
   int request(const Terms& terms, const Room& room, Observer& observer) const;
-  // Groups the characters that somebody asked for by basis and level, so that one map computes several side by side.
+  // Fills batches_ with the characters whose frames an observer gets.
   void gather_batches(std::span<Character* const> everyone);
+  // Code the frames of a batch, and of one character in all its variants.
   void encode(const Terms& terms, const Batch& batch) const;
   void encode(const Terms& terms, Character& character, const KnownBasis* basis, const HairMotion& motion) const;
+  // Tells the observer the basis of the character's groom, unless it was told before.
   void announce_basis(const Terms& terms, const Character& character, Observer& observer) const;
   // Whether the observer evaluates the hair of this frame itself. Announces learnt hair to an observer that sees it.
   bool note_learnt(const Terms& terms, const Character& character, Observer& observer, View& view) const;
   [[nodiscard]] const KnownBasis* basis_of(const Character& character) const;
+  // Puts the observer's frames and hands of this tick into packets, and these into its sink.
   void send(const Terms& terms, Observer& observer) const;
 
   [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
@@ -93,9 +101,9 @@ class Publisher {
   PublishDef def_;
   TickCounters* counters_;
   std::map<wire::GroomHash, KnownBasis> bases_;
-  // Has the hash of each groom's file of learnt hair.
+  // By groom: the hash of its file of learnt hair.
   std::map<wire::GroomHash, wire::GroomHash> learnt_;
-  // This and the next belong to the tick that is being published.
+  // The observers that have a sink, and the batches, both of the tick that is being published.
   std::vector<Observer*> observers_;
   std::vector<Batch> batches_;
 };

@@ -21,6 +21,7 @@ namespace hairnet::server {
 class Recorder {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+  // Entries that wait for the disk have at most this many bytes together.
   static constexpr std::size_t kQueueBytesMax = std::size_t{256} << 20;
 
   static Result<std::unique_ptr<Recorder>> create(const std::string& path, TickCounters& counters);
@@ -52,6 +53,7 @@ class Recorder {
   std::string path_;
   TickCounters* counters_;
   BoundedQueue<Item> queue_;
+  // The entries that poll() has taken from the queue. Recorder thread.
   std::vector<Item> taken_;
   // Either thread sets it: the tick thread when the queue is full, the recorder's when the disk is.
   std::atomic<bool> failed_{false};

@@ -11,12 +11,13 @@
 namespace hairnet::server {
 namespace {
 
-// Members are chosen again by place after this many ticks.
+// An observer's members are chosen by distance once in this many ticks, 0.27 s at the default 30 Hz.
 constexpr std::uint64_t kInterestTicks = 8;
-// Bounds the changes in one room.
+// The wind of one room changes at most this often, because each change wakes the hair of the whole room.
 constexpr std::uint32_t kWindChangesPer_s = 4;
 // A hair state waits this long for levels that are still being built; then its character enters rigid.
 constexpr std::uint64_t kStateWait_s = 2;
+// The time constant of the mean speeds of heads, which the budget uses.
 constexpr double kMotionSmoothing_s = 1;
 // A client that reports no sizes counts as one that sees each head at a quarter of its screen's height.
 constexpr float kScreenHeightUnreported = 0.25f;
@@ -45,7 +46,8 @@ bool is_same(const Pose& a, const Pose& b) {
   });
 }
 
-// Turns a state of the finest level into one of another. What does not fit is left as it is: the World refuses it.
+// Turns a hair state of the finest level into one of level `to`. A state that does not have the nodes of the finest
+// level is left as it is; the World then refuses it.
 void carry_over(const LevelSet& levels, LevelIndex to, wire::RecordedState& state) {
   const LevelMap* const map = levels.map(LevelIndex::high, to);
   if (to == LevelIndex::high || !map) return;
@@ -56,7 +58,8 @@ void carry_over(const LevelSet& levels, LevelIndex to, wire::RecordedState& stat
     map->apply(*vectors, carried);
     *vectors = std::move(carried);
   }
-  // The map may carry a node a little beyond what frames can say. Scaling all nodes alike keeps the hair's shape.
+  // The map may move a node a little farther than frames can express (displacement_max_m). Scaling all nodes alike
+  // keeps the shape of the hair.
   float farthest_m = 0;
   for (const Vec3f& d : state.displacements) farthest_m = std::max(farthest_m, d.norm());
   const float bound_m = levels[to].displacement_max_m;
@@ -131,7 +134,8 @@ void Scheduler::run_tick(const TickClock::Tick& tick, std::int64_t now_ns) {
   // The array of poses keeps its memory from tick to tick; with all its poses it is the largest part of the inputs.
   std::vector<wire::RecordedPose> poses = std::move(inputs_.poses);
   inputs_ = {};
-  inputs_.poses = std::move(poses);  // sample_poses() writes over them
+  // sample_poses() writes over these poses.
+  inputs_.poses = std::move(poses);
   inputs_.tick = tick.tick;
   inputs_.sample_time_ns = tick.time_ns - def_.pose_delay_ns;
 
@@ -206,7 +210,8 @@ void Scheduler::sample_pose(Character& character, Histogram::Tally& ages) {
   // A recording has exactly the same pose, so a replay steps from the same bits.
   const Pose pose = rounded_to_wire(sample.pose);
   if (character.in_world && !sample.teleport && is_same(pose, character.pose))
-    return note_motion(character, 0, 0);  // the World has this pose already
+    // The World has this pose already.
+    return note_motion(character, 0, 0);
   const Pose pose_before = std::exchange(character.pose, pose);
   character.pose_changed = true;
   character.pose_teleport = sample.teleport;
@@ -281,7 +286,7 @@ void Scheduler::update_interest(const Room& room, Observer& observer) {
     observer.observe_changed = false;
     if (by_place) {
       counters_->place_choices.add();
-      // Sessions take turns.
+      // The session's number shifts its turn, so that not all sessions choose at the same tick.
       observer.place_chosen_next = inputs_.tick + kInterestTicks - (inputs_.tick + observer.session) % kInterestTicks;
     }
   }
@@ -293,9 +298,10 @@ void Scheduler::update_interest(const Room& room, Observer& observer) {
     if (look)
       view.wanted = wanted_[s];
     else if (is_new && by_place)
-      view.wanted = session_of(c->key) == observer.session;  // others wait for the next choice
+      // Characters of other sessions wait for the next choice by distance.
+      view.wanted = session_of(c->key) == observer.session;
     if (!view.wanted || !view.in_view) continue;
-    // The largest picture of a head decides: detail that one observer needs is computed once for all.
+    // The largest size on any observer's screen decides: detail that one observer needs is computed once for all.
     c->seen = true;
     ++c->observer_count;
     c->screen_height =

@@ -29,19 +29,20 @@ struct SchedulerDef {
   // Every room has this wind until one of its clients sets another.
   Wind wind;
   std::uint32_t tick_rate_hz = 30;
+  // Poses are sampled this long before the tick's due time, so that most samples lie between two received poses.
   std::int64_t pose_delay_ns = 25'000'000;
-  // An empty room exists this long.
+  // A room goes on existing for this long after all have left.
   std::int64_t room_grace_ns = 10'000'000'000;
-  // Includes empty ones.
+  // Bounds all rooms, empty ones included.
   std::size_t room_count_max = 4096;
   // Bounds all hair states that wait for their levels.
   std::size_t state_bytes_max = std::size_t{256} << 20;
 };
 
-// Makes frames of poses, in one call a tick. Tick thread. One call makes one tick: it takes what sessions have said,
-// samples poses, chooses levels, steps the World and sends frames. It reads no clock but `world.now_ns`, which measures
-// work; with a null clock the same commands give the same frames. It owns rooms, characters and the World; nobody else
-// changes them.
+// Makes frames of poses. One call of run_tick() makes one tick: it runs the commands of sessions, samples poses,
+// chooses levels, steps the World and sends frames. The only clock is `world.now_ns`, which measures the duration of
+// work; with a null clock the same commands give the same frames. The scheduler owns rooms, characters and the World,
+// and nothing else changes them. Tick thread.
 class Scheduler {
  public:
   // `recorder` may be null. The queue and the counters must outlive it. A substep count of 0 is replaced by the one
@@ -59,19 +60,23 @@ class Scheduler {
  private:
   struct CommandHandler;
 
-  // Goes on telling sessions that have joined or resumed who is in their room, within the tick's limits.
+  // Goes on telling sessions that have joined or resumed who is in their room, within the tick's limits: all sessions
+  // in turn, one session, one member.
   void announce_members(std::int64_t now_ns);
   void announce_members(Observer& observer, std::int64_t now_ns);
   static void announce(const Observer& observer, const Character& character, std::int64_t now_ns);
-  // Runs the commands of the I/O thread in their order, until the messages that they cause reach the tick's bound.
+  // Takes the commands of the I/O thread from the queue, and runs them in their order until the messages that they
+  // cause reach the tick's bound (character_messages_left_). The other commands wait for the next tick.
   void take_commands(std::int64_t now_ns);
   void run_commands(std::int64_t now_ns);
   void sample_poses();
   // Writes to this character alone, so workers may run it for many at once.
   void sample_pose(Character& character, Histogram::Tally& ages);
-  // Finds for each character who sees it and how large; for each observer, at its turn, which members it wants.
+  // Finds for each character how many observers see it and how large, and for each observer, at its turn, which members
+  // it wants.
   void update_interest();
   void update_interest(const Room& room, Observer& observer);
+  // Pass changed materials and winds to the World, and changed tags and appearances to the other sessions.
   void change_materials();
   void change_winds(std::int64_t now_ns);
   void tell_appearances(std::int64_t now_ns);
@@ -81,7 +86,9 @@ class Scheduler {
   void record();
 
   void remove(CharacterKey key, std::int64_t now_ns);
+  // Whether the character does not enter the World yet, because its hair state waits for levels.
   [[nodiscard]] bool awaits_levels(Character& character) const;
+  // Puts the character into the World, on the rigid level.
   void place(Character& character);
   // A character that gets its first lattice continues from the state that its owner sent, as after a change of server.
   void apply_hair_states();
@@ -92,8 +99,8 @@ class Scheduler {
   // Smooths the speed of the head over about a second, for the budget; still heads hide errors better.
   void note_motion(Character& character, double moved_m, double turned_rad) const;
   void record_groom(const wire::GroomHash& groom);
-  // The session's view of the character that has the slot now.
-  // A view of an earlier character in the slot is replaced by an empty one.
+  // Returns the session's view of the character that has the slot now. A view of an earlier character in the slot is
+  // replaced by an empty one.
   static View& view_of(Observer& observer, const Room& room, std::size_t slot);
 
   [[nodiscard]] std::int64_t clock_ns() const { return def_.world.now_ns ? def_.world.now_ns() : 0; }
@@ -107,29 +114,30 @@ class Scheduler {
   Touch touch_;
   LevelChooser level_chooser_;
   Publisher publisher_;
-  // The ones before next_command_ are done.
+  // The commands taken from the queue. Those before next_command_ are done; the others may be left for the next tick.
   std::vector<Command> taken_;
   std::size_t next_command_ = 0;
-  // This tick may send this many about characters that come and go.
+  // This tick may still send this many messages about characters that come and go. It begins at kCharacterMessagesMax
+  // (scheduler_commands.cpp), and one command may take it below zero.
   std::int64_t character_messages_left_ = 0;
-  // Some members of their room have not been announced to these sessions.
+  // The sessions that do not know all members of their room yet, in the order of their turns.
   std::deque<SessionId> announcements_;
-  // This tick may make this many, to all sessions.
+  // This tick may still announce this many members, to all sessions together. It begins at kAnnouncementsOfAllMax.
   std::size_t announcement_count_left_ = 0;
-  // The World does not know these yet.
+  // The characters whose new material the World does not know yet.
   std::set<CharacterKey> materials_changed_;
-  // Other sessions do not know these yet.
+  // The characters whose new tag or appearance other sessions do not know yet.
   std::set<CharacterKey> appearances_changed_;
-  // Belongs to the tick being made.
+  // All input of the step of the tick that is being made.
   wire::RecordedTick inputs_;
-  // The World gets new poses of these.
+  // The characters that have a new pose at this tick.
   std::vector<Character*> moved_;
-  // Holds one room at a time.
+  // The heads of one observer's room, by slot, and which of them it wants. They are buffers of update_interest().
   std::vector<MemberHead> heads_;
   std::vector<bool> wanted_;
-  // Sums all hair states that wait.
+  // The bytes of all hair states that wait for their levels; state_bytes_max bounds them.
   std::size_t state_bytes_ = 0;
-  // Holds bytes of grooms that the recording does not hold yet.
+  // The files and the learnt hair of grooms that the recording does not contain yet.
   std::map<wire::GroomHash, Recorder::Bytes> unrecorded_;
   std::map<wire::GroomHash, std::shared_ptr<const LearntHair>> unrecorded_learnt_;
 };

@@ -8,13 +8,14 @@
 namespace hairnet::server {
 namespace {
 
-// Members that one tick announces to a session that has joined or resumed, and to all such sessions together; the
-// others follow at later ticks. A room's 4096 members are announced within a second also at 10 Hz.
+// One tick announces at most this many members to one session that has joined or resumed, and to all such sessions
+// together; the other members follow at later ticks. At 512 a tick, 4096 members of a room take 8 ticks, less than a
+// second also at 10 Hz.
 constexpr std::size_t kAnnouncementsMax = 512, kAnnouncementsOfAllMax = 4096;
-// Messages about characters that come and go which one tick sends to all sessions; later commands wait for the next
-// tick.
+// One tick sends about this many messages about characters that come and go, to all sessions together. Commands after
+// the one that reaches the bound wait for the next tick.
 constexpr std::int64_t kCharacterMessagesMax = 32'768;
-// Bounds the changes of one character.
+// Changes of one character's tag and appearance are announced at most this often.
 constexpr std::uint32_t kAppearanceChangesPer_s = 4;
 
 wire::MemberJoined joined_message(const Character& c) {
@@ -36,14 +37,14 @@ struct Scheduler::CommandHandler {
       observer = &scheduler.rooms_.open(c.session, c.room, std::move(c.sink));
       observer->subject = c.subject;
       Room& room = scheduler.rooms_.room(observer->room);
-      // Only a room that begins with this session takes the wind of an earlier server; people who are here have their
-      // own.
+      // Only a room that begins with this session takes the wind that it had on an earlier server. A room with other
+      // sessions has its own wind.
       if (c.wind && room.observers.size() == 1 && !room.wind_in_world) {
         room.wind = *c.wind;
         room.wind_announced = {*c.wind, wire::RoomWind::kOfEarlierServer};
       }
     } else {
-      // The connection before may still be open: its hands end with it.
+      // The session may still have its former connection: the hands that came over it end here.
       scheduler.rooms_.end_hands(*observer);
       observer->sink = std::move(c.sink);
       // The new connection's client may be a program that has just started: it is told everything again.
@@ -53,7 +54,7 @@ struct Scheduler::CommandHandler {
     }
     if (observer->sink) observer->sink->push(scheduler.rooms_.room(observer->room).wind_announced, now_ns);
     scheduler.touch_.open(c.props, is_new, *observer, now_ns);
-    // A session that resumes while its announcements wait is in the line already.
+    // A session that resumes while its announcements wait is in announcements_ already.
     const bool is_waiting = observer->unannounced_from.has_value();
     observer->unannounced_from = 0;
     scheduler.announce_members(*observer, now_ns);
@@ -75,7 +76,7 @@ struct Scheduler::CommandHandler {
     std::vector<CharacterKey> keys;
     for (auto it = first; it != characters.end() && session_of(it->first) == c.session; ++it) keys.push_back(it->first);
     for (const CharacterKey key : keys) {
-      // The command stays, and goes on at the next tick.
+      // The tick has reached its bound of messages. run_commands() runs the same command again at the next tick.
       if (scheduler.character_messages_left_ <= 0) return;
       scheduler.remove(key, now_ns);
     }
@@ -104,7 +105,8 @@ struct Scheduler::CommandHandler {
     scheduler.character_messages_left_ -= static_cast<std::int64_t>(room.observers.size());
     for (Observer* observer : room.observers) {
       observer->observe_changed = true;
-      // An observer that is still being told the members meets this one when its turn comes.
+      // An observer that is not told all members yet, and has not reached this slot, is told of this one when its turn
+      // comes.
       if (observer->knows(character->slot)) announce(*observer, *character, now_ns);
     }
   }
@@ -224,10 +226,11 @@ void Scheduler::tell_appearances(std::int64_t now_ns) {
   });
 }
 
-// Continues what earlier ticks have begun, in turn.
+// Goes on with the announcements that earlier ticks have begun, session by session.
 void Scheduler::announce_members(std::int64_t now_ns) {
   announcement_count_left_ = kAnnouncementsOfAllMax;
-  // Each session in the line has one turn a tick and goes to its end, so that a large room does not hold up small ones.
+  // Each waiting session has one turn a tick, and then goes to the end of announcements_, so that sessions in a large
+  // room do not delay those in small ones.
   for (std::size_t waiting = announcements_.size(); waiting > 0 && announcement_count_left_ > 0; --waiting) {
     const SessionId session = announcements_.front();
     announcements_.pop_front();
@@ -264,11 +267,11 @@ void Scheduler::announce(const Observer& observer, const Character& c, std::int6
     observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member_of(c), c.generation}, now_ns);
   else
     observer.sink->push_encoded(joined_message(c), c.joined_packet, now_ns);
-  // Clients take the default rule, which allows the owner alone, for granted.
+  // Clients assume the default rule, which allows only the owner to touch the hair, so only other rules are sent.
   if (c.touch_rule != TouchRule{}) observer.sink->push(touch_message(c), now_ns);
 }
 
-// What earlier ticks have left comes first, so the order of commands is kept.
+// The commands that earlier ticks have left run first, so commands always run in the order of their arrival.
 void Scheduler::take_commands(std::int64_t now_ns) {
   counters_->gauges.commands_waiting.set(static_cast<double>(commands_->weight()));
   character_messages_left_ = kCharacterMessagesMax;
@@ -287,7 +290,7 @@ void Scheduler::run_commands(std::int64_t now_ns) {
     // The bound is checked before each command, so one command may exceed it once.
     std::visit(CommandHandler{*this, now_ns}, taken_[next_command_]);
     const auto* close = std::get_if<CloseSession>(&taken_[next_command_]);
-    // Some of its characters are left, so the same command runs again.
+    // The observer still exists, so some of its characters are left: the same command runs again at the next tick.
     if (close && rooms_.observer(close->session)) return;
   }
 }

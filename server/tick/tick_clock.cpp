@@ -23,9 +23,10 @@ std::int64_t TickClock::due_ns(std::uint64_t tick) const {
 std::optional<TickClock::Tick> TickClock::take(std::int64_t now_ns) {
   if (now_ns < due_ns(next_)) return {};
   const std::uint64_t first = next_;
-  // The estimate may be one off in either direction; the two loops correct it.
+  // The estimate may be one off in either direction, because a period is not a whole number of nanoseconds; the two
+  // loops correct it.
   std::uint64_t overdue = static_cast<std::uint64_t>(now_ns - due_ns(next_)) * rate_hz_ / kSecond_ns;
-  while (due_ns(next_ + overdue) > now_ns) --overdue;  // a period is not a whole number of nanoseconds
+  while (due_ns(next_ + overdue) > now_ns) --overdue;
   while (due_ns(next_ + overdue + 1) <= now_ns) ++overdue;
   HAIRNET_ASSERT(due_ns(next_ + overdue) <= now_ns);
   // A few overdue ticks are made up for, so that a short stall loses no frame. More of them would keep the server late,

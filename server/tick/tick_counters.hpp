@@ -82,7 +82,7 @@ struct TickHistograms : HistogramSet {
 struct TickCounters : CounterSet {
   TickGauges gauges;
   TickHistograms histograms;
-  // Is not in /metrics, which has the histogram tick_seconds.
+  // These counters are in the log only: /metrics has the histogram tick_seconds instead.
   CounterSet log_only;
   Counter ticks_run{*this, "ticks_run", "Ticks run."};
   Counter ticks_late{*this, "ticks_late", "Ticks that began late."};

@@ -11,27 +11,29 @@
 namespace hairnet::server {
 namespace {
 
-// Bounds the changes of one character.
+// Changes of one character's rule are announced at most this often.
 constexpr std::uint32_t kRuleChangesPer_s = 4;
-// Hair is as long, at most, about.
+// A session gets hands that are at most this far from a head whose frames it gets: about the length of the longest
+// hair.
 constexpr double kShownReach_m = 1.5;
-// A session gets the hands of so many others.
+// A session gets the hands of at most this many other people.
 constexpr std::size_t kPeopleShownMax = 64;
-// A packet of hands has at most this many bytes beside its people, and each of these beside the hands.
+// Upper bounds of the bytes of a packet of hands beside its people, and of each person beside the hands.
 constexpr std::size_t kRoomHandsBytes = 128, kPersonBytes = 16;
 
 bool is_same_place(const RigidTransform& a, const RigidTransform& b) {
   return a.position == b.position && a.rotation.coeffs() == b.rotation.coeffs();
 }
 
-// Bodies that jump to where they are have not moved.
+// Compares places and shapes, and not has_jumped: a hand that jumps to where it is has not moved.
 bool are_same(const std::vector<Hand>& a, const std::vector<Hand>& b) {
   return std::ranges::equal(a, b, [](const Hand& x, const Hand& y) {
     return x.first_number == y.first_number && x.shapes == y.shapes && is_same_place(x.place, y.place);
   });
 }
 
-// The list is sorted and without repeats, as may_touch() searches it, and equal rules must compare equal.
+// Makes the rule of a message. Its list is sorted and has no repeats, because may_touch() searches it, and equal rules
+// must compare equal.
 TouchRule rule_of(const wire::SetTouch& set) {
   TouchRule rule{set.audience, {}};
   if (set.audience != TouchAudience::chosen) return rule;
@@ -67,7 +69,8 @@ const Character* find_member(const Room& room, std::uint32_t member) {
 }
 
 void change_props(wire::SetProps change, RoomTouch& touch) {
-  // A prop that jumps and moves on in the same tick has jumped, and so has one that was away.
+  // A prop has jumped if it jumps and then moves in the same tick, or if it is set again in the tick in which it was
+  // removed.
   const auto has_jumped = [&](const wire::Prop& prop) {
     const bool was_changed = touch.props_changed.contains(prop.number);
     const auto before = touch.props.find(prop.number);
@@ -81,7 +84,8 @@ void change_props(wire::SetProps change, RoomTouch& touch) {
   for (const wire::Prop& prop : change.props) touch.props_changed.insert(prop.number);
   touch.had_props = touch.had_props || !change.props.empty();
   touch.is_changed = touch.is_changed || !touch.props_changed.empty();
-  server::apply(change, touch.props);  // unqualified it would be std::apply
+  // An unqualified call would mean std::apply.
+  server::apply(change, touch.props);
 }
 
 std::vector<TouchBody> bodies_of(const RoomTouch& touch) {
@@ -120,7 +124,7 @@ void Touch::begin_tick(SimulationInputs& inputs) {
 void Touch::open(const std::vector<wire::Prop>& props, bool is_new, Observer& observer, std::int64_t now_ns) {
   Room& room = rooms_->room(observer.room);
   const bool is_alone = room.observers.size() == 1;
-  // A room that nobody was in begins with the props that came with this session, as after a change of server.
+  // A room without other sessions begins with the props that come with this session, as after a change of server.
   if (is_new && is_alone && !(props.empty() && room.touch.props.empty())) {
     wire::SetProps replacement{props, {}};
     for (const auto& [number, prop] : room.touch.props) replacement.removed.push_back(number);
@@ -169,7 +173,7 @@ void Touch::take_hold(const wire::TakeHold& take, SessionId session, std::int64_
   const TouchKey hand{session, take.hand};
   // A new hold of the same hand ends the earlier one, whose pin would otherwise take what the new one holds.
   std::erase_if(late_pins_, [&](const auto& pin) { return pin.character == character->key && pin.hand == hand; });
-  // The limit as a float is above it.
+  // kGrabRadiusMax_m, rounded to the float of a message, may be above the limit itself.
   const double radius_m = std::min(static_cast<double>(take.radius_m), kGrabRadiusMax_m);
   inputs.grabs.push_back({character->key, {hand, take.place.cast<double>(), radius_m}});
 }
@@ -195,7 +199,7 @@ void Touch::let_go(const wire::LetGo& let_go, SessionId session, std::int64_t no
   inputs.releases.push_back(release);
   if (let_go.release == Release::unpin) return;
   holds_.erase(hold);
-  // What it would have taken in this tick it has dropped at once.
+  // A hold that was taken in this same tick ends before the step, so its session is told that the hand holds nothing.
   for (std::size_t taken = std::erase_if(inputs.grabs, is_of_hold); taken > 0; --taken) tell_held(hold, 0, now_ns);
 }
 
@@ -222,7 +226,7 @@ void Touch::tell_rules(std::uint64_t tick, std::int64_t now_ns, std::int64_t& me
 }
 
 void Touch::put_inputs(std::int64_t now_ns, wire::RecordedTick& inputs) {
-  // Rights are checked at the end of the tick's commands, whatever their order was.
+  // The rights after all commands of the tick count, whatever the order of the commands.
   drop_forbidden_pins(inputs);
   std::erase_if(rules_changed_, [&](CharacterKey key) {
     const Character* const character = rooms_->find(key);
@@ -235,7 +239,8 @@ void Touch::put_inputs(std::int64_t now_ns, wire::RecordedTick& inputs) {
   }
 }
 
-// The tick's commands, or those after a late pin, may have forbidden its maker to touch the hair.
+// A command may have forbidden a session to touch the hair after its pin was accepted. Such a pin drops the hair
+// instead.
 void Touch::drop_forbidden_pins(SimulationInputs& inputs) const {
   for (SimulationInputs::LetGo& release : inputs.releases) {
     if (release.release != Release::pin) continue;
@@ -256,7 +261,7 @@ void Touch::put_bodies(std::int64_t now_ns, Room& room, wire::RecordedTick& inpu
     is_changed = is_changed || !are_same(hands, observer->hands);
     observer->hands = std::move(hands);
   }
-  // Who has no hands at this time, and none to come, is asked no more.
+  // A session that has no hands at this time and no later sample is not sampled any more, until it sends hands again.
   std::erase_if(touch.touchers, [&](const Observer* observer) {
     return observer->hands.empty() && !observer->inbox.is_newer_than(inputs.sample_time_ns);
   });
@@ -355,7 +360,7 @@ void Touch::find_near_hands(const Room& room) {
       auto head = std::ranges::lower_bound(heads_, place.x() - reach_m, {}, &Head::x_m);
       for (; head != heads_.end() && head->x_m <= place.x() + reach_m; ++head) {
         const Character& character = *head->character;
-        // Hands that pass through hair of others push none.
+        // A person who may not touch others pushes only the hair of own characters, so other heads do not count.
         if (!person->may_touch_others && session_of(character.key) != person->session) continue;
         if ((character.pose.head().position - place).norm() <= reach_m) near.slots.push_back(character.slot);
       }
@@ -388,14 +393,14 @@ void Touch::show_hands(const wire::RecordedTick& inputs, std::int64_t now_ns, Ob
     // Hands without the hair that they touch would be of no use to the observer.
     if (near.person == &observer || !sees_any(observer, near.slots)) continue;
     const std::size_t person_bytes = kPersonBytes + near.bytes.size();
-    // Many people are split over several packets, each of which fits a datagram and means something by itself.
+    // Many people are split over several packets. Each fits a datagram, and a client can use it without the others.
     if (datagram_bytes_max > 0 && shown_bytes + person_bytes > datagram_bytes_max) put_packet();
     shown_bytes += person_bytes;
     shown.people.push_back({near.person->session, near.bytes});
     sessions.push_back(near.person->session);
   }
   put_packet();
-  // This must not get lost: nothing newer says it again.
+  // The people whose hands the session gets no more. This goes by the reliable channel: no later packet repeats it.
   std::vector<SessionId> gone;
   std::ranges::set_difference(observer.hands_shown, sessions, std::back_inserter(gone));
   if (!gone.empty()) {

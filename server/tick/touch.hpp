@@ -19,33 +19,40 @@ namespace hairnet::server {
 // Says who may touch a character's hair.
 wire::MemberTouch touch_message(const Character& character);
 
-// Hands, props, who may touch whom, and holds of hair: from what sessions say to the World's inputs, and to what
-// sessions are told. Costs a comparison for each room without hands and props. Tick thread.
+// Hands, props, who may touch whom, and holds of hair. Takes the messages of sessions about them, makes the World's
+// inputs of them, and sends the sessions what concerns them. A room without hands and props costs one comparison a
+// tick. Tick thread.
 class Touch {
  public:
+  // Both must outlive it.
   Touch(Rooms& rooms, TickCounters& counters, std::uint32_t tick_rate_hz)
       : rooms_(&rooms), counters_(&counters), tick_rate_hz_(tick_rate_hz) {}
 
-  // Call it before the tick's commands.
+  // Puts the pins that waited for this tick into its inputs. Call it before the tick's commands.
   void begin_tick(SimulationInputs& inputs);
 
-  // What sessions say. It does nothing for a session or a character that has gone. `is_new`: not resumed.
+  // The calls from here to set_props() pass on a message of a session. They do nothing for a session or a character
+  // that has gone.
+
+  // A session has joined (`is_new`) or resumed. `props` are those that come with it, as after a change of server.
   void open(const std::vector<wire::Prop>& props, bool is_new, Observer& observer, std::int64_t now_ns);
   // A moderator allows or forbids the session to touch hair of others.
   void set_right(const SetTouchRight& right);
   // An owner says who may touch one of its characters. Only the newest rule of a tick counts.
   void set_rule(const wire::SetTouch& set, SessionId session);
-  // Puts a grab into the inputs of this tick, or answers with an error. Whether hair is in reach, only the step finds
-  // out; tell_holds() then tells the session.
+  // Puts a grab into the inputs of this tick, or answers with an error. Only the step finds out whether hair is in
+  // reach; tell_holds() then tells the session.
   void take_hold(const wire::TakeHold& take, SessionId session, std::int64_t now_ns, SimulationInputs& inputs);
   // Puts a release into the inputs. A pin of hair that was taken in the same tick waits for the next one.
   void let_go(const wire::LetGo& let_go, SessionId session, std::int64_t now_ns, SimulationInputs& inputs);
   // Places, moves and removes props of the room; sessions have checked the right to.
   void set_props(const wire::SetProps& set, SessionId session);
 
-  // Tells of changed rules, each a few times a second at most, while `messages_left` is above 0.
+  // Tells sessions who may touch the characters whose rule has changed, each a few times a second at most, while
+  // `messages_left` is above 0. Subtracts the messages from it.
   void tell_rules(std::uint64_t tick, std::int64_t now_ns, std::int64_t& messages_left);
-  // Samples hands, and tells of changed props. Call it when the World has the tick's characters.
+  // Samples hands, tells sessions of changed props, and puts rules and bodies into the inputs. Call it when `inputs`
+  // has the tick's new characters.
   void put_inputs(std::int64_t now_ns, wire::RecordedTick& inputs);
 
   // Call these two after the step, the second before frames are published.
@@ -59,14 +66,15 @@ class Touch {
     TouchKey hand;
     friend auto operator<=>(const Hold&, const Hold&) = default;
   };
-  // Someone's hands near heads.
+  // The hands of one person, who is near the heads of characters.
   struct NearHands {
     const Observer* person = nullptr;
-    // Are those of the heads.
+    // The slots of these characters in the room.
     std::vector<std::uint32_t> slots;
     // What codec::encode_hands makes of them.
     std::vector<std::uint8_t> bytes = {};
   };
+  // A character's head, with its place along x, by which heads_ is sorted.
   struct Head {
     double x_m = 0;
     const Character* character = nullptr;
@@ -83,13 +91,15 @@ class Touch {
   Rooms* rooms_;
   TickCounters* counters_;
   std::uint32_t tick_rate_hz_;
-  // The World does not know the rules of these yet, or their rooms do not.
+  // The characters whose present rule the World does not know yet, and those whose rule the sessions of the room do not
+  // know yet.
   std::set<CharacterKey> rules_changed_, rules_unannounced_;
-  // Their sessions have heard that they hold hair.
+  // The holds that sessions know of: they were told that their hand holds hair.
   std::set<Hold> holds_;
-  // Pins of hair that was taken in the same tick: the World takes hold after it lets go.
+  // Pins that wait for the next tick, because the hair was taken in this one: within a step the World releases hair
+  // before it takes hold.
   std::vector<SimulationInputs::LetGo> late_pins_;
-  // Belong to one room at a time.
+  // Buffers of show_hands(), for one room at a time.
   std::vector<Head> heads_;
   std::vector<NearHands> near_;
 };

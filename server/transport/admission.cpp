@@ -35,7 +35,7 @@ Admission::Ticket::~Ticket() {
 
 bool Admission::Ticket::move_to(Place place) {
   if (!admission_ || place == place_) return true;
-  // A session has no bound here: session limits decide about it, after this connection has shown what it wants.
+  // Sessions have no bound here: SessionLimits decide about them when their Hello has come.
   const std::size_t count = admission_->places_[index_of(place)];
   if (place == Place::http && count >= admission_->limits_.http_max) return false;
   if (place == Place::leaving && count >= kLeavingMax) return false;
@@ -95,7 +95,7 @@ bool Admission::may_accept(std::int64_t now_ns) {
   return unpaid_count_ == 0;
 }
 
-// An address whose bucket is full again is like one that never came.
+// Forgets the addresses without connections whose bucket is full again: a new entry would be the same.
 void Admission::forget_idle(std::int64_t now_ns) {
   // An attacker with many addresses (each IPv6 /64 counts as one) must not fill the memory. A crowded table also drops
   // the idle addresses whose bucket is not full; they then begin with a full one.

@@ -61,7 +61,7 @@ class Admission : public std::enable_shared_from_this<Admission> {
 
    private:
     friend class Admission;
-    // Is null for a ticket that counts nothing; the ticket keeps Admission alive beyond its listener.
+    // Null: the ticket counts nothing. The pointer keeps Admission alive after its listener has gone.
     std::shared_ptr<Admission> admission_;
     std::optional<std::uint64_t> address_;
     Place place_ = Place::arrival;
@@ -94,7 +94,7 @@ class Admission : public std::enable_shared_from_this<Admission> {
   std::unordered_map<std::uint64_t, Address> addresses_;
   std::int64_t forget_next_ns_ = 0;
   TokenBucket rate_;
-  // Admitted connections that rate_ has not counted yet.
+  // Connections that were admitted and not yet taken from rate_; may_accept() takes them.
   std::size_t unpaid_count_ = 0;
 };
 

@@ -12,9 +12,9 @@ namespace {
 
 using Error = boost::system::error_code;
 
-// Bounds a header, too.
+// The bound of bytes that are read and not parsed yet, and so of an answer's header.
 constexpr std::size_t kBufferBytesMax = 64 << 10;
-// Bounds a body that no one asked for.
+// The bound of a body that was not asked for, such as the text of an error.
 constexpr std::size_t kErrorBytesMax = 64 << 10;
 
 http::verb verb_of(ExchangeRequest::Method method) {
@@ -52,9 +52,9 @@ struct BlockingHttpClient::Impl {
   BlockingHttpClientDef def;
   std::shared_ptr<asio::ssl::context> tls;
   asio::io_context loop{1};
-  // Is null while none is connected.
+  // The connection; null: there is none.
   std::unique_ptr<HttpPeer> peer;
-  // The answer lets the connection be used again.
+  // The last answer allows the connection to be used again.
   bool is_kept = false;
   // Any thread sets it; it stays set.
   std::atomic<bool> cancelled{false};

@@ -10,11 +10,11 @@
 namespace hairnet::server {
 
 struct BlockingHttpClientDef {
-  // Is a name or a numeric address, without brackets.
+  // A name or a numeric address, without brackets.
   std::string host;
   std::uint16_t port = 0;
   bool is_tls = false;
-  // Is the PEM file of its authority; empty: the system's.
+  // The PEM file of the server's authority; empty: those of the system.
   std::string ca = {};
   // Names the server in errors.
   std::string whose = "the server";

@@ -51,7 +51,8 @@ void ByteStream::put_back(std::span<const std::uint8_t> bytes) {
 
 std::size_t ByteStream::write_now(std::span<const std::uint8_t> bytes) {
   HAIRNET_ASSERT(!tls_);
-  HAIRNET_ASSERT(!is_corked_ && corked_.empty());  // else these bytes would overtake them
+  // These bytes would overtake bytes that are corked.
+  HAIRNET_ASSERT(!is_corked_ && corked_.empty());
   boost::system::error_code would_wait;
   return socket_.write_some(asio::buffer(bytes.data(), bytes.size()), would_wait);
 }

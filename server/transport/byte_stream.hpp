@@ -17,7 +17,7 @@
 
 namespace hairnet::server {
 
-// Connections read at most so many bytes at a time, so that their memory grows with the received bytes.
+// Connections read at most this many bytes at a time, so that their memory grows with the received bytes.
 inline constexpr std::size_t kReadBytes = std::size_t{64} << 10;
 
 // A socket, plain or inside TLS, with the stream operations that Asio and Beast need: one read and one write at a time.
@@ -57,7 +57,7 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
   // Ends writing, then reads and drops what the peer still sends for up to a second, then closes. A socket that is
   // closed with unread bytes resets the connection, and the peer would lose our last bytes.
   asio::awaitable<void> close_gracefully();
-  // Is the first half of close_gracefully(): ends TLS, then the sending direction of the socket.
+  // The first half of close_gracefully(): ends TLS, then the sending direction of the socket.
   asio::awaitable<void> end_writing();
 
   // Writes as many bytes as the system takes without waiting, and returns their number. Asserts that the stream is

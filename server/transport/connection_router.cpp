@@ -115,7 +115,8 @@ void ConnectionRouter::count_refusal(Admission::Verdict verdict, const tcp::endp
     spdlog::warn("event={} peer={} count={}", counter.name().flat(), shown(peer), counter.value());
 }
 
-// A page of another site that reaches this server under the site's name would be the server's own page for the browser.
+// If the name of another site leads to this server, a browser takes pages of that site for the server's own. So hosts
+// with other names are refused.
 bool ConnectionRouter::refuses_host(std::string_view host, bool opens_session, std::string_view peer) {
   // Without a list of hosts, a server of the loopback still refuses pages by a foreign name: a DNS entry of an attacker
   // could point that name at 127.0.0.1 (DNS rebinding), and the page would pass as the server's own.
@@ -181,7 +182,7 @@ asio::awaitable<bool> ConnectionRouter::read_proxy_header(ByteStream& stream) {
   }
   if (header.peer) {
     stream.set_peer(*header.peer);
-    // Anyone might have made the proxy say that they are on the loopback.
+    // A loopback address in a proxy's header may be forged, so it gets no exemption from the limits of one address.
     const bool is_loopback = unmapped(header.peer->address()).is_loopback();
     const auto address = is_loopback ? address_number(header.peer->address()) : limited_address(header.peer->address());
     const auto verdict =
@@ -207,7 +208,7 @@ asio::awaitable<void> ConnectionRouter::route(std::shared_ptr<ByteStream> stream
     co_return;
   }
   if (found.protocol == DetectedProtocol::tls) {
-    // The handshake gets a time of its own, because the client has shown that it lives by its first bytes.
+    // The TLS handshake gets the whole time again, because the client has sent its first bytes in time.
     stream->expires_after(options.opening_timeout);
     if (const auto error = co_await stream->accept_tls(*tls)) {
       (stream->has_expired() ? counters->handshakes_failed_timeout : counters->handshakes_failed_tls).add();

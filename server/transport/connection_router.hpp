@@ -38,9 +38,10 @@ struct ConnectionRouter : std::enable_shared_from_this<ConnectionRouter> {
 
   TransportOptions options;
   TransportCounters* counters = nullptr;
-  // None: the port has pages only.
+  // Begins the session of a connection. Empty: the port has pages only.
   OpenSession open_session;
   HttpService* service = nullptr;
+  // The addresses that have no limits of one address, and those of proxies, whose header names the client's address.
   std::vector<asio::ip::address> exempt, proxies;
   std::shared_ptr<Admission> admission;
   // Null: there is no certificate, and TLS is refused.
@@ -52,7 +53,8 @@ struct ConnectionRouter : std::enable_shared_from_this<ConnectionRouter> {
   // All addresses of the port are of the loopback.
   bool is_local = true;
   bool is_closed = false;
-  // What a page that was asked for by this Host needs to connect by WebTransport; none: no sessions.
+  // Returns the JSON that a page of this host needs to connect by WebTransport (QuicListener::page), or says that there
+  // is none. Empty: the port has no sessions.
   std::function<std::string(std::string_view host)> webtransport_page;
   LogThrottle refusal_log, origin_log, host_log, accept_log;
 
@@ -62,9 +64,10 @@ struct ConnectionRouter : std::enable_shared_from_this<ConnectionRouter> {
   // None: the limits of one address do not apply.
   [[nodiscard]] std::optional<std::uint64_t> limited_address(const asio::ip::address& address) const;
   void count_refusal(Admission::Verdict verdict, const asio::ip::tcp::endpoint& peer);
-  // Whether a request may not name this host. `opens_session`: by a page. Counts and logs.
+  // Returns true when a request may not name this host; counts and logs the refusal. `opens_session`: the request is
+  // from a page and opens a session.
   bool refuses_host(std::string_view host, bool opens_session, std::string_view peer);
-  // Whether a page of that origin may open no session here. Counts and logs.
+  // Returns true when a page of this origin may open no session here; counts and logs the refusal.
   bool refuses_origin(std::string_view origin, std::string_view host, std::string_view peer);
 
  private:

@@ -10,7 +10,7 @@ namespace hairnet::server {
 enum class ContentCoding : std::uint8_t { brotli, gzip, identity };
 
 struct ContentCodingName {
-  // Is as in HTTP's header fields; empty: identity.
+  // The name as in HTTP's header fields; empty: identity.
   std::string_view token;
   // Ends the copy's name.
   std::string_view ending;

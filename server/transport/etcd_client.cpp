@@ -22,9 +22,11 @@ namespace {
 
 using Error = boost::system::error_code;
 
-// These are the outer bounds. The directory gives calls up earlier, as its lease demands.
+// The longest times for a connection and for an answer. EtcdCalls cancels calls earlier, since it has shorter
+// deadlines.
 constexpr std::chrono::seconds kConnectTimeout{3}, kAnswerTimeout{10};
-// So many connections to one endpoint wait for the next call; further ones are closed after their answer.
+// At most this many idle connections to one endpoint wait for the next call; further ones are closed after their
+// answer.
 constexpr std::size_t kIdleMax = 4;
 constexpr std::size_t kPasswordBytesMax = 1024, kPasswordFileBytesMax = 65'536;
 
@@ -77,7 +79,7 @@ struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
   [[nodiscard]] std::shared_ptr<HttpPeer> new_peer(std::size_t endpoint);
   // False after cancel(), or when the client has gone: nobody waits for the answer any more.
   [[nodiscard]] bool is_wanted(std::uint64_t id) const { return sink && open.contains(id); }
-  // The entry goes before the sink is called, which may send a new call from within.
+  // The entry is erased before the sink is called, because the sink may send a new call from within.
   void fail(std::uint64_t id, EtcdError error) {
     if (open.erase(id) > 0 && sink) sink->on_error(id, error, channel::monotonic_ns());
   }
@@ -85,13 +87,13 @@ struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
   SerialExecutor executor;
   EtcdSink* sink = nullptr;
   std::vector<EtcdEndpoint> endpoints;
-  // Each endpoint has its own.
+  // By endpoint: the idle connections.
   std::vector<std::vector<std::shared_ptr<HttpPeer>>> idle;
   // The calls under way, by their number.
   std::map<std::uint64_t, Open> open;
   std::shared_ptr<asio::ssl::context> tls;
   std::string user, password, token;
-  // etcd does not accept the user, and that is logged.
+  // etcd has refused the user, and the log has said so.
   bool is_user_refused = false;
 };
 

@@ -17,14 +17,14 @@ struct EtcdOptions {
   std::vector<std::string> endpoints;
   // Endpoints' certificates must follow from this PEM file; empty: from the system's.
   std::string ca;
-  // These are PEM files of this server as a client; both or none.
+  // The PEM files by which this server shows itself to etcd as a TLS client; both or none.
   std::string certificate, key;
-  // These name one of etcd's own users, whose password is the file's first line; both or none.
+  // One of etcd's own users, and the file whose first line is the password; both or none.
   std::string user, password_file;
 };
 
 struct EtcdEndpoint {
-  // Is a name or a numeric address, without brackets.
+  // A name or a numeric address, without brackets.
   std::string host;
   std::uint16_t port = 2379;
   bool is_tls = false;

@@ -24,7 +24,7 @@ constexpr std::size_t kReadBytesMax = 16 << 10;
 // A file leaves in pieces of this size, so its length costs no memory, and a slow reader holds one piece.
 constexpr std::size_t kFilePieceBytes = std::size_t{64} << 10;
 constexpr std::string_view kWebTransportPage = "/wt.json";
-// Pages of allowed origins may ask it, with a token.
+// Pages of allowed origins may request this path, with a token.
 constexpr std::string_view kRoomPage = "/room";
 // A connection that receives pages at its limit waits this long.
 constexpr std::chrono::milliseconds kRateWait{10};
@@ -44,7 +44,7 @@ bool is_service_path(std::string_view path) {
          path == kRoomPage;
 }
 
-// A list of tags, or "*"; weak tags count like strong ones.
+// Whether a list of tags, or "*", contains the tag. Weak tags count like strong ones.
 bool names_tag(std::string_view list, std::string_view etag) {
   return list == "*" || list.find(etag) != std::string_view::npos;
 }
@@ -94,7 +94,8 @@ class HttpConnection {
         counters_->connections_refused_http.add();
         refused = refusal(503, "too many connections ask for pages; try again later");
       }
-      // The path decides before the headers: a plain GET of it is told to upgrade, and finds no file of that name.
+      // Every request of this path is treated as an upgrade: a plain GET gets the answer that it must upgrade, and no
+      // file of that name is looked for.
       if (!refused && router_->open_session && path_of(view(request.target())) == WebSocketConnection::kPath) {
         refused = refuse_upgrade(request);
         if (!refused) {
@@ -136,8 +137,7 @@ class HttpConnection {
     }
     const Request& request = parser.get();
     if (request.target().size() > kTargetBytesMax) co_return refusal(414, "the address is too long");
-    // Two Hosts may pass the check of one and mean the other (request smuggling), as a proxy in front may choose
-    // differently.
+    // With two Host fields, this server could check one while a proxy in front goes by the other (request smuggling).
     if (request.version() >= 11 && request.count(http::field::host) != 1)
       co_return refusal(400, "there must be one Host");
     // Browsers ask with OPTIONS before a page of another origin may send its token along (a CORS preflight).
@@ -201,7 +201,7 @@ class HttpConnection {
     return response;
   }
 
-  // A question that pages of other origins may ask: those that may also open a session here.
+  // Answers a request of /room, which pages of other origins may make if they may also open a session here.
   HttpResponse answer_page(const Request& request, const HttpRequest& question) {
     const std::string_view origin = view(request[http::field::origin]), host = view(request[http::field::host]);
     // A page that may not open a session may not learn either where the room is.
@@ -219,7 +219,7 @@ class HttpConnection {
     return response;
   }
 
-  // False: the peer has left or is too slow.
+  // Sends the response. Returns false when the peer has left or is too slow.
   asio::awaitable<bool> respond(const HttpResponse& response, const StaticFile& file, bool with_body, bool keep_alive) {
     const int kind = response.status / 100;
     (kind == 2   ? counters_->http_responses_2xx

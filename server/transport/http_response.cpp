@@ -31,7 +31,8 @@ std::string http_date(std::int64_t date_s) {
 }
 
 void add(std::string& header, std::string_view name, std::string_view value) {
-  HAIRNET_ASSERT(value.find_first_of("\r\n") == std::string_view::npos);  // would begin another field
+  // A line break in the value would begin another field.
+  HAIRNET_ASSERT(value.find_first_of("\r\n") == std::string_view::npos);
   if (!value.empty()) header.append(name).append(": ").append(value).append("\r\n");
 }
 

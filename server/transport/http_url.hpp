@@ -9,7 +9,7 @@ namespace hairnet::server {
 
 // Where a client of HTTP connects to.
 struct HttpUrl {
-  // Is a name or a numeric address, without brackets.
+  // A name or a numeric address, without brackets.
   std::string host;
   // Zero stands for the scheme's port.
   std::uint16_t port = 0;

@@ -7,7 +7,7 @@
 
 namespace hairnet::server {
 
-// Is apart from IoLoop so that headers for `app` show no Asio.
+// A type of its own, so that the header of IoLoop, which `app` includes, does not include Asio.
 struct IoLoopCore {
   // The hint of one thread lets Asio leave out locks between threads of the loop.
   asio::io_context context{1};

@@ -21,7 +21,8 @@ using asio::ip::tcp;
 
 // After a failed accept (for example without free file descriptors) the next try waits, so that the loop does not spin.
 constexpr std::chrono::milliseconds kRetry{100};
-// Port 0 says so: a page that is not there would be an error in the browser's log.
+// The answer to pages where there is no WebTransport: port 0. A missing page (404) would be an error in the browser's
+// log.
 constexpr std::string_view kNoWebTransport = "{\"port\":0,\"path\":\"\",\"hashes\":[]}\n";
 // While too many connections arrive, the listener asks this often whether it may accept again.
 constexpr std::chrono::milliseconds kPause{10};
@@ -148,7 +149,8 @@ Result<std::unique_ptr<Listener>> Listener::create(IoLoop& loop, const Transport
   if (options.webtransport && router.open_session) {
     // WebTransport uses the number of the TCP port by default, so clients that know one number reach both.
     auto quic = QuicListener::create(loop.core().serial, impl->router, udp_port ? udp_port : port, port);
-    // Another program may have the UDP port of the same number: WebSockets do without.
+    // Another program may have the UDP port of the same number. Then the server starts without WebTransport, unless the
+    // settings name a UDP port.
     if (!quic && udp_port != 0) return Refusal(std::move(quic.error()));
     if (quic) {
       impl->quic = std::move(*quic);

@@ -13,8 +13,8 @@
 
 namespace hairnet::server {
 
-// What a port that another program has means: an error, or only that this listener takes another one, to check the
-// rest.
+// What create() does when another program has the port: it fails, or it takes another port, to check the rest of the
+// settings.
 enum class PortInUse : std::uint8_t { refused, passed_over };
 
 // One port that speaks size-prefixed TCP, WebSocket and HTTP, each plain or inside TLS, and beside it a UDP port for
@@ -36,8 +36,8 @@ class Listener {
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
   [[nodiscard]] std::uint16_t port() const;
-  // By which clients reach this port, where something in front of it has another number. Clients that come by it are
-  // told the same number of UDP, unless `udp_port` is set.
+  // Sets the number by which clients reach this port, where a proxy or a container in front of it has another one.
+  // Pages then name the same number as the UDP port, unless `udp_port` is set.
   void set_public_port(std::uint16_t port);
   // Stops accepting, and closes the connections that are not sessions: handshakes and pages.
   void close();

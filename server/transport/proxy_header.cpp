@@ -73,7 +73,8 @@ template <class Address>
 tcp::endpoint endpoint_of(std::span<const std::uint8_t> addresses) {
   typename Address::bytes_type source;
   std::copy_n(addresses.begin(), source.size(), source.begin());
-  const std::size_t port = 2 * source.size();  // behind both addresses
+  // The ports follow both addresses.
+  const std::size_t port = 2 * source.size();
   return {Address(source), static_cast<std::uint16_t>(addresses[port] << 8 | addresses[port + 1])};
 }
 

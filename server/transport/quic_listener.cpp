@@ -22,12 +22,13 @@
 namespace hairnet::server {
 namespace {
 
-// A certificate is shown for days; a look every ten minutes also finds a clock that was set.
+// The listener checks this often whether it is time for the next certificate. Certificates last for days, but the
+// machine's clock may be set.
 constexpr std::chrono::minutes kRenewalInterval{10};
-// TCP tells a client of a dead server by a reset; over UDP it is mostly silence that does, so pings are closer than
-// those of WebSockets.
+// Pings of QUIC are at most this far apart, closer than those of WebSockets. Over TCP a reset tells a client that its
+// server is dead; over UDP mostly only silence does.
 constexpr std::chrono::seconds kKeepAliveMax{5};
-// A timer that is due later is set again after this time.
+// The longest time for which the timer is set; a later time-out lets the timer be set again.
 constexpr std::int64_t kTimer_ns_max = 3'600'000'000'000;
 
 // Admission and log know endpoints of TCP; the bytes of an address are the same for both.
@@ -44,7 +45,8 @@ std::string base64(const quic::CertificateHash& hash) {
   return {reinterpret_cast<const char*>(text.data()), static_cast<std::size_t>(bytes)};
 }
 
-// The machine's secret name and the port: what the next server of this port has too. Empty: the machine has none.
+// Returns EndpointOptions::identity: the machine's secret id and the port, which the next server of this port has, too.
+// Empty: the machine has no id.
 std::string identity_of(std::uint16_t port) {
   std::ifstream file("/etc/machine-id");
   std::string name;
@@ -56,11 +58,12 @@ quic::EndpointOptions endpoint_options(const TransportOptions& options, std::uin
   const auto ns = [](std::chrono::nanoseconds time) { return std::int64_t{time.count()}; };
   quic::EndpointOptions made;
   made.connection.handshake_timeout_ns = made.connection.opening_timeout_ns = ns(options.opening_timeout);
-  // A dead server's clients notice by silence alone.
+  // Without a next server that resets connections, clients notice a server's death only by silence.
   made.connection.keep_alive_ns = std::min(ns(options.ping_after), ns(kKeepAliveMax));
   made.connection.idle_timeout_ns = 2 * made.connection.keep_alive_ns;
   made.identity = identity_of(port);
-  // Half-open handshakes may be forged, and each costs memory; beyond this number a client has to answer a Retry first.
+  // Connections whose peer's address is not verified may be forged, and each costs memory. With a quarter of
+  // arrivals_max of them, new clients must answer a Retry first.
   made.unverified_max = std::max<std::size_t>(1, options.admission.arrivals_max / 4);
   return made;
 }
@@ -134,7 +137,7 @@ asio::awaitable<void> QuicListener::receive(std::shared_ptr<UdpSocket> socket) {
     bool may_have_more = true;
     while (may_have_more && endpoint_) {
       const std::int64_t now_ns = channel::monotonic_ns();
-      // What needs memory that is not there is lost, as a datagram may be; the socket serves everyone else.
+      // A packet for which there is no memory is lost, as any datagram may be; the socket goes on with the next one.
       try {
         may_have_more =
             socket->receive([&](const quic::Path& path, std::uint8_t ecn, std::span<const std::uint8_t> bytes) {
@@ -178,7 +181,8 @@ void QuicListener::flush() {
   // Sessions that became writable within the flush have sent more. Writing them at once could go on without end.
   if (endpoint_->has_work()) want_flush();
   const std::int64_t due_ns = std::min(endpoint_->due_ns(), now_ns + kTimer_ns_max);
-  if (due_ns >= timer_ns_) return;  // setting a timer costs a system call
+  // A timer that is due sooner stays: to set a timer costs a system call.
+  if (due_ns >= timer_ns_) return;
   timer_ns_ = due_ns;
   timer_.expires_after(std::chrono::nanoseconds(std::max<std::int64_t>(0, due_ns - now_ns)));
   // A cancelled timer reports an error, so an older wait does nothing.
@@ -191,7 +195,7 @@ void QuicListener::flush() {
 }
 
 void QuicListener::send(std::span<const quic::Burst> bursts) {
-  // Usually one socket has them all.
+  // Each run of bursts with local addresses of one socket is sent by that socket. Usually one socket sends all of them.
   for (std::size_t begin = 0; begin < bursts.size();) {
     const auto is_of = [&](const auto& socket) { return socket->is_of(bursts[begin].path.local); };
     const auto socket = std::ranges::find_if(sockets_, is_of);
@@ -250,7 +254,7 @@ std::shared_ptr<quic::SessionSink> QuicListener::on_session(quic::Connection& qu
 }
 
 std::string QuicListener::page(std::string_view host) const {
-  // A page that came by the port of a load balancer or of Agones must connect to the number that is open there.
+  // A page that was requested at the public port, of a load balancer or of Agones, must connect to the same number.
   const bool is_public = port() == tcp_port_ && public_port_ != 0 && host.ends_with(":" + std::to_string(public_port_));
   std::string hashes;
   if (own_) {

@@ -58,9 +58,9 @@ class QuicListener final : public std::enable_shared_from_this<QuicListener>, pr
   std::shared_ptr<ConnectionRouter> router_;
   std::uint16_t tcp_port_, public_port_ = 0;
   std::vector<std::shared_ptr<UdpSocket>> sockets_;
-  // Is none where the settings name a certificate.
+  // The server's own certificates; none: the settings name a certificate.
   std::optional<quic::OwnCertificates> own_;
-  // Is null once shut.
+  // Null once shut.
   std::unique_ptr<quic::Endpoint> endpoint_;
   asio::steady_timer timer_, renewal_;
   // timer_ is due at this time; the largest number says that it waits for nothing.

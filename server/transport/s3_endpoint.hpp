@@ -14,18 +14,18 @@ struct S3Options {
   // the name: https://bucket.host[/prefix]. Empty: there is no object store.
   std::string url = {};
   std::string region = "us-east-1";
-  // Has two lines, access key and secret; empty: the environment has them.
+  // A file with two lines, the access key and the secret; empty: the environment has them.
   std::string key_file = {};
   // The store's certificate must follow from this PEM file; empty: from the system's.
   std::string ca = {};
 };
 
 struct S3Endpoint {
-  // Is a name or a numeric address, without brackets.
+  // A name or a numeric address, without brackets.
   std::string host;
   std::uint16_t port = 0;
   bool is_tls = false;
-  // Is the header's field Host.
+  // The value of the header field Host.
   std::string host_field;
   // Comes before the name of each object; begins and ends with a slash.
   std::string path;

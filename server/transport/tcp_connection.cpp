@@ -152,7 +152,8 @@ void TcpConnection::close(std::string_view) {
   if (closing_) return;
   closing_ = true;
   sink_ = nullptr;
-  // A refused stranger may wait for its Goodbye to be read, but only so many at a time; a member always may.
+  // A connection that has not joined may wait until its peer has read the Goodbye, but only Admission::kLeavingMax of
+  // them at a time. One that has joined always may.
   if (!is_joined_ && !stream_->move_to(Admission::Place::leaving)) {
     counters_->connections_cut_leaving.add();
     return shut();

@@ -50,15 +50,16 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   asio::steady_timer wake_writer_;
   channel::PacketSplitter splitter_;
   TransportCounters* counters_;
-  // Is null once closed.
+  // Null once closed.
   PacketSink* sink_ = nullptr;
-  // One fills while the other is being sent.
+  // send() fills unsent_ while sending_ is being written.
   PacketQueue unsent_, sending_;
   // Joins small packets, or those for TLS, for one write.
   std::vector<std::uint8_t> flat_;
   std::vector<asio::const_buffer> gathered_;
   // sending_ is being written.
   bool is_writing_ = false;
+  // mark_joined() was called; close() was called, so nothing more is queued; the socket is closed.
   bool is_joined_ = false, closing_ = false, shut_ = false;
 };
 

@@ -17,7 +17,8 @@ namespace hairnet::server {
 namespace {
 
 int no_passphrase(char*, int, int, void*) {
-  return -1;  // otherwise OpenSSL would prompt at the terminal
+  // Without this function OpenSSL would ask for a passphrase at the terminal.
+  return -1;
 }
 
 // Answers ALPN with HTTP/1.1, the only version of HTTP here. A client that offers only others gets no answer to it, and

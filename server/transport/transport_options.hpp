@@ -40,10 +40,10 @@ struct TransportOptions {
   std::string web_root;
 
   AdmissionLimits admission;
-  // These are numeric; the limits of one address do not apply to them. Load tools and proxies connect from them.
+  // Numeric addresses to which the limits of one address do not apply, such as those of load tools and proxies.
   std::vector<std::string> exempt_addresses = {"127.0.0.1", "::1"};
-  // These are numeric, and those of proxies, whose connections must begin with a header of the PROXY protocol. It names
-  // the peer.
+  // The numeric addresses of proxies. Their connections must begin with a header of the PROXY protocol, which names the
+  // client's address.
   std::vector<std::string> proxy_protocol;
   // Bounds the wait for the first bytes, and again the TLS handshake.
   std::chrono::milliseconds opening_timeout{5000};

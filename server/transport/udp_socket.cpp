@@ -17,9 +17,10 @@ namespace {
 
 // One system call takes up to this many packets.
 constexpr std::size_t kReceiveMax = 32;
-// After this many calls the loop's other work has its turn.
+// receive() returns after this many system calls, so that the loop's other work has its turn.
 constexpr int kReceiveCallsMax = 8;
-// No packet that we asked for is longer; a longer one is cut by the system, marked and dropped.
+// The buffer for one packet. QUIC peers send none that is longer; the system cuts and marks a longer packet
+// (MSG_TRUNC), which is dropped.
 constexpr std::size_t kReceiveBytesMax = 2048;
 // A tick's packets for all observers leave in one burst, which the system's default may not hold. The system gives as
 // much of this as its settings allow.
@@ -42,7 +43,8 @@ void put_control(msghdr& message, int level, int type, const Value& value) {
   message.msg_controllen += CMSG_SPACE(sizeof(value));
 }
 
-// What the system says of a packet beside its bytes.
+// Reads the packet's local address and its ECN mark from the control data that the system gives beside the packet's
+// bytes.
 void read_control(msghdr& message, quic::Address& local, std::uint8_t& ecn) {
   for (cmsghdr* at = CMSG_FIRSTHDR(&message); at; at = CMSG_NXTHDR(&message, at)) {
     if (at->cmsg_level == IPPROTO_IP && at->cmsg_type == IP_PKTINFO) {
@@ -148,7 +150,8 @@ bool UdpSocket::receive(const OnPacket& on_packet) {
     if (count <= 0) return false;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
       msghdr& message = batch.received[i].msg_hdr;
-      if ((message.msg_flags & MSG_TRUNC) != 0) continue;  // longer than any packet of QUIC that we asked for
+      // The packet is longer than kReceiveBytesMax.
+      if ((message.msg_flags & MSG_TRUNC) != 0) continue;
       quic::Path path;
       path.local = quic::Address::of(local_.data(), static_cast<socklen_t>(local_.size()));
       path.remote = batch.remotes[i];

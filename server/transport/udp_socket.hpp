@@ -11,9 +11,9 @@
 
 namespace hairnet::server {
 
-// A UDP socket that takes and sends many packets with each system call, and knows to which of its addresses each came.
-// I/O thread. A socket of all addresses must answer from the address to which a packet came: the peer knows no other
-// one.
+// A UDP socket that receives and sends many packets with each system call, and knows to which of its addresses each
+// packet came. A socket that is bound to all addresses must answer from the address to which a packet came: the peer
+// expects no other one. I/O thread.
 class UdpSocket {
  public:
   using OnPacket = std::function<void(const quic::Path&, std::uint8_t ecn, std::span<const std::uint8_t>)>;
@@ -40,7 +40,7 @@ class UdpSocket {
   explicit UdpSocket(SerialExecutor executor);
   void set_options(bool is_v6);
 
-  // Holds the memory of the system calls, which is reused from call to call.
+  // The memory of the system calls, which is reused from call to call.
   struct Batch;
   asio::ip::udp::socket socket_;
   asio::ip::udp::endpoint local_;

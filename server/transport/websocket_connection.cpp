@@ -11,9 +11,10 @@
 namespace hairnet::server {
 namespace {
 
-// A larger message's memory is freed after it, down to this size.
+// After a message, memory of the read buffer beyond this size is freed.
 constexpr std::size_t kKeptBytes = std::size_t{64} << 10;
-// Up to this size a copy costs less than another system call.
+// Packets of this many bytes together are copied and sent in one system call: up to this size, a copy costs less than
+// another call.
 constexpr std::size_t kCorkedBytesMax = std::size_t{32} << 10;
 
 }  // namespace

@@ -14,12 +14,13 @@
 
 namespace hairnet::server {
 
-// One packet a binary message. Two coroutines on the loop's serial executor keep it alive until both have ended.
+// Sends and receives packets over a WebSocket, each as one binary message. Two coroutines on the loop's serial
+// executor, a reader and a writer, keep the object alive until both have ended.
 class WebSocketConnection final : public Connection, public std::enable_shared_from_this<WebSocketConnection> {
  public:
   static constexpr std::string_view kPath = "/ws";
   static constexpr std::string_view kSubprotocol = "hairnet";
-  // Packets that wait when the connection closes, and the close frame of the peer, have this long.
+  // After close(), the packets that wait have this long to be sent, and the peer's close frame to come.
   static constexpr std::chrono::seconds kLinger{2};
 
   using Request = http::request<http::string_body>;
@@ -59,9 +60,9 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
   beast::flat_buffer message_;
   asio::steady_timer wake_writer_;
   TransportCounters* counters_;
-  // Is null once closed.
+  // Null once closed.
   PacketSink* sink_ = nullptr;
-  // One fills while the other is being sent.
+  // send() fills unsent_ while sending_ is being written.
   PacketQueue unsent_, sending_;
   websocket::close_reason close_reason_{websocket::close_code::normal};
   bool is_joined_ = false, closing_ = false, ended_ = false;

@@ -69,16 +69,16 @@ class WebTransportConnection final : public Connection, public quic::SessionSink
   void on_closed(std::string_view error, std::int64_t now_ns) override;
 
  private:
-  // Is null once closed. The endpoint owns it, and tells of its end by on_closed().
+  // Null once closed. The endpoint owns the QUIC connection, and on_closed() reports its end.
   quic::Connection* quic_;
   std::string peer_, network_;
-  // Is null once closed; the QUIC connection holds the ticket, too, and may last a little longer.
+  // Null once closed. The QUIC connection shares the ticket, and may exist a little longer.
   std::shared_ptr<QuicTicket> ticket_;
   TransportCounters* counters_;
   std::function<void()> on_work_;
   // Finds packets in the channel's bytes; datagrams need none.
   channel::PacketSplitter splitter_;
-  // Is null once closed.
+  // Null once closed.
   PacketSink* sink_ = nullptr;
   bool is_joined_ = false;
 };

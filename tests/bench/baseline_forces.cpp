@@ -51,7 +51,7 @@ void add_nodes(const PlainLevel& level, const PlainInput& input, const NodeVecto
 }
 
 // This is the law of core/solver/spring.hpp, written again. The numbers are kStiffStrain = 0.02, kStiffening = 2,
-// kBucklingStrain = 0.05 and kBuckling = 0.9 there.
+// kBucklingStrain = 0.05 and kBuckling = 0.9 there. The lower bound of q, -h k / 3, is that of core/solver/damping.hpp.
 void add_springs(const PlainLevel& level, double h, const NodeVectors& P, const NodeVectors& P_dot,
                  BaselineSystem& system) {
   const PlainStiffeners& springs = level.springs;
@@ -115,6 +115,7 @@ double skin_distance(const PlainSkinDistanceField& field, const Vector3d& point,
 // kContactStiffnessDepth_m = 0.01 and kContactRecovery_m_per_s = 0.4.
 void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVectors& P, const NodeVectors& P_dot,
                   BaselineSystem& system) {
+  // `h` is the length of the step, 0.05 is kContactDepth_m.
   const double h = input.step_s, slope_of_u = 6 / (0.05 * 0.05 * 0.05);
   const PlainContactPoints& points = level.contacts;
   for (std::size_t p = 0; p < points.count; ++p) {
@@ -146,6 +147,7 @@ void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVe
           ahead > 0 && std::min(skin_distance(field, at + travel / 2), skin_distance(field, at + travel)) < limit;
       if (!(depth > 0) && !comes_in) continue;
       const double slope = (1 - input.contact_release) * slope_of_u * static_cast<double>(points.potential[p]);
+      // 0.01 is kContactStiffnessDepth_m, 0.4 is kContactRecovery_m_per_s.
       const double k = slope * std::clamp(std::max(depth, ahead), 0.0, 0.01);
       const double push = depth > 0 ? std::min(slope * depth * depth / 2, k * 0.4 * h) : k * depth;
       const Vector3d outward = rotation(bone.from_rest) * normal;

@@ -20,8 +20,10 @@ struct StiffenerBlock {
 };
 
 struct BaselineSystem {
-  Eigen::Matrix3Xd rest, rest_dot;  // R P^0 and R' P^0
-  Eigen::VectorXd load;             // h (f + h df/dp P')
+  // The rest positions of the nodes in the world at the end of the step, R P^0, and their velocities R' P^0.
+  Eigen::Matrix3Xd rest, rest_dot;
+  // The right side of the system, h (f + h df/dp P').
+  Eigen::VectorXd load;
   // Holds one block for each node, of mass, ether, drag and contact.
   std::vector<Eigen::Matrix3d> node_blocks;
   std::vector<StiffenerBlock> springs, attachments;

@@ -9,9 +9,11 @@
 // numbers only.
 namespace hairnet::bench {
 
+// Springs or attachments (Stiffeners of core/levels/level.hpp). Stiffener s has the nodes and weights with the indices
+// begin[s] to begin[s + 1] - 1.
 struct PlainStiffeners {
   std::size_t count = 0;
-  const std::uint32_t* begin = nullptr;  // entries [begin[s], begin[s + 1]) of stiffener s
+  const std::uint32_t* begin = nullptr;
   const std::uint16_t* nodes = nullptr;
   const double* weights = nullptr;
   const double* stiffness = nullptr;    // k, N/m
@@ -19,14 +21,14 @@ struct PlainStiffeners {
   const double* rest_length = nullptr;  // m; of springs
 };
 
-// A level for steps of one length. Vectors are three numbers a node, head space.
-// SkinDistanceField and ContactPoints (core/levels/level.hpp).
+// SkinDistanceField (core/skin/skin_distance_field.hpp) and its limits for the contact points.
 struct PlainSkinDistanceField {
   double origin[3], cell_m;
   int dims[3];
   const float* distance = nullptr;
   const float* limit = nullptr;  // m, one a contact point
 };
+// ContactPoints (core/levels/level.hpp).
 struct PlainContactPoints {
   std::size_t count = 0;
   const std::uint32_t* begin = nullptr;
@@ -34,6 +36,7 @@ struct PlainContactPoints {
   const float *weights = nullptr, *rest = nullptr, *potential = nullptr;
 };
 
+// A level for steps of one length. Vectors are three numbers for each node, in head space.
 struct PlainLevel {
   std::size_t node_count = 0;
   const double* rest = nullptr;             // m
@@ -52,7 +55,8 @@ struct PlainTransform {
   double position[3];
 };
 
-// A point of the world where the bone's skin is at rest, at the start and at the end of the step; and back from there.
+// Transforms between the world and the place where the bone's skin is at rest: from the world to there at the start and
+// at the end of the step, and from there to the world at its end.
 struct PlainBone {
   PlainTransform to_rest_before, to_rest, from_rest;
 };
@@ -65,12 +69,13 @@ struct PlainInput {
   double contact_release;
 };
 
-// The step of paper 2.2 in world axes and double, solved by conjugate gradient from dP' = 0 without a preconditioner,
-// as the paper does it. Still air; no limit to energy.
+// The step of section 2.2 of the paper, in world axes and double. As in the paper it is solved by conjugate gradient
+// from dP' = 0 without a preconditioner. The air is still, and the energy has no limit.
 class BaselineStep {
  public:
   virtual ~BaselineStep() = default;
-  // P and P', world, three numbers a node. False when the result is not finite.
+  // Steps the nodes' positions P and velocities P', world, three numbers for each node. Returns false when the result
+  // is not finite.
   virtual bool step(const PlainInput& input, double* P, double* P_dot) = 0;
 };
 

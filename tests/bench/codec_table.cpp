@@ -19,12 +19,14 @@ namespace hairnet::bench {
 namespace {
 
 constexpr double kFrames_hz = 30;
+// The allowed errors of hair (RMS over the hair). The first is the finest that a server uses (server/tick/publish.cpp);
+// 1 mm is the default of wire::Observe::error_m.
 constexpr std::array kTolerances_m{0.25e-3f, 1e-3f, 4e-3f, 16e-3f};
 
 // A character's hair at one tick.
 struct Moment {
   Pose pose;
-  // Belongs to the level's active nodes, m.
+  // The displacements of the level's active nodes, m.
   std::vector<Vec3f> displacement;
   std::vector<float> coefficients;
 };

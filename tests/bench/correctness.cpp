@@ -10,7 +10,8 @@ namespace hairnet::bench {
 namespace {
 
 constexpr std::size_t kPlayers = 3;
-// Iterations are so many that every solver converges; the baselines have no preconditioner and need more.
+// With so many iterations every solver converges. The baselines have no preconditioner and need more. They and the
+// reference stop at the relative residual kResidual.
 constexpr int kConverged = 1000, kBaselineConverged = 20'000;
 constexpr double kResidual = 1e-10;
 // These are the largest distances from the reference: of the baselines, which work in double, and of our solver, which

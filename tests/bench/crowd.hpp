@@ -14,21 +14,24 @@ struct CrowdSpec {
   LevelIndex level = LevelIndex::high;
   std::size_t count = 0;
   double rate_hz = 25;
-  // As in WorldDef, 0 means what is shipped.
+  // The steps of a tick and the iterations of a step. As in WorldDef, 0 means those that servers use.
   int substeps = 0, iterations = 0;
   std::size_t threads = 1;
 };
 
-// Characters of one level in a world, each elsewhere in the same motion.
+// Characters of one level in a world. All play the same motion, and each starts at another time of it.
 class Crowd {
  public:
-  // `run_s`: how much of the motion will be stepped. `motion` must outlive it.
+  // `run_s` is how much of the motion will be stepped; it bounds the start times (start_time_s). `motion` must outlive
+  // the crowd.
   Crowd(std::shared_ptr<const LevelSet> levels, const Motion& motion, const CrowdSpec& spec, double run_s);
 
   // Steps one tick, and returns the seconds that World::step took.
   double tick();
   [[nodiscard]] std::string hash() const;
-  [[nodiscard]] std::uint32_t stepped() const { return report_.stepped; }  // in the last tick
+  // Returns how many characters were stepped in the last tick.
+  [[nodiscard]] std::uint32_t stepped() const { return report_.stepped; }
+  // Returns how many lattices were reset in all ticks. The benchmark takes any for an error.
   [[nodiscard]] std::uint32_t resets() const { return resets_; }
 
  private:
@@ -37,6 +40,7 @@ class Crowd {
   server::WorkerPool workers_;
   World world_;
   std::vector<CharacterId> ids_;
+  // The time of the motion at which each character starts.
   std::vector<double> starts_s_;
   std::size_t ticks_ = 0;
   StepReport report_;

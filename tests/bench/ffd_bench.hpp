@@ -11,15 +11,15 @@
 namespace hairnet::bench {
 
 struct FfdTime {
-  // Names the kind and how it is computed, such as "quadratic, stored weights".
+  // The kind of FFD and how it is computed, such as "quadratic, stored weights".
   std::string name;
-  // Is the least of many runs.
+  // The shortest time of many runs.
   double ns_per_point = 0;
-  // Says how many times faster it is than stored weights of the same kind, in this run.
+  // How many times faster it is than stored weights of the same kind, measured in the same run of the program.
   double ratio_to_stored = 0;
-  // Covers the bits of all deformed points, and of tangents where they are computed.
+  // A hash of the bits of all deformed points, and of tangents where they are computed.
   std::uint64_t hash = 0;
-  // Is the largest distance to the double reference over all points; for tangents it is a ratio.
+  // The largest distance of a point, in metres, or of a tangent from the reference in doubles.
   double error_max_m = 0;
 };
 

@@ -10,26 +10,28 @@ enum class Section : std::uint8_t { paper, ffd, accuracy, crowd, codec };
 
 struct Options {
   std::string groom = "made:long_straight";
-  // Times are of the first.
+  // Times are measured on the first motion, errors on all of them.
   std::vector<std::string> motions{"made:dance", "made:run", "made:look_around"};
   std::vector<Section> sections{Section::paper, Section::ffd, Section::accuracy, Section::crowd, Section::codec};
   std::string isa = "best";
   // Counts the crowd's threads; zero takes as many as the machine has.
   std::size_t threads = 0;
-  // Each time is taken so often, and the least counts.
+  // Each time is measured so often, and the shortest counts.
   int repetitions = 7;
-  // Counts the characters of the paper's table.
+  // The number of characters in the paper's table.
   std::size_t characters = 64;
+  // The numbers of characters in the crowds of the high and the low level, and in the measurement of memory.
   std::size_t crowd_high = 1024, crowd_low = 4096, memory_low = 10'000;
   // Limits the naive solver's iterations on its way to the error of the shipped one.
   int naive_iterations_max = 1024;
   // Leaves out cells of the paper's table that are none of our levels.
   bool shipped_cells_only = false;
-  // Is how much of each motion errors are measured over.
+  // Errors are measured over so much of each motion.
   double duration_s = 4;
-  // Name files; empty writes none.
+  // The files for the results; no file is written for an empty name.
   std::string json, csv;
-  // Names a level: then only its steps run, for valgrind.
+  // The name of a level. If there is one, nothing is measured: `callgrind_steps` steps of this level run with the
+  // kernel "crowd" or "single", for valgrind to count (count_instructions).
   std::string callgrind;
   std::string kernel = "crowd";
   int callgrind_steps = 4;

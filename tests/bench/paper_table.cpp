@@ -15,16 +15,20 @@ namespace {
 
 // The paper's Table 1 has frames of 1/25 s and 16 iterations without a preconditioner.
 constexpr double kRate_hz = 25;
+// kIterationsMax ends the search for as many of our iterations as have the paper's error. Our solver needs far fewer,
+// since it has a preconditioner.
 constexpr int kPaperIterations = 16, kIterationsMax = 64;
 
+// One row of the paper's table: a lattice of nodes_per_axis³ nodes, with so many attachments and springs, and with or
+// without contact.
 struct Cell {
   int nodes_per_axis;
   std::size_t attachments, springs;
   bool contact;
-  // Is the paper's time on a Pentium 4 of 3 GHz.
+  // The paper's time of a frame, on a Pentium 4 of 3 GHz.
   double paper_ms;
 };
-// These are the rows of the paper's Table 1.
+// The members of each row are in the order of Cell.
 constexpr Cell kCells[] = {{10, 0, 0, false, 1.1},     {10, 0, 0, true, 5.2},      {10, 50, 200, true, 10.1},
                            {10, 100, 400, true, 13.8}, {10, 200, 800, true, 21.4}, {5, 0, 0, false, 0.1},
                            {5, 0, 0, true, 0.2},       {5, 50, 200, true, 2.1},    {5, 100, 400, true, 3.8},
@@ -53,6 +57,8 @@ int shipped_iterations(const Cell& cell) {
   return iterations_for(index, 1 / kRate_hz / substep_count_for(1 / kRate_hz));
 }
 
+// One way to step the characters, as a row of the output. `isa` is the instruction set; `error` is that of the
+// trajectory (CutOffError).
 struct Variant {
   std::string name;
   std::string isa;
@@ -60,6 +66,10 @@ struct Variant {
   double error;
   std::unique_ptr<StepRunner> performer;
 };
+
+// Makes all ways to step one cell. The plain ones have the paper's 16 iterations and one step a frame; ours have as
+// many iterations as reach the same error. Those named "shipped" have the steps and iterations of a server; the
+// baselines among them have as many plain iterations as reach the shipped error.
 
 std::vector<Variant> make_variants(const Subject& subject, const Level& level, const Cell& cell, const Workload& cast,
                                    const Options& o) {
@@ -70,6 +80,8 @@ std::vector<Variant> make_variants(const Subject& subject, const Level& level, c
   const int equal = cell.springs == 0 ? 1 : one_step.iterations_for(paper_error, kIterationsMax);
   const double equal_error = one_step.of_ours(equal), shipped_error = shipped_step.of_ours(shipped);
 
+  // The members are iterations, steps of a frame, and the relative residual, where 0 means that all iterations are
+  // made.
   const StepRunnerSettings paper{kPaperIterations, 1, 0}, as_good{equal, 1, 0}, as_shipped{shipped, shipped_steps, 0};
   const std::string isa = isa_in_use();
   std::vector<Variant> variants;
@@ -90,6 +102,7 @@ std::vector<Variant> make_variants(const Subject& subject, const Level& level, c
   return variants;
 }
 
+// Changes the instruction set of our kernels unless it is in use already.
 Result<void> use(const std::string& isa) {
   return isa == isa_in_use() ? Result<void>() : use_isa(isa);
 }
@@ -170,6 +183,7 @@ void measure_cell(const Subject& subject, const Options& o, const Cell& cell, Re
   const Level level = build(subject.groom, cell);
   const Workload cast =
       make_workload(level, subject.motions.front(), {kRate_hz, o.characters, 2}, shipped_iterations(cell));
+  // `where` names the cell in messages.
   char where[80];
   std::snprintf(where, sizeof where, "%d³, %zu + %zu, %zu contact points", cell.nodes_per_axis,
                 level.attachments.count(), level.springs.count(), level.contacts.count());

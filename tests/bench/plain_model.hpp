@@ -7,10 +7,11 @@
 
 namespace hairnet::bench {
 
-// A level in the baselines' plain numbers, for steps of one length and the material that it was built with times
-// `material`.
+// A level in the plain numbers of the baselines (baseline_step.hpp), for steps of one length. `material` multiplies the
+// material that the level was built with.
 class PlainModel {
  public:
+  // `level` must outlive it.
   PlainModel(const Level& level, double step_s, const MaterialScale& material = {});
   PlainModel(const PlainModel&) = delete;
   PlainModel& operator=(const PlainModel&) = delete;
@@ -18,6 +19,7 @@ class PlainModel {
   [[nodiscard]] const PlainLevel& level() const { return plain_; }
 
  private:
+  // The numbers of all springs, or of all attachments, to which PlainStiffeners points.
   struct Terms {
     std::vector<double> weights, stiffness, damping, rest_length;
   };
@@ -30,10 +32,10 @@ class PlainModel {
   PlainLevel plain_;
 };
 
-// A step's input in plain numbers, which point into it.
+// The input of a step in plain numbers. What input() returns points into this object.
 class PlainStep {
  public:
-  // Asserts that the air is still.
+  // Asserts that the air is still, since the baselines know no wind.
   PlainStep(const Level& level, const StepInput& input);
   [[nodiscard]] PlainInput input() const;
 
@@ -42,7 +44,7 @@ class PlainStep {
   std::vector<PlainBone> bones_;
 };
 
-// The step of a baseline on a lattice of our own kind.
+// Makes a step of a baseline on a lattice of core/solver. Returns false when the result is not finite.
 inline bool step(BaselineStep& baseline, const PlainStep& step, WorldLattice& lattice) {
   return baseline.step(step.input(), lattice.P.front().data(), lattice.P_dot.front().data());
 }

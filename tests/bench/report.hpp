@@ -8,7 +8,8 @@ namespace hairnet::bench {
 
 using Json = nlohmann::ordered_json;
 
-// All rows of a run, for files, and the errors that were found.
+// All rows of a run of the benchmarks, for files, and the errors that it has found. With any error the program exits
+// with 1.
 class Report {
  public:
   explicit Report(Json header) : header_(std::move(header)) {}
@@ -18,7 +19,8 @@ class Report {
 
   [[nodiscard]] const std::vector<std::string>& failures() const { return failures_; }
   [[nodiscard]] Json json() const;
-  // The header's values, then the union of all rows' keys, empty where a row has none.
+  // Returns a table. Its columns are the values of the header and then all keys that any row has. A cell is empty where
+  // a row does not have the key.
   [[nodiscard]] std::string csv() const;
 
  private:

@@ -10,10 +10,12 @@ namespace hairnet::bench {
 struct TimedRun {
   std::string name;
   std::function<void()> rewind, perform;
-  double seconds_min = 0;  // measured
+  // The result: the shortest time of `perform`.
+  double seconds_min = 0;
 };
 
-// The least time of each over `repetitions`, which are taken in turns, so that a busy moment hits all alike.
+// Measures the shortest time of each run over `repetitions` rounds. Each round has one turn of every run, so that other
+// load on the machine slows all runs alike.
 void measure(std::vector<TimedRun>& laps, int repetitions);
 
 }  // namespace hairnet::bench

@@ -14,7 +14,8 @@ struct BenchCharacter {
   std::vector<Pose> poses;
 };
 
-// The characters of a benchmark; each starts at a different time of the motion.
+// The characters of a benchmark; each starts at a different time of the motion. All have `frame_count` frames of
+// `frame_s` to step.
 struct Workload {
   double frame_s = 0;
   std::size_t frame_count = 0;
@@ -30,11 +31,11 @@ struct WorkloadSpec {
 // `iterations`.
 Workload make_workload(const Level& level, const Motion& motion, const WorkloadSpec& spec, int iterations);
 
-// The start time of character `index` of `count`: all differ, and `span_s` of the motion is left. A motion that is too
-// short stays at its last pose.
+// Returns the time of the motion at which character `index` of `count` starts. All start times differ, and leave
+// `span_s` of the motion to play. A motion that is too short stays at its last pose.
 double start_time_s(const Motion& motion, std::size_t index, std::size_t count, double span_s);
 
-// The input of a character's step `step` of the `step_count` steps of `frame`.
+// Returns the input of step number `step` of the `step_count` equal steps into which frame number `frame` is divided.
 StepInput step_input(const Workload& cast, const BenchCharacter& character, std::size_t frame, int step,
                      int step_count);
 

@@ -19,6 +19,7 @@
 namespace hairnet::gallery {
 namespace {
 
+// Each time is the shortest of so many.
 constexpr int kRounds = 7;
 
 constexpr const char* kLineVertex = R"(#version 300 es
@@ -46,6 +47,8 @@ class PlainLines {
     for (const auto& point : geometry.strand_points.rest)
       positions.insert(positions.end(), point.begin(), point.begin() + 3);
     std::vector<std::uint32_t> lines;
+    // A segment of a strand is drawn as two triangles with six indices, and each point is two vertices. The first and
+    // the third index belong to the segment's two points.
     const auto& triangles = geometry.simplified_strands.front().triangles;
     for (std::size_t t = 0; t < triangles.size(); t += 6)
       lines.insert(lines.end(), {triangles[t] / 2, triangles[t + 2] / 2});
@@ -93,7 +96,7 @@ double fastest_ms(const std::function<void()>& draw) {
   return best;
 }
 
-// As large as that of a hairstyle; what the modes are does not matter.
+// Makes a basis as large as that of a hairstyle, with random modes, since only the size matters for the time.
 Basis any_basis(std::size_t node_count) {
   Basis basis{node_count, std::vector<float>(kModeCountMax, 0.01f), std::vector<float>(kModeCountMax, 1e-4f), {}};
   Random random(1);
@@ -119,6 +122,7 @@ Result<void> print_lattice_cost(const Hairstyle& style) {
     const std::vector<draw::ShownCharacter> characters(count, character);
     draw::CharacterRecords records;
     return fastest_ms([&] {
+      // Lattices whose coefficients do not change are not computed again.
       if (!sleeps) coefficients[0] *= -1;
       records.begin(characters, sum);
       for (std::size_t i = 0; i < count; ++i) records.add(i, Vec3::Zero(), {}, 1, {});
@@ -185,6 +189,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
                         {"strands, rigid, lit", {}},
                         {"strands, quadratic, 2 follow_hairs each", {}},
                         {"strands at 4 mm of their points", {}}};
+  // The indices are those of `ways`. The rigid strands, number 2, have no lattice (see below).
   for (Way& way : ways) way.detail.follow_hair_count = 0;
   ways[1].detail.quadratic = 0;
   ways[3].detail.follow_hair_count = 2;

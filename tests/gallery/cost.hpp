@@ -5,12 +5,13 @@
 
 namespace hairnet::gallery {
 
-// Prints what drawing one character of `style` costs on this machine's OpenGL, beside plain lines through the same
-// points, in the same run: milliseconds a picture, strands a millisecond, times the plain lines.
+// Measures how long this machine's OpenGL draws one character of `style` in several ways, and plain lines through the
+// same points. Prints milliseconds for each frame, strands for each millisecond, and the time divided by that of plain
+// lines.
 Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px);
 
-// Prints what the nodes of 1, 32 and 500 lattices of the finest level cost: summed up from the modes of a basis by this
-// machine's OpenGL, and on one thread of the processor.
+// Measures how long it takes to compute the nodes of 1, 32 and 500 lattices of the finest level from the coefficients
+// of their modes: by this machine's OpenGL, by one thread of the processor, and while the hair is at rest.
 Result<void> print_lattice_cost(const Hairstyle& style);
 
 }  // namespace hairnet::gallery

@@ -18,17 +18,20 @@
 namespace hairnet::gallery {
 namespace {
 
+// The columns: times in the motion, ascending.
 constexpr std::array kTimes_s{0.6, 1.4, 2.0, 2.6, 3.2};
+// The allowed errors of the rows "1 mm" and "4 mm". The first is the default of wire::Observe::error_m.
 constexpr std::array<float, 2> kErrors_m{0.001f, 0.004f};
 
 struct Row {
   std::string name;
   std::vector<Moment> moments;
-  // Counts the bytes of the hair of each frame.
+  // The bytes of the hair in each frame. It is empty for the row of nodes, which no frame has; 0 stands for learnt
+  // hair, which the client computes itself.
   std::vector<std::size_t> bytes;
 };
 
-// The finest lattice, moved by coefficients.
+// Returns the finest lattice as a client computes it from the coefficients of a frame.
 Moment moment_of(const Pose& pose, const LevelSet& levels, std::span<const float> coefficients) {
   const LevelGeometry& geometry = levels[LevelIndex::high].geometry;
   Moment moment{pose, &geometry, std::vector<Vec3f>(geometry.lattice.node_count())};
@@ -38,7 +41,8 @@ Moment moment_of(const Pose& pose, const LevelSet& levels, std::span<const float
   return moment;
 }
 
-// What a client decodes, and the bytes that its hair took.
+// Encodes the hair with this error and decodes it again. Returns the decoded coefficients, and the bytes of the frame
+// without those of the pose.
 std::pair<std::vector<float>, std::size_t> through_frame(const Pose& pose, const codec::CoefficientCode& code,
                                                          std::span<const float> coefficients, float error_m) {
   const codec::Detail detail = codec::detail_for(code, coefficients, error_m);

@@ -6,9 +6,9 @@
 
 namespace hairnet::gallery {
 
-// The same moments of a motion, a row each: the finest level's nodes; frames within 1 and 4 mm of it; the low level as
-// servers send it; and learnt hair, which it learns first (most of a minute). Captions state the bytes of each frame's
-// hair.
+// Draws five times of a motion in rows of different detail: the finest level's nodes, frames within 1 mm and within 4
+// mm of them, the low level within 1 mm, and learnt hair. It learns that hair first, which takes most of a minute.
+// Captions state the bytes of each frame's hair. Tiles are `size_px` wide.
 Result<render::Image> frames_sheet(render::Renderer& renderer, const Hairstyle& style, const std::string& motion,
                                    int size_px);
 

@@ -17,6 +17,7 @@ void caption(render::Image& image, const std::string& text) {
 }  // namespace
 
 draw::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_deg, double distance_scale) {
+  // The picture shows at least a bald head: from the head's joint up to 12 cm above it, and 10 cm about it.
   float low = 0, high = 0.12f, wide = 0.1f;
   for (const Vec3f& p : groom.points) {
     low = std::min(low, p.y());
@@ -29,6 +30,8 @@ draw::Camera camera_about(const Vec3& head, const Groom& groom, double bearing_d
   draw::Camera camera;
   camera.fov_deg = 24;
   camera.target = head + Vec3(0, centre, 0);
+  // A ball of this radius fills half of the field of view (12 degrees of 24) and has 20 % of space around it. The
+  // camera is a little above the middle of the hair.
   camera.eye = camera.target + distance_scale * 1.2 * radius / std::sin(12 * std::numbers::pi / 180) *
                                    Vec3(std::sin(bearing), 0.08, std::cos(bearing)).normalized();
   return camera;
@@ -43,6 +46,7 @@ Result<void> write_picture(const std::string& path, const render::Image& image) 
 
 Result<render::Image> hairstyle_sheet(render::Renderer& renderer, const Hairstyle& style, std::size_t number,
                                       int size_px) {
+  // The first time is at rest, before the motion.
   const auto moments = simulate_motion(style, "made:dance", LevelIndex::high, {-0.5, 1.6, 2.6});
   if (!moments) return Refusal(moments.error());
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
@@ -75,7 +79,8 @@ Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& 
     const render::StageStatistics& s = renderer.stage().statistics();
     caption(*tile, std::to_string(s.strands) + " strands");
     tiles.push_back(std::move(*tile));
-    // The same from nearby, to show the strands that are still drawn.
+    // The second tile shows the same detail from nearby, so that one sees which strands are left. `head_px` is the
+    // height of the head in the first tile; 12 degrees are half of the field of view.
     draw::Camera near = camera_about(character.pose.head().position, *style.groom, 30, 1);
     const double distance = (camera.eye - camera.target).norm();
     const float head_px = draw::kHead_m * 0.5f * static_cast<float>(size_px * 5 / 4) /
@@ -87,6 +92,7 @@ Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& 
     tiles.push_back(std::move(*close));
   }
   renderer.stage().remove_groom(groom);
+  // The first row has the tiles from each distance, the second row those from nearby.
   std::vector<render::Image> rows;
   for (std::size_t row = 0; row < 2; ++row) {
     for (std::size_t i = row; i < tiles.size(); i += 2) rows.push_back(std::move(tiles[i]));
@@ -132,10 +138,13 @@ Result<render::Image> crowd_picture(render::Renderer& renderer, const std::vecto
   std::vector<draw::ShownCharacter> crowd;
   const std::size_t columns = 10;
   for (std::size_t i = 0; i < count; ++i) {
+    // The factors mix hairstyles, times and colours, so that neighbours differ.
     const std::size_t style = (i * 7 + i / columns) % styles.size(), moment = i * 3 % 5;
     crowd.push_back(shown(grooms[style], moments[5 * style + moment]));
     crowd.back().hair_colour = hair_colour(i * 5 + i / 7);
     const double row = static_cast<double>(i / columns);
+    // Heads stand 62 cm apart in rows of ten, every second row shifted by half of that. Each row is 90 cm behind and 10
+    // cm above the one before.
     const Vec3 away((static_cast<double>(i % columns) - 4.75 + 0.5 * std::fmod(row, 2)) * 0.62, 0.10 * row, -0.9 * row);
     for (RigidTransform& bone : crowd.back().pose.bones) {
       bone.position += away;

@@ -20,20 +20,21 @@ struct Hairstyle {
 };
 Result<Hairstyle> load_hairstyle(const std::string& name);
 
-// One character at one moment.
+// The state of one character at one time.
 struct Moment {
   Pose pose;
-  // Belongs to the hairstyle's levels; null means rigid.
+  // The lattice of the character's level, which Hairstyle::levels owns; null means that the hair is rigid.
   const LevelGeometry* geometry = nullptr;
   std::vector<Vec3f> grid_displacements;
 };
 
-// Steps a character of `style` through `motion`, after a second of easing into it, and copies out the moments at
-// `times_s` (ascending, from the motion's beginning; a negative time is at rest).
+// Steps a character of `style` through `motion` at 60 Hz and returns its state at each of `times_s`, which ascend and
+// count from the motion's beginning. A second before it the head moves from upright rest to the motion's first pose;
+// negative times show this second.
 Result<std::vector<Moment>> simulate_motion(const Hairstyle& style, const std::string& motion, LevelIndex level,
                                             const std::vector<double>& times_s, const Environment& environment = {});
 
-// The stage's input for a moment, which must outlive the result.
+// Returns the stage's input for a character with the groom of this number. `moment` must outlive the result.
 draw::ShownCharacter shown(std::size_t groom, const Moment& moment);
 
 // Hair colours that distinguish hairstyles; linear RGB.

@@ -11,8 +11,11 @@
 namespace hairnet::load {
 namespace {
 
+// A point takes 12 bytes, so the zigzag has 7 MB.
 constexpr int kZigzagPoints = 580'000;
+// The body has twice as many triangles.
 constexpr std::uint32_t kBodyVertices = 1'000'000;
+// Each strand has 20 points.
 constexpr int kBigStrands = 90'000;
 
 Vec3f point_within(Random& random, float reach_m) {
@@ -28,7 +31,7 @@ Groom named_groom() {
   return groom;
 }
 
-// The groom's file, not deflated: its name can be read and changed in it.
+// Returns the groom's file without compression, so that AttackUpload finds and changes the name in it.
 std::vector<std::uint8_t> file_of(const Groom& groom) {
   return wire::unpack(wire::encode_groom(groom), wire::kPackedGroom).value();
 }

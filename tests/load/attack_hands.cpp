@@ -9,10 +9,14 @@
 namespace hairnet::load {
 namespace {
 
+// A session that the server has ended connects again after this time.
 constexpr std::int64_t kRedial_ns = 250'000'000;
+// The kHandShapesMax shapes of a sample are hands of four shapes each.
 constexpr std::size_t kShapesOfHand = 4;
+// The attacker has so many holds at a time. Each further hold waits for the release of the oldest one.
 constexpr std::size_t kHeldAtOnce = 8;
-constexpr std::size_t kWaitingBytesMax = 1u << 20;  // a server that does not read them all has less to do
+// The attacker sends nothing while more bytes than this wait: a server that does not read has defended itself.
+constexpr std::size_t kWaitingBytesMax = 1u << 20;
 
 }  // namespace
 
@@ -67,7 +71,7 @@ void AttackHands::proceed(std::int64_t now_ns) {
   while (bad_.take(now_ns)) send_bad(now_ns);
 }
 
-// Among the heads of a room's clients, which stand in rows.
+// Returns a random place among the heads of a room's clients, which stand in rows (kPlaceSpacing_m in client.cpp).
 Vec3 AttackHands::any_place() {
   return {random_.between(-0.5, 5), random_.between(-0.5, 2), random_.between(-0.5, 1)};
 }
@@ -93,7 +97,8 @@ void AttackHands::send_hands(std::int64_t captured_ns, std::int64_t now_ns) {
   send(std::move(batch), now_ns);
 }
 
-// A hold that ends in the tick in which it began would hold nothing.
+// Takes a hold, or releases the oldest one. A hold that ended in the tick in which it began would hold nothing, so
+// several holds are kept at a time.
 void AttackHands::send_hold(std::int64_t now_ns) {
   if (members_.empty()) return;
   if (held_.size() == kHeldAtOnce) {

@@ -9,18 +9,20 @@
 
 namespace hairnet::load {
 
-// What a session does with its hands, in a room whose heads stand in rows.
+// What a session does with its hands, in a room whose heads stand in rows. The rates are events a second.
 struct HandsAttack {
   std::string room;
-  // It has so many characters, which everyone may touch.
+  // The session has so many characters, which everyone may touch.
   std::uint32_t characters = 0;
-  // All 32 shapes are anywhere and of any size so often: they jump, spin, and lie in heads.
+  // The rate of samples of hands. Each has all kHandShapesMax (32) shapes at random places and of random sizes, so the
+  // hands jump, spin, and lie in heads.
   double hands_hz = 0;
-  // Takes hold of the hair of each member in turn, and some holds later lets go of it or pins it.
+  // The rate of holds and releases. The session takes hold of the hair of each member in turn. Later it lets go of the
+  // hair or pins it.
   double holds_hz = 0;
-  // Sets the room's props, which it may not, and who may touch its characters.
+  // The rate at which the session sets the room's props, which it may not, and who may touch its characters.
   double props_hz = 0;
-  // Sends hands of any bytes, and holds out of range, which a server must refuse.
+  // The rate of hands of random bytes and of holds out of range, which a server must refuse.
   double bad_hz = 0;
 };
 
@@ -42,6 +44,7 @@ class AttackHands final : public Attacker {
   Random random_;
   Rate hands_, holds_, props_, bad_;
   bool welcomed_ = false;
+  // turn_ counts messages of all kinds, so that each differs from the one before. holds_taken_ counts holds.
   std::uint32_t turn_ = 0, holds_taken_ = 0;
   std::vector<std::uint32_t> members_;
   std::deque<wire::TakeHold> held_;

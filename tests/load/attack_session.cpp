@@ -9,10 +9,14 @@
 namespace hairnet::load {
 namespace {
 
+// A session that the server has ended connects again after this time. Those that attack by connecting do so at once.
 constexpr std::int64_t kSessionRedial_ns = 250'000'000;
-constexpr std::size_t kSessionUnsentBytesMax = 1u << 20;  // a server that does not read them all has less to do
+// The attacker sends nothing while more bytes than this wait: a server that does not read has defended itself.
+constexpr std::size_t kSessionUnsentBytesMax = 1u << 20;
 constexpr std::uint32_t kPosesPerPacket = 1024;
+// The attacker asks for this many nearest members and for one more, in turn, so that each request changes something.
 constexpr std::uint32_t kObservedCount = 64;
+// A session that reads slowly takes its bytes in ten portions a second.
 constexpr double kReads_hz = 10;
 
 }  // namespace
@@ -103,7 +107,8 @@ void AttackSession::set_appearance(std::int64_t now_ns) {
 }
 
 void AttackSession::send_bad_appearance(std::int64_t now_ns) {
-  constexpr std::uint32_t kDamagedEvery = 256;  // such a packet ends the session
+  // A damaged packet ends the session, so most packets are well-formed and only not allowed.
+  constexpr std::uint32_t kDamagedEvery = 256;
   count("bad_appearances");
   const std::uint32_t turn = turn_++;
   if (turn % kDamagedEvery == kDamagedEvery - 1) {
@@ -131,7 +136,8 @@ std::string AttackSession::random_tag(std::size_t bytes) {
   return tag;
 }
 
-// Heads in rows, all turning from side to side.
+// Sends a pose of every character. The heads stand in rows of 32 and turn by up to 0.5 rad from side to side, about
+// once a second. A riding character goes round a circle for 3 s and stands still for 1 s, in turn.
 void AttackSession::send_poses(std::int64_t captured_ns, std::int64_t now_ns) {
   ++turn_;
   const double angle = attack_.moves ? 0.5 * std::sin(static_cast<double>(captured_ns) * 6e-9) : 0;

@@ -8,34 +8,34 @@
 
 namespace hairnet::load {
 
-// What a session does. It keeps to the protocol and does too much of it, except with bad appearances.
+// What a session does. All messages but the bad appearances keep to the protocol; the attack is their number.
 struct SessionAttack {
-  // Says what it does after its welcome; one that resumes does so at once.
+  // What the session does after its welcome: it stays, breaks off and resumes again and again, or leaves at once.
   enum class Stay : std::uint8_t { stays, resumes, leaves };
   std::string room;
   wire::Role role = wire::Role::participant;
   std::uint32_t characters = 0;
   Stay stay = Stay::stays;
   bool promises_signs_of_life = false;
-  // Counts poses a second of each character.
+  // The rates of this struct are events a second. `pose_hz` is the rate of each character's poses.
   double pose_hz = 0;
-  // Says whether its poses differ.
+  // Each pose differs from the one before.
   bool moves = true;
-  // Observes the nearest members so often.
+  // The session asks for its nearest members at this rate.
   double observe_hz = 0;
   // Heads ride at this speed on circles of 50 m, and stop for a second in each four.
   double ride_m_per_s = 0;
-  // Sends SetWind so often.
+  // The session sends SetWind at this rate.
   double wind_hz = 0;
-  // Says whether the winds differ.
+  // Each wind differs from the one before.
   bool wind_varies = true;
-  // Characters are added and removed in turn so often.
+  // The session adds and removes characters in turn at this rate.
   double churn_hz = 0;
   // Sends SetAppearance of its characters in turn, with tags of any bytes.
   double appearance_hz = 0;
   // Sends AddCharacter and SetAppearance that a server must refuse.
   double bad_appearance_hz = 0;
-  // Limits what it reads; zero reads all.
+  // The session reads so many bytes a second; zero means all.
   std::size_t read_bytes_per_s = 0;
 };
 
@@ -59,8 +59,10 @@ class AttackSession final : public Attacker {
   bool welcomed_ = false;
   std::uint64_t session_ = 0;
   wire::SessionSecret secret_{};
-  std::uint32_t first_ = 1, end_ = 1;  // the characters that it has
-  std::uint32_t turn_ = 0;             // counts poses, winds and so on, so that they differ
+  // The session has the characters from first_ to end_ - 1.
+  std::uint32_t first_ = 1, end_ = 1;
+  // Counts messages of all kinds, so that each differs from the one before.
+  std::uint32_t turn_ = 0;
 };
 
 }  // namespace hairnet::load

@@ -6,11 +6,12 @@
 
 namespace hairnet::load {
 
-// A socket without a session: sends fixed bytes, or none, and then waits.
+// A connection without a session: it sends fixed bytes, or none, and then waits.
 struct SocketAttack {
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;
   bool reads = true;
-  double life_s = 60;  // until it closes itself, and comes again
+  // The socket closes its connection after this time, and connects again.
+  double life_s = 60;
 };
 
 class AttackSocket final : public Attacker {
@@ -22,6 +23,7 @@ class AttackSocket final : public Attacker {
   void proceed(std::int64_t now_ns) override;
 
   SocketAttack attack_;
+  // The number of bytes that were sent, and the end of life_s.
   std::size_t sent_ = 0;
   std::int64_t end_ns_ = 0;
 };

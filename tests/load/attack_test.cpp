@@ -240,6 +240,7 @@ TEST_F(AttackTest, upload_sends_from_the_wanted_offset_and_then_another_groom) {
 }
 
 TEST_F(AttackTest, offers_stay_without_their_bytes) {
+  // The attacker offers the late joiner's groom once, as soon as it can (at 1000 Hz), and sends none of its bytes.
   AttackOffers late_joiners(context_, 9, SlowOffers{0, 1000, 1, 0, true});
   welcome(late_joiners);
   late_joiners.act(2 * kSecond_ns);
@@ -253,6 +254,7 @@ TEST_F(AttackTest, offers_stay_without_their_bytes) {
 TEST_F(AttackTest, socket_sends_its_bytes_once_and_comes_again) {
   // The bytes are more than one piece of 64 KiB. The socket stays open for 5 s, then connects again a second later.
   const auto bytes = std::make_shared<const std::vector<std::uint8_t>>(100'000, std::uint8_t{3});
+  // `false`: it reads nothing of what the server answers.
   AttackSocket socket(context_, 9, SocketAttack{bytes, false, 5});
   socket.act(kSecond_ns);
   wire_.events->on_open(kSecond_ns);

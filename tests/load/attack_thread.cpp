@@ -35,7 +35,8 @@ std::vector<std::map<std::string, std::uint64_t, std::less<>>> AttackThread::fin
 
 void AttackThread::run(const std::stop_token& stop) {
   pthread_setname_np(pthread_self(), "attack");
-  setpriority(PRIO_PROCESS, 0, kLowestPriority);  // on Linux of this thread alone
+  // On Linux this call sets the priority of this thread alone.
+  setpriority(PRIO_PROCESS, 0, kLowestPriority);
   for (std::size_t stage = 0; stage < plan_->stages.size(); ++stage) {
     if (!plan_->stages[stage].attack) continue;
     while (channel::monotonic_ns() < begin_ns_ + plan_->stage_begin_ns(stage) && !stop.stop_requested())

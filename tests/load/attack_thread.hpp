@@ -12,11 +12,12 @@
 
 namespace hairnet::load {
 
-// Carries out the attacks of a plan, each during its stage, in a thread of the lowest priority: an attack's own cost
-// must not make the clients late that are its witnesses.
+// Carries out the attacks of a plan, each during its stage. Its thread has the lowest priority, so that the cost of an
+// attack delays none of the well-behaved clients, whose latency shows the effect on the server.
 class AttackThread {
  public:
-  // `context` has no connector and no events. `late_joiner_grooms`: the groom that will be uploaded in each stage.
+  // The thread sets the connector and the events of its copy of `context` itself. `late_joiner_grooms` has the groom
+  // that a late joiner will upload in each stage. `plan` must outlive this.
   AttackThread(const Plan& plan, const asio::ip::tcp::endpoint& server, const AttackContext& context,
                std::vector<EncodedGroom> late_joiner_grooms, std::int64_t begin_ns);
 
@@ -32,7 +33,8 @@ class AttackThread {
   AttackContext context_;
   std::vector<EncodedGroom> late_joiner_grooms_;
   std::int64_t begin_ns_;
-  std::vector<std::map<std::string, std::uint64_t, std::less<>>> events_;  // by stage
+  // The counts of AttackContext::events for each stage.
+  std::vector<std::map<std::string, std::uint64_t, std::less<>>> events_;
   std::jthread thread_;
 };
 

@@ -35,7 +35,8 @@ AttackUpload::AttackUpload(const AttackContext& context, std::uint32_t host, std
       offer_ns_(kNever_ns) {}
 
 void AttackUpload::begin(std::int64_t now_ns) {
-  sent_ = bytes_.size();  // nothing is asked for yet
+  // The server has not asked for any bytes yet.
+  sent_ = bytes_.size();
   offer_ns_ = kNever_ns;
   send(uploader_hello(), now_ns);
 }

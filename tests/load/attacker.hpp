@@ -11,25 +11,29 @@
 
 namespace hairnet::load {
 
-// What all attackers of a stage share. Outlives them; one thread.
+// What all attackers of a stage share. It must outlive them, and is used on one thread.
 struct AttackContext {
   Connector* connector = nullptr;
-  wire::GroomHash groom{};              // for characters: the server has it ready
-  wire::GroomHash late_joiner_groom{};  // which a late joiner of this stage will upload
+  // The groom of the attackers' characters, which the server has ready.
+  wire::GroomHash groom{};
+  // The groom that the late joiner of this stage will upload, and its size.
+  wire::GroomHash late_joiner_groom{};
   std::uint64_t late_joiner_groom_bytes = 0;
-  std::map<std::string, std::uint64_t, std::less<>>* events = nullptr;  // what attackers did, and the server's answers
+  // Counts what attackers did and what the server answered.
+  std::map<std::string, std::uint64_t, std::less<>>* events = nullptr;
 };
 
 // Events at a fixed rate, from the first call on.
 class Rate {
  public:
   explicit Rate(double hz) : interval_ns_(hz > 0 ? 1e9 / hz : 0) {}
-  // The time of the next event, if it is due; of a rate of 0 none ever is. Those of more than a second ago are left
-  // out.
+  // Returns the time of the next event if it is due. A rate of 0 has no events. Events of more than a second ago are
+  // left out, so that a generator that stalled does not send them all at once.
   std::optional<std::int64_t> take(std::int64_t now_ns);
 
  private:
-  double interval_ns_, next_ns_ = -1e18;  // long ago
+  // The next event's time is long ago at first, so that the first call counts as the time of the first event.
+  double interval_ns_, next_ns_ = -1e18;
 };
 
 // A connection that attacks the server. It connects again a while after it was closed. Long packets, which carry
@@ -44,8 +48,11 @@ class Attacker : private ConnectionEvents {
   void act(std::int64_t now_ns);
 
  protected:
-  virtual void begin(std::int64_t now_ns) = 0;    // the connection is open
-  virtual void proceed(std::int64_t now_ns) = 0;  // while it is open, at each act()
+  // Is called when the connection is open.
+  virtual void begin(std::int64_t now_ns) = 0;
+  // Is called at each act() while the connection is open.
+  virtual void proceed(std::int64_t now_ns) = 0;
+  // Is called for each message from the server, except those of more than 2 kB, which carry frames.
   virtual void hear(const wire::Message& message, std::int64_t now_ns);
   void send(wire::Message message, std::int64_t now_ns);
   void close(std::int64_t now_ns);

@@ -18,19 +18,21 @@ constexpr std::uint32_t kFirstAttackHost = 0x020001;  // 127.2.0.1
 using Stay = SessionAttack::Stay;
 using Bytes = std::vector<std::uint8_t>;
 
-// Makes the attackers of one attack.
+// Makes the attackers of one attack. A *person* is a loopback address: attackers of one person share its limits at the
+// server. Each attack has 256 addresses of its own.
 class Cast {
  public:
   Cast(Attack attack, const AttackContext& context)
       : context_(&context), host_(kFirstAttackHost + 256 * static_cast<std::uint32_t>(attack)) {}
 
-  // `count` of the same kind, all of the current person.
+  // Adds `count` attackers of one kind, all of the current person.
   template <class AttackerType, class... Arguments>
   void add(int count, const Arguments&... arguments) {
     for (int i = 0; i < count; ++i)
       attackers_.push_back(std::make_unique<AttackerType>(*context_, host_, arguments...));
   }
   void next_person() { ++host_; }
+  // The numbers of uploads (AttackUpload) begin with the address and the attacker, so no two attackers share any.
   void add_uploads(int persons, int of_each, const Bytes& bytes) {
     for (int i = 0; i < persons; ++i, next_person())
       for (int k = 0; k < of_each; ++k) add<AttackUpload>(1, bytes, (host_ << 20) + (static_cast<unsigned>(k) << 14));
@@ -61,13 +63,16 @@ std::shared_ptr<const Bytes> repeated(std::string_view text, int count) {
   return std::make_shared<const Bytes>(std::move(bytes));
 }
 
-// A packet of so many bytes without its last one.
+// Returns a packet that announces `byte_count` bytes in all, its size prefix included, and lacks the last one. The
+// server must keep the others and wait.
 std::shared_ptr<const Bytes> unfinished_packet(std::uint32_t byte_count) {
   Bytes bytes(byte_count - 1);
   for (std::size_t i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>((byte_count - 4) >> (8 * i));
   return std::make_shared<const Bytes>(std::move(bytes));
 }
 
+// The members of SlowOffers are the size of a groom, offers a second, the most offers, bytes a second of each groom,
+// and whether the groom is the late joiner's. attack_meanings() says in words what the five kinds do.
 void add_offers(Cast& cast) {
   cast.add<AttackOffers>(1, SlowOffers{64u << 20, 1, 16, 1 / 4.5, false});
   cast.next_person();
@@ -81,7 +86,9 @@ void add_offers(Cast& cast) {
 
 void add_appearances(Cast& cast, SessionAttack session) {
   session.characters = 64;
-  session.appearance_hz = 900;  // about as many as the server takes
+  // This is a little less than the server takes: a session may send 1000 messages a second
+  // (SessionLimits::messages_per_s), and a change of appearance costs a little more than one (price_of).
+  session.appearance_hz = 900;
   for (int room = 0; room < 4; ++room) {
     session.room = "load-" + std::to_string(room);
     cast.add_persons(1, session);

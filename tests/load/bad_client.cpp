@@ -7,10 +7,13 @@
 namespace hairnet::load {
 namespace {
 
+// A client that the server has disconnected connects again after this time.
 constexpr std::int64_t kRedialWait_ns = 1'000'000'000;
+// A flood is 100 messages every 10 ms. A malformed packet comes every 100 ms.
 constexpr std::int64_t kFloodInterval_ns = 10'000'000, kMalformedInterval_ns = 100'000'000;
-constexpr int kFloodMessages = 100;                 // an interval
-constexpr std::size_t kFloodUnsentMax = 64u << 10;  // a server that does not read them all has less to do
+constexpr int kFloodMessages = 100;
+// A flood stops while more bytes than this wait: a server that does not read has defended itself.
+constexpr std::size_t kFloodUnsentMax = 64u << 10;
 
 std::vector<std::uint8_t> hello(std::int64_t now_ns) {
   wire::Hello message;
@@ -26,22 +29,26 @@ std::vector<std::uint8_t> make_bad_packet(Random& random, std::int64_t now_ns) {
   pose.capture_time_ns = now_ns;
   std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, wire::PoseBatch{{pose}}});
   switch (random.next() % 5) {
-    case 0: {  // some bits, behind the length
+    // Up to 8 bits are flipped behind the length.
+    case 0: {
       for (int i = 0; i < 8; ++i)
         packet[4 + random.next() % (packet.size() - 4)] ^= static_cast<std::uint8_t>(1u << random.next() % 8);
       return packet;
     }
-    case 1: {  // the right length, and noise
+    // Noise follows the right length.
+    case 1: {
       for (std::size_t i = 4; i < packet.size(); ++i) packet[i] = static_cast<std::uint8_t>(random.next());
       return packet;
     }
-    case 2:  // a length beyond all bounds
+    // The length is larger than any packet.
+    case 2:
       return {0xff, 0xff, 0xff, 0x7f, 0, 0, 0, 0};
     case 3: {
       pose.pose.bones[0].position.x() = std::numeric_limits<double>::quiet_NaN();
       return wire::encode_packet({now_ns, wire::PoseBatch{{pose}}});
     }
-    default:  // messages that only servers send
+    // Only servers send this message.
+    default:
       return wire::encode_packet({now_ns, wire::Welcome{}});
   }
 }

@@ -39,11 +39,14 @@ class BadClient final : public VirtualClient, private ConnectionEvents {
   Random random_;
   std::unique_ptr<ClientConnection> connection_;
   bool open_ = false, gone_ = false;
+  // The reason of the server's last goodbye.
   std::string goodbye_;
+  // When the client connects, and when it misbehaves again.
   std::int64_t connect_ns_ = 0, next_ns_ = kNever_ns;
 };
 
-// A packet that no server should take: a flipped bit, a wrong length, noise, numbers that are none, text that is none.
+// Makes a packet that no server should accept: with flipped bits, noise, an impossible length or a NaN, or a message
+// that only servers send.
 std::vector<std::uint8_t> make_bad_packet(Random& random, std::int64_t now_ns);
 
 }  // namespace hairnet::load

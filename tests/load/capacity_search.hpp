@@ -6,17 +6,18 @@
 
 namespace hairnet::load {
 
-// Finds the largest number of characters that meets the thresholds: it doubles until they fail, bisects down to the
-// resolution, then confirms the answer; if that fails, it tries a little less, until one is confirmed. Pure; the caller
-// does the probing.
+// Finds the largest number of characters that meets the thresholds. The search doubles the number until the thresholds
+// fail, bisects down to the resolution, then confirms the answer with a longer run. If that run fails, the search tries
+// fewer characters, until one number is confirmed. The caller does the runs: it makes the probe of next() and reports
+// it.
 class CapacitySearch {
  public:
   struct Limits {
     std::uint32_t first = 16;
     std::uint32_t most = 100'000;
-    // Is the share of the answer by which the answer may be too low.
+    // The answer may be too low by this share of it.
     double resolution = 0.05;
-    // Probes are multiples of this number, the characters of one client.
+    // Each probe is a multiple of this number, which is the number of characters of one client.
     std::uint32_t granule = 1;
     // Steps by halves over 100 000 characters need 17; more mean that the answers contradict each other.
     std::uint32_t probe_count_max = 30;
@@ -32,21 +33,26 @@ class CapacitySearch {
   [[nodiscard]] std::optional<Probe> next() const { return next_; }
   // Says how the probe of next() ended.
   void report(bool passed);
-  // The largest confirmed count; 0: even the smallest fails, or none was confirmed in time.
+  // Returns the largest confirmed number. 0 means that even the smallest number fails, or that none was confirmed
+  // within probe_count_max probes.
   [[nodiscard]] std::uint32_t capacity() const { return capacity_; }
   [[nodiscard]] bool reached_max() const { return capacity_ == most_; }
   [[nodiscard]] const std::vector<Probe>& probes() const { return probes_; }
 
  private:
+  // Chooses the next probe.
   void go_on();
+  // Rounds down to whole clients, but to one client at least.
   [[nodiscard]] std::uint32_t rounded(double characters) const;
+  // Returns whether good_ and bad_ are as close as the resolution asks for.
   [[nodiscard]] bool bracketed() const;
 
   Limits limits_;
+  // Limits::most, rounded down to whole clients.
   std::uint32_t most_ = 0;
-  // Is the largest count that passed and has not failed since.
+  // The largest number that has passed and has not failed since.
   std::uint32_t good_ = 0;
-  // Is the smallest count that failed.
+  // The smallest number that has failed.
   std::optional<std::uint32_t> bad_;
   std::uint32_t capacity_ = 0;
   std::vector<Probe> probes_;

@@ -7,14 +7,21 @@
 namespace hairnet::load {
 namespace {
 
-constexpr std::int64_t kRejoinMin_ns = 500'000'000;  // after the session has ended: a user would try again
+// A client whose session has ended joins again after kRejoinMin_ns and a random part of kBeginAgainSpread_ns, as a
+// person would. The random part keeps clients that ended together from joining together.
+constexpr std::int64_t kRejoinMin_ns = 500'000'000;
 constexpr std::int64_t kBeginAgainSpread_ns = 1'000'000'000;
+// A slow client reads 1 kB a second, less than the frames of one character (README.md, Measured).
 constexpr std::int64_t kSlowReadInterval_ns = 1'000'000'000;
 constexpr std::size_t kSlowReadBytes = 1024;
-constexpr std::size_t kUnsentBytesMax = 256u << 10;  // more than that waits: poses are not sent
-// A pose that the run's end leaves unanswered, and that is older, will not be.
+// A client drops its poses while more bytes than this wait to be sent.
+constexpr std::size_t kUnsentBytesMax = 256u << 10;
+// When a client leaves, a pose older than this counts as unanswered. A prompt server needs much less: its pose delay of
+// 25 ms and a tick.
 constexpr std::int64_t kAnswerWait_ns = 250'000'000;
+// A longer gap between ticks is an interruption, and does not count as jitter.
 constexpr std::uint64_t kTicksForJitter = 8;
+// The people of a room stand in rows, so that hands reach neighbours and heads do not overlap.
 constexpr double kPlaceSpacing_m = 1.5;
 constexpr std::uint32_t kPlacesInARow = 8;
 
@@ -27,7 +34,7 @@ Client::Client(const ClientContext& context, std::uint32_t number, std::uint32_t
       slow_(slow),
       random_(context.seed, number),
       clock_{0, 1e9 / context.pose_hz} {
-  // Evenly over the clients: with a half, each second one has hands.
+  // The clients with hands are spread evenly: with a share of a half, each second client has them.
   const auto with_hands = [&](std::uint32_t places) { return std::floor(places * context.touch_share); };
   if (!slow && with_hands(place + 1) > with_hands(place)) toucher_.emplace(number);
 }
@@ -160,7 +167,8 @@ void Client::on_end(std::string_view reason, std::int64_t now_ns) {
   begin_ns_ = now_ns + kRejoinMin_ns + static_cast<std::int64_t>(random_.unit() * kBeginAgainSpread_ns);
 }
 
-// The server's reason, or the end of the connection, is an error unless the plan wanted it.
+// Counts the loss of a connection under the server's reason, or under how the connection ended. A loss that the plan
+// wanted is no error.
 void Client::lose(std::string_view reason, std::int64_t now_ns) {
   const bool meant = std::exchange(meant_to_lose_, false);
   const std::string error = !reason.empty()   ? "goodbye_" + std::string(reason)
@@ -192,8 +200,8 @@ std::int64_t Client::act(std::int64_t now_ns) {
   return std::min({pose_ns, begin_ns_, read_ns_, protocol_->next_deadline_ns()});
 }
 
-// Every pose that is due goes out with the time it was meant to be captured at, however late that is. There are none
-// before the first welcome; after it they are due whether or not there is a session to send them in.
+// Sends every pose that is due, with the time at which it was meant to be captured, however late this call comes. Poses
+// count from the first welcome on. Without a session they are due all the same, and count as not sent.
 void Client::pass_poses(std::int64_t now_ns) {
   const bool can_send = state_ == State::active && connection_ && connection_->unsent_bytes() <= kUnsentBytesMax;
   while (clock_.time_ns(next_pose_) <= now_ns) {
@@ -220,7 +228,8 @@ void Client::pass_hands(std::int64_t pose) {
   context_->tally->count(captured_ns, &Counts::hands_sent);
 }
 
-// Hands that were captured up to the sample are seen now, and had not been seen before it.
+// Records the latency of each pose of the hands that this message is the first to show: those captured after the last
+// message's sample time and up to this one's.
 void Client::on_hands(const HandsSeen& hands, std::int64_t now_ns) {
   if (slow_) return;
   const auto clock = context_->hand_clocks->find(hands.session);
@@ -258,7 +267,8 @@ std::vector<wire::PoseSample> Client::make_poses(std::int64_t pose) {
         context_->tally->count(sample.capture_time_ns, &Counts::poses_asleep);
         character.answered = pose;
       } else {
-        character.asleep = false;  // it owes a frame again, from this pose on
+        // The server owes frames again, from this pose on. No gap is counted from the last frame before the rest.
+        character.asleep = false;
         character.tick = 0;
       }
     }
@@ -312,7 +322,8 @@ void Client::answer(Character& character, const FrameSeen& frame, std::int64_t n
   character.answered = std::max(character.answered, newest);
   character.asleep = frame.asleep && character.last_pose != nullptr;
   if (character.asleep) {
-    // Poses that are already sent may wake it; only the next frame shows whether they did.
+    // Poses that were sent after this frame's sample may have woken the character. Only the next frame shows this, so
+    // the poses until now count as those of a character at rest.
     tally.count(now_ns, &Counts::poses_asleep, static_cast<std::uint64_t>(next_pose_ - 1 - character.answered));
     character.answered = next_pose_ - 1;
   }
@@ -371,7 +382,8 @@ void Client::settle(std::int64_t now_ns) {
   give_up_poses(now_ns - kAnswerWait_ns, now_ns, true);
 }
 
-// Poses captured up to `until_ns`, and sent in this session, get no answer any more.
+// Expects no more answers to poses that were captured up to `until_ns` and sent in this session. `count` says whether
+// they count as unanswered.
 void Client::give_up_poses(std::int64_t until_ns, std::int64_t now_ns, bool count) {
   if (slow_ || state_ != State::active) return;
   const std::int64_t newest = std::min(clock_.newest_at(until_ns), next_pose_ - 1);

@@ -14,12 +14,16 @@
 
 namespace hairnet::load {
 
-// A user with some characters: connects, adds them, and sends all their poses at its own fixed times; returns when it
-// loses its connection. A slow one behaves likewise but hardly reads, and does not count.
+// A user with some characters. The client connects, adds its characters, and sends all their poses at its own fixed
+// times. It connects again when it loses its connection. A slow client does the same but reads only 1 kB a second; it
+// is one of the misbehaving clients, so its poses and frames are not in the figures.
 class Client final : public VirtualClient, private ConnectionEvents, private ProtocolEvents {
  public:
+  // `context` must outlive the client. `place` is the client's index among those that are there (Action::place).
   Client(const ClientContext& context, std::uint32_t number, std::uint32_t place, bool slow);
 
+  // Call it once, first. `levels` are given to the characters in turn. `intended_ns` is when the plan wants the client
+  // to come, which may be earlier than `now_ns`.
   void join(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t intended_ns,
             std::int64_t now_ns);
   std::int64_t act(std::int64_t now_ns) override;
@@ -31,28 +35,37 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   [[nodiscard]] bool counts() const override { return !slow_; }
 
  private:
+  // `away` has no session, `active` has one, `leaving` waits for the server after a goodbye, `gone` has ended.
   enum class State : std::uint8_t { away, active, leaving, gone };
   struct Character {
     std::uint32_t number = 0;
+    // They index ClientContext::grooms and motions.
     std::size_t groom = 0, motion = 0;
-    // Is the motion's step at pose 0.
+    // The step of the motion that pose 0 shows.
     std::uint64_t motion_step = 0;
     LevelIndex level = LevelIndex::high;
-    Vec3 place = Vec3::Zero();  // m, world
-    // Is the intended time; never means that no first frame is waited for.
+    // The place in the world, m.
+    Vec3 place = Vec3::Zero();
+    // The time from which the character waits for its first frame, or for its first one after a loss of the connection.
+    // kNever_ns means that it waits for none.
     std::int64_t join_ns = kNever_ns;
+    // The last frame said that the hair is at rest. The server sends no frames until the pose changes.
     bool asleep = false;
-    // Poses up to this one are settled.
+    // The number of the newest pose that no answer is expected for: a frame has answered it, or it was given up.
     std::int64_t answered = -1;
-    // Is the tick of its last frame; zero means that there was none in this session.
+    // The tick of the last frame, and the ticks from it to the next one. A tick of zero means that no frame has come in
+    // this session, or since the hair was at rest.
     std::uint64_t tick = 0;
     std::uint32_t stride = 1;
+    // The pose that was sent last. ClientContext::motions owns it.
     const Pose* last_pose = nullptr;
   };
 
+  // ConnectionEvents (client_connection.hpp).
   void on_open(std::int64_t now_ns) override;
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) override;
   void on_closed(std::string_view reason, std::int64_t now_ns) override;
+  // ProtocolEvents (protocol_client.hpp).
   void on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) override;
   void on_lost(std::string_view reason, std::int64_t now_ns) override;
   void on_end(std::string_view reason, std::int64_t now_ns) override;
@@ -75,6 +88,7 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   void answer(Character& character, const FrameSeen& frame, std::int64_t now_ns);
   void watch_other(const FrameSeen& frame, std::int64_t now_ns);
   void give_up_poses(std::int64_t until_ns, std::int64_t now_ns, bool count);
+
   const ClientContext* context_;
   std::uint32_t number_, place_;
   bool slow_;
@@ -82,27 +96,33 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   State state_ = State::away;
   std::unique_ptr<ClientConnection> connection_;
   std::unique_ptr<ProtocolClient> protocol_;
-  // Says how the last connection ended.
+  // The reason with which the last connection ended (ConnectionEvents::on_closed).
   std::string closed_;
-  // Is true when the plan loses the connection, which is no error.
+  // It is true while the plan itself breaks the connection, which then counts as no error.
   bool meant_to_lose_ = false;
-  // The index is number - 1.
+  // Character `number` has the index number - 1.
   std::vector<Character> characters_;
   PoseClock clock_;
+  // The number of the first pose that was not due yet.
   std::int64_t next_pose_ = 0;
+  // It is there for a client with hands (ClientContext::touch_share).
   std::optional<Toucher> toucher_;
-  // Is true once it has been welcomed.
+  // It stays true after the first welcome. Poses count from then on.
   bool started_ = false;
+  // The time at which a client whose session has ended begins another one, and at which a slow client reads again.
   std::int64_t begin_ns_ = kNever_ns, read_ns_ = kNever_ns;
-  // Is the last frame's.
+  // The newest tick of which a frame has come, when the first one came, and the length of a tick. A tick of zero means
+  // that none has come in this session.
   std::uint64_t tick_ = 0;
   std::int64_t tick_arrival_ns_ = 0, tick_ns_ = 0;
   struct Other {
     std::uint64_t tick = 0;
-    std::int64_t arrival_ns = 0;  // 0: asleep
+    // The arrival of the last frame; zero when there was none in this session or its hair was at rest.
+    std::int64_t arrival_ns = 0;
   };
-  std::unordered_map<std::uint32_t, Other> others_;  // by member
-  // The time of the last hands that were seen of a session.
+  // The characters of other clients, by the number of the member.
+  std::unordered_map<std::uint32_t, Other> others_;
+  // The sample time of the newest hands that were seen of each other session.
   std::unordered_map<std::uint64_t, std::int64_t> hands_ns_;
 };
 

@@ -12,10 +12,12 @@
 
 namespace hairnet::load {
 
-// A server in simulated time. Each tick it sends a frame of every character, sampled kPoseDelay_ns before the tick; the
-// first tick of a connection is the welcome. It sends nothing while it is stalled.
+// A server in simulated time. At each tick it sends each client one packet, which stands for a frame of every character
+// of that client, sampled kPoseDelay_ns before the tick. The first packet on a connection stands for the welcome. A
+// stalled server sends nothing, and skips the ticks that it has missed.
 class FakeServer final : public Connector {
  public:
+  // The tick is that of 30 Hz. The delay is the default of the server's pose_delay_ms.
   static constexpr std::int64_t kTick_ns = 33'333'333, kPoseDelay_ns = 25'000'000;
 
   std::unique_ptr<ClientConnection> connect(ConnectionEvents& events, std::uint32_t host) override {
@@ -44,6 +46,7 @@ class FakeServer final : public Connector {
         ++tick_;
         continue;
       }
+      // The bytes mean nothing: FakeProtocolClient makes the events of a tick itself.
       const std::uint8_t tick_packet[16] = {};
       for (FakeClientConnection* line : lines)
         if (is_alive(line) && line->open) line->events->on_packet(tick_packet, now_ns);
@@ -80,7 +83,7 @@ class FakeServer final : public Connector {
     bool open = false;
   };
 
-  // Connects again 600 ms after it lost its connection.
+  // Stands for the protocol of a client. It connects again 600 ms after it lost its connection.
   struct FakeProtocolClient final : ProtocolClient {
     explicit FakeProtocolClient(FakeServer& s) : server(&s), session(++s.session_count_) {}
     void offer(const EncodedGroom&) override {}

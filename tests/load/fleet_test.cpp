@@ -75,6 +75,7 @@ TEST_F(FleetTest, counts_poses_and_frames_of_a_prompt_server) {
   EXPECT_EQ(counts.poses_unanswered, 0u);
   EXPECT_EQ(counts.poses_unsent, 0u);
   EXPECT_TRUE(counts.errors.empty());
+  // The frames of the fake server have the level `low`, which has the index 2.
   EXPECT_EQ(counts.frames_by_level[2], counts.frames);
   // Each frame of the fake server has 600 bytes.
   EXPECT_EQ(counts.content_bytes, counts.frames * 600);
@@ -82,8 +83,10 @@ TEST_F(FleetTest, counts_poses_and_frames_of_a_prompt_server) {
   EXPECT_GE(stage(1).latency.min_ms(), 24.9);
   EXPECT_LE(stage(1).latency.max_ms(), 25 + 33.4 + 1.1);
   EXPECT_NEAR(stage(1).latency.mean_ms(), 25 + 33.3 / 2, 2);
+  // A frame is 25 ms old at its tick, and arrives up to one step of 1 ms later. The step is also all jitter there is.
   EXPECT_NEAR(stage(1).frame_age.mean_ms(), 25.5, 1);
   EXPECT_LE(stage(1).jitter.max_ms(), 1.1);
+  // All twelve characters joined during the ramp.
   EXPECT_EQ(stage(0).counts.joins, 12u);
 }
 
@@ -97,20 +100,25 @@ TEST_F(FleetTest, a_share_of_the_clients_has_hands_which_hold_hair_and_are_timed
   run();
   EXPECT_EQ(server_.with_hands.size(), 2u);
   const Counts& counts = stage(0).counts;
+  // Two clients with hands send 72 samples a second for 12 s. They come within the first second.
   EXPECT_NEAR(static_cast<double>(counts.hands_sent), 2 * 72 * 12, 2 * 72 + 4);
   // The hands of one are seen by the three others.
   EXPECT_NEAR(static_cast<double>(stage(0).hands_latency.count()), 3.0 * static_cast<double>(counts.hands_sent),
               3 * 72);
+  // The times are those of poses in the test before.
   EXPECT_GE(stage(0).hands_latency.min_ms(), 24.9);
   EXPECT_LE(stage(0).hands_latency.max_ms(), 25 + 33.4 + 1.1);
   EXPECT_NEAR(stage(0).hands_latency.mean_ms(), 25 + 33.3 / 2, 2);
   // Each holds hair once in five seconds, and pins it each second time.
   EXPECT_GE(counts.holds, 4u);
+  // Each hold catches 20 points at the fake server.
   EXPECT_EQ(counts.held_points, 20 * counts.holds);
   for (const char* kind : {"take", "pin", "unpin", "drop"})
     EXPECT_GE(std::ranges::count(server_.holds, kind), 1) << kind;
 }
 
+// A generator that waits for a stalled server would send fewer poses during the stall and so measure hardly any of it
+// (coordinated omission).
 TEST_F(FleetTest, stalled_server_delays_no_pose_and_its_stall_counts_as_latency) {
   plan({"steady:10s:clients=5,characters=2"});
   run();
@@ -150,6 +158,7 @@ TEST_F(FleetTest, server_that_welcomes_no_client_has_unanswered_joins) {
   EXPECT_EQ(stage(0).counts.joins, 0u);
   // Each of the eight characters waits for its join.
   EXPECT_EQ(stage(0).counts.joins_unanswered, 8u);
+  // Clients of a steady stage come within its first second, so some wait for more than 2 of the 3 s.
   EXPECT_GT(stage(0).join.max_ms(), 2000);
 }
 
@@ -159,6 +168,7 @@ TEST_F(FleetTest, lost_connections_are_errors_and_clients_return) {
     if (now_ns == 3'000'000'000) server_.drop_all(now_ns);
   });
   EXPECT_EQ(stage(1).counts.errors.at("closed_reset"), 3u);
+  // Each of the three clients connects twice.
   EXPECT_EQ(server_.connect_count, 6u);
   // A fake client connects again 600 ms after its loss: poses of more than half a second and less than a second are
   // not sent.
@@ -171,6 +181,7 @@ TEST_F(FleetTest, lost_connections_are_errors_and_clients_return) {
 TEST_F(FleetTest, reconnect_storm_reconnects_its_share_without_errors) {
   plan({"ramp:1s:clients=8,characters=1", "steady:6s:storm=50%"});
   run();
+  // Half of the eight clients lose their connections, and connect a second time.
   EXPECT_EQ(server_.connect_count, 12u);
   EXPECT_TRUE(stage(1).counts.errors.empty());
   EXPECT_EQ(stage(1).counts.joins, 4u);
@@ -196,6 +207,7 @@ TEST_F(FleetTest, generator_that_sleeps_reports_it) {
     server_.pump(now_ns);
     fleet.advance(now_ns);
   }
+  // The first pose of the gap is late by nearly 400 ms. All other poses are late by a step of 1 ms at most.
   EXPECT_GT(tally_->lag().max_ms(), 350);
   EXPECT_LT(tally_->lag().quantile_ms(0.5), 1.1);
   // Poses that are sent late still have the times at which they were meant to be captured.

@@ -9,10 +9,13 @@
 namespace hairnet::load {
 namespace {
 
-constexpr float kDisplacementMax_m = 10;  // Level::displacement_max_m
+// The bound of Level::displacement_max_m.
+constexpr float kDisplacementMax_m = 10;
+// So long after the head came to rest, hair must be at rest too: it may move by kRestMotionMax_m from frame to frame.
 constexpr std::int64_t kRest_ns = 5'000'000'000;
 constexpr float kRestMotionMax_m = 0.005f;
-constexpr double kRestPose = 1e-6;  // m, and of quaternions: less is no motion
+// A smaller change of a pose is no motion. It is in metres for positions, and of the numbers of a quaternion.
+constexpr double kRestPose = 1e-6;
 
 std::uint64_t key_of(std::uint32_t client, std::uint32_t character) {
   return std::uint64_t{client} << 32 | character;

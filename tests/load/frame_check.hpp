@@ -32,11 +32,12 @@ class FrameCheck final : public FrameWatcher {
   [[nodiscard]] bool looks_at(std::uint32_t client, std::uint32_t character) const;
   struct Subject {
     std::uint64_t tick = 0;
-    // Is the client's number of welcomes at its last frame.
+    // The number of the client's welcomes when the last frame came.
     std::uint64_t welcome = 0;
-    // The client is back after a loss, and the character is not yet on the level that it had before.
+    // The client is back after a loss of its connection, and the character does not have its former level yet.
     bool returned = false;
     Pose pose;
+    // The sample time since which the pose and the level have not changed.
     std::int64_t rest_since_ns = 0;
     LevelIndex level = LevelIndex::rigid;
     std::vector<float> coefficients;
@@ -47,8 +48,9 @@ class FrameCheck final : public FrameWatcher {
   double share_;
   std::uint64_t checked_ = 0;
   std::map<std::string, std::uint64_t> failures_;
-  // Counts by client.
+  // The number of welcomes of each client.
   std::unordered_map<std::uint32_t, std::uint64_t> welcomes_;
+  // The characters that are checked, by the client's number in the upper 32 bits and the character's in the lower ones.
   std::unordered_map<std::uint64_t, Subject> subjects_;
 };
 

@@ -32,7 +32,8 @@ void GroomUploader::poll(std::int64_t now_ns) {
 }
 
 void GroomUploader::on_open(std::int64_t now_ns) {
-  protocol_->on_open(now_ns, false);  // it sends no poses
+  // An uploader sends no poses, so it needs no datagrams.
+  protocol_->on_open(now_ns, false);
   poll(now_ns);
 }
 

@@ -13,8 +13,9 @@
 
 namespace hairnet::load {
 
-// Uploads grooms and stays connected, so that the server keeps them. One does so before the run and is not measured: a
-// load test does not include the building of levels.
+// Uploads grooms, waits until the server has built their levels, and stays connected, so that the server keeps them.
+// One uploader does so before the run and is not measured, since a load test does not include the building of levels.
+// Each late joiner has another one.
 class GroomUploader final : private ConnectionEvents, private ProtocolEvents {
  public:
   GroomUploader(Connector& connector, std::unique_ptr<ProtocolClient> protocol, const std::vector<EncodedGroom>& grooms,
@@ -41,9 +42,11 @@ class GroomUploader final : private ConnectionEvents, private ProtocolEvents {
 
   std::unique_ptr<ProtocolClient> protocol_;
   const std::vector<EncodedGroom>* grooms_;
+  // The grooms that are not ready yet.
   std::set<wire::GroomHash> waiting_;
   bool welcomed_ = false;
   wire::Welcome welcome_;
+  // `error_` is what error() returns. The others are the last refusal, and how the last connection ended.
   std::string error_, last_word_, closed_;
   Connector* connector_;
   std::uint32_t host_;

@@ -9,6 +9,7 @@
 namespace hairnet::load {
 namespace {
 
+// A monitor asks once a second. It waits for an answer for 5 s, which is also what a missing answer counts as.
 constexpr std::int64_t kHealthInterval_ns = 1'000'000'000;
 constexpr std::chrono::seconds kHealthWait{5};
 

@@ -118,7 +118,8 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
   }
 
   link::LinkCore core_;
-  ProtocolEvents* events_ = nullptr;  // during on_packet
+  // It is set only during on_packet(), for the frames of the packet.
+  ProtocolEvents* events_ = nullptr;
   std::int64_t now_ns_ = 0;
 };
 

@@ -11,12 +11,14 @@ namespace hairnet::load {
 // The identity of each client.
 struct ProtocolOptions {
   std::string name, room, token;
-  std::string observe = "all";  // this and the next two: as a plan has them
+  // These three are as in Plan.
+  std::string observe = "all";
   double hair_error_mm = 1, frame_bytes_per_s = 0;
   std::uint64_t seed = 1;
   double decode_share = 1;
   bool evaluate_learnt = true;
-  std::shared_ptr<link::FileCatalog> catalog;  // shared by all on one thread
+  // All clients share it, on one thread, so that each file is downloaded once.
+  std::shared_ptr<link::FileCatalog> catalog;
 };
 
 // The client library's own core.

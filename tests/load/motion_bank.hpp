@@ -14,17 +14,20 @@ class MotionBank {
  public:
   // Motions as load_motion takes them.
   static Result<MotionBank> load(const std::vector<std::string>& specs, double pose_hz);
-  // For tests.
+  // Makes a bank of motions that exist already; tests use it.
   static MotionBank of(std::vector<Motion> motions, double pose_hz);
 
   struct Step {
-    const Pose* pose = nullptr;  // stays where it is
-    bool teleport = false;       // does not continue from the step before
+    // The bank owns the pose.
+    const Pose* pose = nullptr;
+    // The pose does not continue from that of the step before.
+    bool teleport = false;
   };
   [[nodiscard]] Step step(std::size_t motion, std::uint64_t index) const;
   [[nodiscard]] std::size_t count() const { return loops_.size(); }
 
  private:
+  // A motion, whose last step is followed by its first one.
   struct Loop {
     std::vector<Pose> poses;
     std::vector<bool> teleports;

@@ -12,6 +12,8 @@
 
 namespace hairnet::load {
 
+// How --find-capacity searches (CapacitySearch::Limits), and the seconds of a probe: its warm-up, the measured part,
+// and the measured part of the run that confirms the capacity.
 struct CapacityOptions {
   std::uint32_t first = 16, most = 20'000;
   double resolution = 0.05;
@@ -22,9 +24,9 @@ struct Options {
   Plan plan;
   Address server;
   Transport transport = Transport::tcp;
-  // Names a program; empty means that the server runs already.
+  // The server's program, which this one starts. It is empty when the server runs already.
   std::string spawn;
-  // Are passed to the program.
+  // The arguments of that program.
   std::vector<std::string> server_arguments;
   std::string server_log = "hairnet-load-server.log";
   std::optional<int> server_pid;
@@ -35,8 +37,10 @@ struct Options {
   std::string token;
   bool scrape_metrics = true, quiet = false;
   std::optional<CapacityOptions> capacity;
-  std::string json, html;  // files, or empty
-  std::string command;     // as given
+  // The files for the report; no file is written for an empty name.
+  std::string json, html;
+  // The command line as it was given.
+  std::string command;
 };
 
 // The options, or the exit code when there is nothing more to do.

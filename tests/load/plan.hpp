@@ -18,13 +18,13 @@ struct Plan {
   std::vector<std::string> grooms{"made:bob"};
   // Each is a file or made:NAME. Characters take the motions in turn.
   std::vector<std::string> motions{"made:dance", "made:look_around", "made:nod", "made:walk"};
-  // Is the number of clients in a room; 0 means one room for all.
+  // The number of clients in a room; 0 means one room for all.
   std::uint32_t room_size = 0;
   // This share of the clients has hands, which touch and hold the hair of other clients' characters.
   double touch_share = 0;
-  // Says which members each client sees: all, or a number of nearest ones. 0 means its own only.
+  // Which members each client observes: "all", or the number of nearest ones, where "0" means its own characters alone.
   std::string observe = "all";
-  // Is the permitted error of hair, as in wire::Observe::error_m.
+  // The permitted error of hair, as in wire::Observe::error_m but in millimetres.
   double hair_error_mm = 1;
   // Limits the bytes of frames for a client, as in wire::Observe::bytes_per_s.
   double frame_bytes_per_s = 0;
@@ -34,11 +34,13 @@ struct Plan {
 
   [[nodiscard]] double duration_s() const;
   [[nodiscard]] bool has_attacks() const;
-  // Counts from the plan's begin; one past the last stage is the end.
+  // Returns the time from the begin of the plan to that of the stage. The number after the last stage gives the end of
+  // the plan.
   [[nodiscard]] std::int64_t stage_begin_ns(std::size_t stage) const;
 };
 
-// Empty when it can be run; else one line. Gives stages of one name numbers.
+// Checks the plan, and adds numbers to the names of stages that have the same name. Returns one line about what is
+// wrong; it is empty when the plan can be run.
 std::string settle(Plan& plan);
 
 // Parses JSON with comments: keys as the fields (`require`: requirements), `stages` a list of what parse_stage takes.

@@ -24,11 +24,14 @@ TEST(Stage, has_every_setting_of_its_text) {
   EXPECT_DOUBLE_EQ(stage->warm_s, 0.5);
   EXPECT_FALSE(stage->measured);
   EXPECT_EQ(stage->attack, Attack::wind);
+  // The indices are those of Misbehaviour: 2 slow clients, 10 % of the 100 clients that flood, 3 half-open ones.
   EXPECT_EQ(stage->misbehaving[0].of(stage->clients), 2u);
   EXPECT_EQ(stage->misbehaving[1].of(stage->clients), 10u);
   EXPECT_EQ(stage->misbehaving[4].of(stage->clients), 3u);
 }
 
+// A user writes the population once, and each stage then states only what changes. Events that went on unasked would
+// disturb the later stages.
 TEST(Stage, takes_over_population_but_not_events_of_the_previous_stage) {
   const auto first =
       parse_stage("ramp:5s:clients=8,characters=4,level=low,churn=1,storm=0.5,slow=1,attack=big,warm=1s", nullptr);
@@ -39,6 +42,7 @@ TEST(Stage, takes_over_population_but_not_events_of_the_previous_stage) {
   EXPECT_EQ(second->clients, 8u);
   EXPECT_EQ(second->characters, 4u);
   EXPECT_EQ(second->levels, std::vector{LevelIndex::low});
+  // The slow client belongs to the population, which is the same again.
   EXPECT_EQ(second->misbehaving[0].of(8), 1u);
   EXPECT_EQ(second->churn_hz, 0);
   EXPECT_EQ(second->storm_share, 0);
@@ -98,13 +102,16 @@ TEST(Plan, reads_back_what_it_writes) {
   EXPECT_EQ(plan->seed, 7u);
   EXPECT_DOUBLE_EQ(plan->touch_share, 0.5);
   EXPECT_EQ(plan->stages[2].clients, 3u);
+  // The second stage of the name "steady" gets a number, since names must be unique.
   EXPECT_EQ(plan->stages[2].name, "steady2");
   EXPECT_EQ(plan->requirements, std::vector<std::string>{"errors==0"});
+  // The stages last 1 s, 2 s and 2 s.
   EXPECT_DOUBLE_EQ(plan->duration_s(), 5);
   EXPECT_EQ(plan->stage_begin_ns(2), 3'000'000'000);
   const auto again = parse_plan(to_json_text(*plan));
   ASSERT_TRUE(again) << again.error();
   EXPECT_EQ(to_json_text(*again), to_json_text(*plan));
+  // The report of a run contains its plan, with which the run can be repeated.
   const auto from_report = parse_plan("{\"run\": {}, \"plan\": " + to_json_text(*plan) + "}");
   ASSERT_TRUE(from_report) << from_report.error();
   EXPECT_EQ(to_json_text(*from_report), to_json_text(*plan));
@@ -143,6 +150,7 @@ TEST(Plan, presets_are_valid) {
   EXPECT_FALSE(preset_plan("nothing"));
 }
 
+// An attack that is missing in the preset would never be tried.
 TEST(Plan, hostile_preset_has_every_attack_once_and_measures_attacks_alone) {
   const auto plan = preset_plan("hostile");
   ASSERT_TRUE(plan) << plan.error();

@@ -43,7 +43,8 @@ std::optional<StatLine> parse_stat_line(std::string_view line, double ticks_per_
     return std::nullopt;
   const std::string_view rest = line.substr(close + 2);
   if (rest.starts_with('Z') || rest.starts_with('X')) return std::nullopt;
-  const auto parent = field(rest, 1), user = field(rest, 11), system = field(rest, 12);  // 4, 14 and 15 of proc(5)
+  // These are the fields 4, 14 and 15 of proc(5). `rest` begins at field 3.
+  const auto parent = field(rest, 1), user = field(rest, 11), system = field(rest, 12);
   if (!parent || !user || !system) return std::nullopt;
   return StatLine{std::string(line.substr(open + 1, close - open - 1)), static_cast<pid_t>(*parent),
                   (*user + *system) / ticks_per_s};

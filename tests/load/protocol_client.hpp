@@ -22,15 +22,21 @@ struct EncodedGroom {
 // One frame of one character, as a client got it.
 struct FrameSeen {
   std::uint32_t member = 0;
-  std::uint32_t character = 0;  // this client's own number; 0: another client's character
+  // The number that this client has given its character; 0 for a character of another client.
+  std::uint32_t character = 0;
   std::uint64_t tick = 0;
-  std::uint32_t stride = 1;               // ticks to its next step
-  std::int64_t sample_time_local_ns = 0;  // when its pose was sampled, on our clock
+  // The number of ticks to the character's next step.
+  std::uint32_t stride = 1;
+  // The time on this client's clock at which the server sampled the pose.
+  std::int64_t sample_time_local_ns = 0;
   LevelIndex level = LevelIndex::rigid;
   bool discontinuous = false, asleep = false, undecodable = false;
-  std::size_t content_bytes = 0;        // pose and coefficients, coded
-  const Pose* pose = nullptr;           // until the call returns; null when not decoded
-  std::span<const float> coefficients;  // m; empty when not decoded, or at rest
+  // The coded size of the pose and the coefficients.
+  std::size_t content_bytes = 0;
+  // These two are valid until the call returns. The pose is null when the frame was not decoded. The coefficients, in
+  // metres, are empty then, and when the hair is at rest.
+  const Pose* pose = nullptr;
+  std::span<const float> coefficients;
 };
 
 // The hands of one other person, as a client got them.
@@ -45,13 +51,14 @@ class ProtocolEvents {
   virtual void on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) = 0;
   // The connection is lost and will be made again. `reason`: from the Goodbye; empty when there was none.
   virtual void on_lost(std::string_view reason, std::int64_t now_ns) = 0;
-  // Last: it is over for good.
+  // Is the last call: the session has ended and will not be resumed.
   virtual void on_end(std::string_view reason, std::int64_t now_ns) = 0;
   virtual void on_groom_state(const wire::GroomHash& groom, wire::GroomState state) = 0;
   virtual void on_refusal(std::string_view reason, std::int64_t now_ns) = 0;
   virtual void on_frame(const FrameSeen& frame, std::int64_t now_ns) = 0;
   virtual void on_hands(const HandsSeen& hands, std::int64_t now_ns) = 0;
-  // The answer to take_hold, and with 0 points the end of a hold that was not let go.
+  // Answers take_hold(): `points` points of hair are held. With 0 points nothing was there to hold, or a hold has ended
+  // that the client had not let go of.
   virtual void on_held(std::uint32_t points, std::int64_t now_ns) = 0;
 
  protected:
@@ -75,9 +82,10 @@ class ProtocolClient {
   virtual void let_go(const wire::LetGo& hold) = 0;
   virtual void leave(std::int64_t now_ns) = 0;
 
-  // Time-outs; due again at next_deadline_ns().
+  // Handles time-outs. Call it again at next_deadline_ns().
   virtual void poll(std::int64_t now_ns) = 0;
   [[nodiscard]] virtual std::int64_t next_deadline_ns() const = 0;
+  // Calls the handlers of all events that have come since the last call, except frames.
   virtual void tell(ProtocolEvents& events, std::int64_t now_ns) = 0;
 
   // The connection's side.
@@ -90,7 +98,8 @@ class ProtocolClient {
   virtual void on_closed(std::int64_t now_ns) = 0;
   // The next packet to send; empty: there is none.
   [[nodiscard]] virtual std::vector<std::uint8_t> take_packet(std::int64_t now_ns) = 0;
-  [[nodiscard]] virtual bool taken_may_be_lost() const { return false; }  // the last one
+  // Returns whether the packet that was taken last may be sent as a datagram, which can get lost.
+  [[nodiscard]] virtual bool taken_may_be_lost() const { return false; }
 };
 
 }  // namespace hairnet::load

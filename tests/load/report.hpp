@@ -12,29 +12,33 @@ namespace hairnet::load {
 // The result of a search for the capacity.
 struct CapacityPoint {
   CapacitySearch::Probe probe;
-  // Belong to its measured stage.
+  // The figures of the probe's measured stage.
   Figures figures;
 };
 struct CapacityReport {
   std::uint32_t capacity = 0;
-  // Says that more was not tried.
+  // The capacity is the largest number that the search may try (CapacityOptions::most).
   bool reached_max = false;
-  // Above the capacity the generator was late: the server may carry more.
+  // Some probe above the capacity met all thresholds but the generator was late, so the server may carry more.
   bool limited_by_generator = false;
   std::vector<CapacityPoint> points;
 };
 
-enum class Outcome : std::uint8_t { ok = 0, threshold = 1, untrusted = 3, failed = 4 };  // the exit code; 2: usage
+// The numbers are exit codes. 2 is that of a wrong command line.
+enum class Outcome : std::uint8_t { ok = 0, threshold = 1, untrusted = 3, failed = 4 };
 
 struct Report {
-  std::string command;          // as given
-  std::string machine;          // processor and number of cores
-  std::vector<RunResult> runs;  // one; of a search the confirming one, or the last
+  // The command line as it was given, and the processor with its number of cores.
+  std::string command;
+  std::string machine;
+  // One run: of a search for the capacity, the last one that passed, or else the first.
+  std::vector<RunResult> runs;
   std::optional<CapacityReport> capacity;
   std::vector<Verdict> verdicts;
   double lag_p99_max_ms = 0;
   Outcome outcome = Outcome::ok;
-  std::string outcome_text;  // one line
+  // One line.
+  std::string outcome_text;
 };
 
 std::string machine_name();

@@ -46,6 +46,7 @@ std::string markup_error(std::string_view html) {
   return open.empty() ? "" : "left open: " + open.back();
 }
 
+// Makes a report with every part that the page and the JSON show. Its numbers need not agree with each other.
 Report sample_report() {
   Report report;
   // These are the characters that HTML must escape.
@@ -76,10 +77,12 @@ Report sample_report() {
     window.frames = 100;
     window.frames_by_level = {10, 20, 30, 40, 0};
     run.windows.push_back(window);
+    // The members are the time in s, cores and MiB of the generator, and cores and MiB of the server.
     run.processes.push_back({i + 0.5, 0.1, 20, 0.9, 300});
   }
   report.verdicts = {{"latency_p99_ms<50", "steady", 41.25, true}, {"<x>", "", std::nullopt, false}};
   report.runs.push_back(std::move(run));
+  // The capacity is 64 characters, found by one probe that confirmed them and passed.
   report.capacity = CapacityReport{64, false, false, {{{64, true, true}, {{"latency_p99_ms", 40}}}}};
   return report;
 }
@@ -87,6 +90,7 @@ Report sample_report() {
 TEST(Page, is_well_formed_and_self_contained) {
   const std::string page = to_page(sample_report());
   EXPECT_EQ(markup_error(page), "");
+  // The page is opened as a file, often without a network. So it must not refer to anything outside.
   for (const char* outside : {"http:", "https:", "//", "<script", "<link", "<img", "@import", "url("})
     EXPECT_THAT(page, Not(HasSubstr(outside)));
   EXPECT_THAT(page, HasSubstr("&lt;b&gt;&amp;&quot;&#39;"));
@@ -96,6 +100,7 @@ TEST(Page, is_well_formed_and_self_contained) {
     EXPECT_THAT(page, HasSubstr(part));
 }
 
+// Makes a report of a run with two measured stages, of 8 and of 64 characters, and these verdicts.
 Report judged_report(std::vector<Verdict> verdicts, Outcome outcome) {
   Report report;
   RunResult run;
@@ -111,6 +116,8 @@ Report judged_report(std::vector<Verdict> verdicts, Outcome outcome) {
   return report;
 }
 
+// The sentence names the figure that uses the largest share of its threshold: 0.9 / 0.95 in the first case, against
+// 43.5 / 100. A share above 1 means that the threshold is not met.
 TEST(Sentence, says_what_held_and_which_figure_is_nearest_to_its_threshold) {
   EXPECT_EQ(to_sentence(judged_report({{"latency_p99_ms<100", "steady", 43.5, true},
                                        {"level_high_share>=0.9", "steady", 0.95, true},

@@ -10,14 +10,16 @@
 
 namespace hairnet::load {
 
-// Figures by name; those of a stage in the report.
+// The figures of a stage, by name (figure_names() in stage_figures.hpp).
 using Figures = std::map<std::string, double>;
 
-// A threshold: [STAGE/]FIGURE<NUMBER with <, <=, >, >= or ==. Without a stage it is of every measured one.
+// A threshold, written as [STAGE/]FIGURE<NUMBER, where < may also be <=, >, >= or ==. Without a stage it holds for
+// every measured stage.
 struct Requirement {
   enum class Relation : std::uint8_t { less, less_equal, greater, greater_equal, equal };
   std::string text;
-  std::string stage;  // empty: every measured one
+  // It is empty for a threshold of every measured stage.
+  std::string stage;
   std::string figure;
   Relation relation = Relation::less;
   double bound = 0;
@@ -32,10 +34,12 @@ struct NamedFigures {
 };
 struct Verdict {
   std::string requirement, stage;
-  std::optional<double> value;  // none: there is no such figure, which is a failure
+  // It is empty when the stage has no such figure, which counts as a failure.
+  std::optional<double> value;
   bool met = false;
 };
-// One a requirement and stage it is of; one without a stage where there is none.
+// Returns a verdict for each requirement and each stage that it holds for. A requirement whose stage does not exist
+// gets one verdict without a stage, which is a failure.
 std::vector<Verdict> judge(const std::vector<Requirement>& requirements, const std::vector<NamedFigures>& stages);
 
 }  // namespace hairnet::load

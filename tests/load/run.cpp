@@ -21,29 +21,32 @@
 namespace hairnet::load {
 namespace {
 
-// Poses due within it leave together: one wake-up for all.
+// The generator wakes up once a millisecond at most, so poses that are due within it leave together.
 constexpr std::int64_t kGrid_ns = 1'000'000;
-// Passes between the preparation and the plan's begin.
+// The plan begins so long after the preparation.
 constexpr std::int64_t kLeadIn_ns = 100'000'000;
+// Processes are sampled, and the progress is shown, twice a second.
 constexpr std::int64_t kSampleInterval_ns = 500'000'000;
-// Passes after the end, for frames under way.
+// After the end the run waits so long for frames under way: a little longer than kAnswerWait_ns in client.cpp.
 constexpr std::int64_t kLastAnswers_ns = 260'000'000;
-// Allows for a build, which alone may take 600 s.
+// The grooms must be ready within this time. One build may take 600 s.
 constexpr std::int64_t kPreparation_ns_max = 700'000'000'000;
 constexpr std::int64_t kPreparationRound_ns = 20'000'000;
+// Clients that have said goodbye get 50 rounds of 10 ms to close their connections.
 constexpr std::int64_t kGoodbyeRound_ns = 10'000'000;
 constexpr int kGoodbyeRounds = 50;
+// A request for /metrics is given up after a second. At the end the run waits a little longer for those under way.
 constexpr std::chrono::seconds kScrapeWait{1};
 constexpr std::int64_t kScrapeRound_ns = 1'100'000'000;
 constexpr std::int64_t kNewcomerAfter_ns = 2'000'000'000;  // a stage's begin: its attack has set in
-// Loopback addresses of witnesses, and of late joiners: 127.1.0.1 and 127.3.0.1 on.
+// The first loopback addresses of witnesses and of late joiners (Connector::connect): 127.1.0.1 and 127.3.0.1.
 constexpr std::uint32_t kFirstWitnessHost = 0x010001, kFirstLateJoinerHost = 0x030001;
 
 void run_until(asio::io_context& io, std::int64_t time_ns) {
   io.run_until(std::chrono::steady_clock::time_point(std::chrono::nanoseconds(time_ns)));
 }
 
-// A moment between stages, or between a stage's warm-up and the rest of it.
+// The counters at the beginning or the end of the measured part of a stage. Each stage has two marks, 2 i and 2 i + 1.
 struct Mark {
   std::int64_t at_ns = 0;
   std::uint64_t checked = 0, check_failures = 0;
@@ -162,7 +165,7 @@ class Run {
     if (result_.ended_early) ended_ns_ = now_ns;
   }
 
-  // Each stage has its late joiner.
+  // Starts the late joiner of a stage that has begun. The one of the stage before leaves.
   void receive_late_joiner(std::int64_t now_ns) {
     while (next_late_joiner_ < plan_->stages.size() && begin_ns_ + plan_->stage_begin_ns(next_late_joiner_) <= now_ns) {
       dismiss_late_joiner(now_ns);
@@ -242,7 +245,8 @@ class Run {
     LatencyHistogram lag;
     for (std::size_t i = 0; i < plan_->stages.size(); ++i) {
       const Mark &from = marks_[2 * i], &to = marks_[2 * i + 1];
-      if (ended_ns_ > 0 && ended_ns_ <= from.at_ns) break;  // never reached
+      // The run ended before it reached this stage.
+      if (ended_ns_ > 0 && ended_ns_ <= from.at_ns) break;
       StageResult stage;
       stage.stage = plan_->stages[i];
       stage.begin_s = static_cast<double>(from.at_ns - begin_ns_) * 1e-9;
@@ -299,15 +303,18 @@ class Run {
   std::unique_ptr<GroomUploader> preparation_;
   std::optional<Tally> tally_;
   RunResult result_;
+  // The begin and the planned end of the plan. `ended_ns_` is the time of an early end, else 0.
   std::int64_t begin_ns_ = 0, end_ns_ = 0, ended_ns_ = 0;
   std::vector<Mark> marks_;
   std::size_t next_mark_ = 0;
   std::size_t scrapes_under_way_ = 0;
-  std::vector<EncodedGroom> late_joiner_grooms_;  // by stage, in a plan with attacks; likewise the next
+  // These three lists are by stage, and empty in a plan without attacks.
+  std::vector<EncodedGroom> late_joiner_grooms_;
   std::vector<Figures> late_joiner_figures_;
   std::vector<std::map<std::string, std::uint64_t, std::less<>>> attack_events_;
   std::unique_ptr<LateJoiner> late_joiner_;
-  std::size_t next_late_joiner_ = 0;  // its stage
+  // The stage of the late joiner that comes next.
+  std::size_t next_late_joiner_ = 0;
   std::int64_t sample_count_ = 0, sampled_ns_ = 0;
   std::optional<ProcessUse> sampled_own_, sampled_server_;
 };

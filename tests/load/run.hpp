@@ -24,18 +24,19 @@ namespace hairnet::load {
 
 struct RunOptions {
   Address server;
-  // All clients but attackers use it.
+  // All clients use it; attackers use TCP.
   Transport transport = Transport::tcp;
+  // The server's process, if its processor time and memory are to be measured.
   std::optional<pid_t> server_pid;
-  // Is the share of characters whose frames are checked.
+  // The share of characters whose frames FrameCheck checks.
   double check_share = 0;
-  // Is the share of members whose frames are decoded.
+  // The share of members whose frames clients decode.
   double decode_share = 1;
   // Clients evaluate learnt hair themselves.
   bool evaluate_learnt = true;
   std::string token;
   bool scrape_metrics = true;
-  // The run ends early when it is set.
+  // The run ends early once this flag is true. It may be null, and must outlive the run.
   const std::atomic<bool>* stop = nullptr;
 };
 
@@ -51,18 +52,18 @@ struct RunProgress {
 
 struct StageResult {
   Stage stage;
-  // Cover what is measured, without its warm-up.
+  // The begin and the length of the measured part, without the warm-up.
   double begin_s = 0, duration_s = 0;
   Figures figures;
   StageTally tally;
   ProcessUse own, server;
-  // Comes from exposition_between; empty without samples.
+  // The growth of the server's metrics during the stage (exposition_between); it is empty when there were no samples.
   Exposition server_metrics;
 };
 
 struct ProcessPoint {
   double at_s = 0, generator_cpu_cores = 0, generator_resident_mib = 0, server_cpu_cores = 0, server_resident_mib = 0;
-  // Belongs to the server's child processes; it is sampled only in a plan with attacks.
+  // The memory of the server's child processes, which build levels. It is sampled only in a plan with attacks.
   double builds_resident_mib = 0;
 };
 
@@ -74,12 +75,12 @@ struct RunResult {
   std::vector<WindowFigures> windows;
   std::vector<ProcessPoint> processes;
   std::map<std::string, std::uint64_t> check_failures;
-  // Covers all measured stages together.
+  // The lag of all measured stages together.
   double generator_lag_p99_ms = 0;
 };
 
-// Carries a plan out against a server, in real time, on this thread alone. Refused with one line when there is no
-// server to begin with, or it takes no groom.
+// Carries a plan out against a server, in real time, on the calling thread. `show` is called twice a second, and may be
+// empty. The error is one line: there is no server at the begin, or it accepts no groom.
 Result<RunResult> run_plan(const Plan& plan, const Assets& assets, const RunOptions& options,
                            const std::function<void(const RunProgress&)>& show);
 

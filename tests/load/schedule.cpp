@@ -9,8 +9,12 @@
 namespace hairnet::load {
 namespace {
 
+// The clients that a stage adds or removes come or go within the first second of it, in a spike within 20 ms, and in a
+// ramp over the whole stage.
 constexpr double kSteadySpread_s = 1;
 constexpr double kSpikeSpread_s = 0.02;
+// The stream of random numbers, so that the schedule shares none with the clients, whose streams are their numbers. The
+// hexadecimal number reads like "sched".
 constexpr std::uint64_t kStream = 0x5c4ed;
 
 std::int64_t ns(double seconds) {
@@ -48,7 +52,8 @@ class ScheduleBuilder {
     storm(stage);
   }
 
-  // Spreads changes evenly over the time; the client that came last leaves first.
+  // Makes the group have `count` clients, with arrivals or departures evenly over `spread_s`. The client that came last
+  // leaves first.
   void go_to(std::vector<std::uint32_t>& group, std::uint32_t count, double spread_s,
              std::optional<Misbehaviour> misbehaviour) {
     const std::size_t from = group.size();
@@ -62,7 +67,8 @@ class ScheduleBuilder {
     }
   }
 
-  // Poisson, once all clients have arrived (so not in a ramp): each time one client leaves, and another one comes.
+  // Replaces single clients at random times (a Poisson process) once all clients of the stage have arrived. A ramp,
+  // whose clients arrive until its end, has no churn.
   void churn(const Stage& stage, double from_s) {
     if (stage.churn_hz <= 0 || people_.empty()) return;
     for (double t = from_s + wait_s(stage.churn_hz); t < stage.duration_s; t += wait_s(stage.churn_hz)) {
@@ -72,6 +78,7 @@ class ScheduleBuilder {
     }
   }
 
+  // Breaks the connections of a random share of the clients at once, in the middle of the stage.
   void storm(const Stage& stage) {
     std::vector<std::uint32_t> order = people_;
     for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random_.next() % i]);
@@ -85,7 +92,7 @@ class ScheduleBuilder {
     actions_.push_back({at_ns, Action::Kind::join, next_client_, place, misbehaviour, characters_, stage_});
     return next_client_++;
   }
-  // Half of them without a goodbye.
+  // Lets a client leave. One in two clients sends no goodbye.
   void leave(std::int64_t at_ns, std::uint32_t client) {
     const bool politely = random_.unit() < 0.5;
     actions_.push_back({at_ns, politely ? Action::Kind::leave : Action::Kind::vanish, client, 0, {}, 0, stage_});

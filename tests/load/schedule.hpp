@@ -16,18 +16,19 @@ struct Action {
   // `leave` sends goodbye, `vanish` leaves without, and `lose_connection` returns at once.
   Kind kind = Kind::join;
   std::uint32_t client = 0;
-  // A client that joins takes the place of the client it replaces, else the next free one.
+  // The index of a client that joins among those that are there, which decides its room. A client that replaces another
+  // one gets that one's place.
   std::uint32_t place = 0;
-  // Belongs to a client that joins.
+  // A client that joins behaves well, or badly in this way.
   std::optional<Misbehaviour> misbehaviour;
-  // After join and set_characters the client has so many.
+  // After `join` and `set_characters` the client has so many characters.
   std::uint32_t characters = 0;
   std::size_t stage = 0;
   friend bool operator==(const Action&, const Action&) = default;
 };
 
-// An open model: all arrivals and departures of the plan, by time, made before the first of them. Nothing that the
-// server does can move one.
+// Returns all arrivals and departures of the plan, in the order of time. They are made before the run begins (an open
+// model), so nothing that the server does can delay one.
 std::vector<Action> make_schedule(const Plan& plan);
 
 }  // namespace hairnet::load

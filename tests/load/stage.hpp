@@ -22,7 +22,7 @@ inline constexpr std::size_t kMisbehaviourCount = 5;
 inline constexpr std::array<std::string_view, kMisbehaviourCount> kMisbehaviourNames{"slow", "flood", "malformed",
                                                                                      "silent", "half_open"};
 
-// What attackers do to the server meanwhile, beside all clients; `attacks()` says how.
+// What attackers do to the server during a stage, beside all clients. attack_meanings() in attacks.cpp says how.
 enum class Attack : std::uint8_t {
   zigzag,
   body,
@@ -45,7 +45,7 @@ inline constexpr std::array<std::string_view, 16> kAttackNames{
     "zigzag", "body",  "big",     "resume", "offers", "silent",      "hellos", "prologue",
     "churn",  "rooms", "observe", "wind",   "poses",  "appearances", "rides",  "hands"};
 
-// So many, or so large a share of the well-behaved clients.
+// A number of clients, given as such or as a share of the well-behaved clients.
 struct Headcount {
   double value = 0;
   bool is_share = false;
@@ -65,17 +65,17 @@ struct Stage {
   StageKind kind = StageKind::steady;
   std::string name;
   double duration_s = 10;
-  // Is the length of its beginning, which is not measured.
+  // The length of the warm-up at the stage's beginning, which is not measured.
   double warm_s = 0;
   bool measured = true;
   std::uint32_t clients = 1;
-  // Counts those of each client.
+  // The number of characters of each client.
   std::uint32_t characters = 1;
-  // Are wanted, in turn.
+  // The characters ask for these levels in turn.
   std::vector<LevelIndex> levels{LevelIndex::high};
-  // So many clients a second leave, each followed by a new one.
+  // So many clients a second leave, and each is replaced by a new one.
   double churn_hz = 0;
-  // Is the share of clients that lose their connections at half time and return.
+  // This share of the clients lose their connections in the middle of the stage, and connect again.
   double storm_share = 0;
   std::array<Headcount, kMisbehaviourCount> misbehaving{};
   std::optional<Attack> attack;

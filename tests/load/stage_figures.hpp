@@ -14,16 +14,16 @@ namespace hairnet::load {
 // The input for the figures of a stage.
 struct StageInputs {
   const StageTally* tally = nullptr;
-  // Covers what is measured, without warm-up.
+  // The length of the measured part, without the warm-up.
   double duration_s = 0;
-  // Say what was used meanwhile.
+  // What the generator's and the server's process have used in this time.
   std::optional<ProcessUse> own, server;
   double server_resident_growth_mib = 0;
-  // Are taken from samples twice a second; zero means that there are none.
+  // The largest of the samples, which are taken twice a second; zero means that there are none.
   double server_resident_peak_mib = 0, builds_resident_peak_mib = 0;
-  // Belongs to that time; null or empty means that there is none.
+  // The growth of the server's metrics in this time (exposition_between); null or empty means that there are none.
   const Exposition* server_metrics = nullptr;
-  // Is the server's own delay.
+  // The delay between a pose's capture and its use that the server itself adds (Welcome::pose_delay_ns).
   double pose_delay_ms = 0;
   std::uint64_t frames_checked = 0, check_failures = 0;
 };

@@ -123,7 +123,8 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
         unsent_.pop_front();
         const bool is_written = co_await stream_->write(next.bytes, next.may_be_lost);
         unsent_bytes_ -= next.bytes.size();
-        if (!is_written) co_return;  // the reader learns why
+        // The reader gets the same error, and reports it.
+        if (!is_written) co_return;
       } else if (sending_closed_) {
         stream_->half_close();
         co_return;
@@ -141,7 +142,8 @@ class StreamConnection : public std::enable_shared_from_this<StreamConnection> {
   std::shared_ptr<link::ServerStream> stream_;
   std::shared_ptr<link::WebTransportAttempt> attempt_;
   ConnectionEvents* events_;
-  asio::steady_timer may_read_, may_write_;  // cancelled when it may be so
+  // The reader and the writer wait on these timers, which never fire. Cancelling one lets its coroutine continue.
+  asio::steady_timer may_read_, may_write_;
   channel::PacketSplitter splitter_;
   std::deque<Unsent> unsent_;
   std::size_t unsent_bytes_ = 0, readable_ = kAnyBytes;

@@ -12,7 +12,8 @@ std::string escaped(std::string_view text);
 
 struct ChartLine {
   std::string label;
-  std::vector<std::pair<double, double>> points;  // x ascending; a value that is not finite breaks the line
+  // The points (x, y) with ascending x. A y that is not finite breaks the line.
+  std::vector<std::pair<double, double>> points;
 };
 struct ChartBand {
   double from = 0, to = 0;
@@ -20,18 +21,21 @@ struct ChartBand {
 };
 struct Chart {
   std::string title, x_label, y_label;
-  bool log_x = false, log_y = false;  // then values of 0 and below are left out
-  bool stacked = false;               // areas on one another, in order; all lines have the same x
+  // A logarithmic axis leaves out values of 0 and below.
+  bool log_x = false, log_y = false;
+  // The lines are drawn as areas on top of one another, in order. All must have the same x.
+  bool stacked = false;
   std::vector<ChartLine> lines;
-  std::vector<ChartBand> bands;  // parts of the x axis, shaded in turn
+  // Parts of the x axis, such as stages, of which every second one is shaded.
+  std::vector<ChartBand> bands;
 };
 
-// One <figure> with an inline <svg>, its axes, grid and legend; styled by the page's variables --ink, --faint, --grid
-// and
-// --c0 to --c7. Says "nothing to show" when there is no point.
+// Returns one <figure> with an inline <svg>, its axes, grid and legend. The page's variables --ink, --faint, --grid and
+// --c0 to --c7 give the colours. The figure says "nothing to show" when there is no point.
 std::string draw(const Chart& chart);
 
-// About `count` round numbers that span the values; powers of ten for a logarithmic axis.
+// Returns the marks of an axis: about `count` round numbers that span the values, or powers of ten on a logarithmic
+// axis.
 std::vector<double> ticks(double least, double most, int count, bool logarithmic);
 
 }  // namespace hairnet::load

@@ -6,7 +6,9 @@
 namespace hairnet::load {
 namespace {
 
-constexpr std::int64_t kWindowsOpen = 12;  // an answer later than that counts in the oldest of them
+// The last 12 windows stay open for late answers. An answer to a pose of an earlier window counts in the oldest open
+// one.
+constexpr std::int64_t kWindowsOpen = 12;
 
 }  // namespace
 
@@ -29,7 +31,7 @@ Tally::Tally(const Plan& plan, std::int64_t begin_ns, std::int64_t window_ns)
 }
 
 StageTally& Tally::at(std::int64_t time_ns) {
-  // Nearly always the part of the last time.
+  // Most calls are about the same part of the plan as the last call, so this one is tried first.
   const bool before = newest_ > 0 && time_ns < ends_ns_[newest_ - 1];
   const bool after = newest_ < ends_ns_.size() && time_ns >= ends_ns_[newest_];
   if (before || after)
@@ -145,6 +147,7 @@ void Tally::advance(std::int64_t now_ns) {
 void Tally::finish(std::int64_t now_ns) {
   while (!open_.empty()) {
     const std::int64_t from_ns = begin_ns_ + static_cast<std::int64_t>(windows_.size()) * window_ns_;
+    // The last window may be shorter than the others, but not empty, since rates divide by its length.
     const std::int64_t until_ns = std::min(now_ns, ends_ns_.back());
     close_window(static_cast<double>(std::clamp(until_ns - from_ns, std::int64_t{1'000'000}, window_ns_)) * 1e-9);
   }

@@ -14,48 +14,50 @@
 
 namespace hairnet::load {
 
+// The strides that a server uses: a character is stepped at each, each second or each fourth tick.
 inline constexpr std::array<std::uint32_t, 3> kStrides{1, 2, 4};
 
-// Counts over a time, of the well-behaved clients except for `bad_client_ends`.
+// What happened during a stage or a window. All counts except `bad_client_ends` leave misbehaving clients out.
 struct Counts {
-  // Counts one a character.
+  // The poses that were due. The pose counts are of single characters: a client with five characters counts five.
   std::uint64_t poses_intended = 0;
   std::uint64_t poses_sent = 0;
-  // Counts poses for which there was no session, or the server took no more bytes.
+  // The poses that were due when there was no session, or when too many unsent bytes waited (kUnsentBytesMax).
   std::uint64_t poses_unsent = 0;
-  // Counts poses answered by a frame sampled at or after them.
+  // The poses that a frame has answered: one sampled at their capture or later.
   std::uint64_t poses_answered = 0;
   std::uint64_t poses_unanswered = 0;
-  // Counts poses of characters at rest, which owe no frame.
+  // The poses of characters at rest, for which a server sends no frames.
   std::uint64_t poses_asleep = 0;
-  // Counts those of own characters.
+  // The frames of a client's own characters.
   std::uint64_t frames = 0;
-  // Counts by tick and stride.
+  // The frames that never came, computed from the ticks and strides of those that came (Tally::record_gap).
   std::uint64_t frames_missed = 0;
-  // Is the longest way between two own frames: 1 when none is missed, at any stride.
+  // The longest gap between two frames of an own character, where 1 means that none was missed, at any stride.
   std::uint64_t gap_ticks_max = 0;
   std::uint64_t frames_of_others = 0;
-  // Counts frames whose bytes were wrong.
+  // The frames whose bytes the decoder has refused.
   std::uint64_t frames_undecodable = 0;
-  // Count lost connections after which the server had the session, or had not.
+  // The welcomes after a lost connection: with the former session, and with a new one.
   std::uint64_t resumes = 0, restarts = 0;
   std::uint64_t frames_discontinuous = 0;
-  // Counts own frames and others'.
+  // The frames of own and other characters, by LevelIndex, and by index of kStrides.
   std::array<std::uint64_t, kLevelCount> frames_by_level{};
   std::array<std::uint64_t, kStrides.size()> frames_by_stride{};
-  // Count bytes of packets.
+  // The bytes of packets.
   std::uint64_t bytes_in = 0, bytes_out = 0;
-  // Counts bytes of nodes alone, in frames.
+  // The coded bytes of poses and hair in frames (FrameSeen::content_bytes).
   std::uint64_t content_bytes = 0;
-  // Count characters: those whose first frame came, and those whose first frame never came.
+  // The characters that joined and got their first frame, and those that never got one.
   std::uint64_t joins = 0, joins_unanswered = 0;
-  // Counts samples of all hands of a client.
+  // The samples of hands; both hands of a client are one sample.
   std::uint64_t hands_sent = 0;
-  // Count holds that hold hair, those of none or that ended by themselves, and the points of the former.
+  // The holds that have caught points of hair, those that caught none or were ended by the server, and all caught
+  // points.
   std::uint64_t holds = 0, holds_empty = 0, held_points = 0;
-  // Are the sums of their times.
+  // The sums over time of the clients and characters that were there. Divided by a duration they are mean numbers.
   double client_s = 0, character_s = 0;
-  // Counts by reason.
+  // The number of errors by reason.
   std::map<std::string, std::uint64_t, std::less<>> errors;
   // The key is "kind: reason".
   std::map<std::string, std::uint64_t, std::less<>> bad_client_ends;
@@ -65,29 +67,29 @@ struct Counts {
 
 struct StageTally {
   Counts counts;
-  // Lasts between a pose's intended capture and the arrival of the first frame sampled at or after it.
+  // From a pose's intended capture to the arrival of the first frame sampled at or after it.
   LatencyHistogram latency;
-  // Lasts between sampling and arrival of the first frame of a tick at a client.
+  // From the sample time of a tick to the arrival of the tick's first frame at a client.
   LatencyHistogram frame_age;
-  // Lasts likewise for every frame of others.
+  // From the sample time to the arrival, of every frame of other clients' characters.
   LatencyHistogram others_age;
-  // Lasts between one frame of another and its next.
+  // From the arrival of a frame of another client's character to that of its next one.
   LatencyHistogram others_interval;
-  // Is |arrivals apart - ticks apart|.
+  // The difference between the time from one tick's first frame to the next tick's and the length of the ticks.
   LatencyHistogram jitter;
-  // Lasts between intended arrival and first frame.
+  // From the intended arrival of a character to its first frame.
   LatencyHistogram join;
-  // Lasts between a hand's intended capture and the arrival, at another client, of hands sampled at or after it; those
-  // clients get frames of hair that is moved by them at the same time.
+  // From the intended capture of hands to the arrival, at another client, of hands sampled at or after it. Frames of
+  // the hair that these hands move arrive at the same time.
   LatencyHistogram hands_latency;
-  // Says how late the generator itself does what is intended.
+  // From the time at which the generator intended to do something to the time at which it did.
   LatencyHistogram lag;
 };
 
 // A second or so of a run, for plots.
 struct WindowFigures {
   double begin_s = 0, duration_s = 0;
-  // Belong to poses captured in the window.
+  // The latencies of poses that were captured in the window.
   double latency_p50_ms = 0, latency_p99_ms = 0, latency_max_ms = 0;
   double lag_max_ms = 0;
   double clients = 0, characters = 0;
@@ -96,8 +98,9 @@ struct WindowFigures {
   std::array<std::uint64_t, kLevelCount> frames_by_level{};
 };
 
-// All that is counted of a run, by stage and by window. What happens is counted where it happened, but what became of a
-// pose where the pose was captured, however late. One thread; times are of the clock that `begin_ns` is of.
+// Counts a run by stage and by window. An event counts in the stage and window in which it happens. The answer to a
+// pose counts in those in which the pose was captured, however late the answer comes. Use it on one thread; all times
+// are of one clock, which `begin_ns` is of too.
 class Tally {
  public:
   Tally(const Plan& plan, std::int64_t begin_ns, std::int64_t window_ns = 1'000'000'000);
@@ -106,31 +109,32 @@ class Tally {
   void count_error(std::int64_t now_ns, std::string_view reason);
   void count_bad_client_end(std::int64_t now_ns, std::string_view kind, std::string_view reason);
   void record_answer(std::int64_t captured_ns, std::int64_t arrived_ns, std::uint64_t characters);
-  // Waited in vain until `now_ns`.
+  // The poses captured at this time have got no answer until `now_ns`. The wait counts as their latency.
   void record_unanswered(std::int64_t captured_ns, std::int64_t now_ns, std::uint64_t characters);
   void record_join(std::int64_t intended_ns, std::int64_t now_ns, bool answered);
   void record_lag(std::int64_t intended_ns, std::int64_t now_ns);
   void record_frame(std::int64_t now_ns, LevelIndex level, std::uint32_t stride, std::size_t content_bytes,
                     bool discontinuous, bool own);
-  // An own frame that came `ticks` after the one before it, which announced it for `stride` ticks later.
+  // A frame of an own character has come `ticks` ticks after the frame before it. That one announced the next frame for
+  // `stride` ticks later.
   void record_gap(std::int64_t now_ns, std::uint64_t ticks, std::uint32_t stride);
   void record_frame_age(std::int64_t sampled_ns, std::int64_t arrived_ns);
-  // `before_ns`: when the one before it arrived; 0: there was none, or it was asleep.
+  // `before_ns` is the arrival of the same character's frame before; 0 when there was none or its hair was at rest.
   void record_frame_of_other(std::int64_t sampled_ns, std::int64_t arrived_ns, std::int64_t before_ns);
   void record_hands(std::int64_t captured_ns, std::int64_t arrived_ns);
   void record_jitter(std::int64_t now_ns, std::int64_t deviation_ns);
-  // How many were there since the last call.
+  // So many clients and characters have been there since the last call.
   void note_population(std::int64_t now_ns, std::size_t clients, std::size_t characters);
-  // Closes windows that are over; `finish` all of them.
+  // advance() closes the windows that are too old for late answers; finish() closes all of them.
   void advance(std::int64_t now_ns);
   void finish(std::int64_t now_ns);
 
   // Leaves out the stage's warm-up.
   [[nodiscard]] const StageTally& stage(std::size_t index) const { return stages_[2 * index + 1]; }
   [[nodiscard]] const std::vector<WindowFigures>& windows() const { return windows_; }
-  // The last window that is over, its last answers still under way; all zero at first.
+  // Returns the figures of the last window that is over, although some answers may still come. They are zero at first.
   [[nodiscard]] WindowFigures latest(std::int64_t now_ns) const;
-  // Covers the whole run.
+  // Returns the generator's lag over the whole run.
   [[nodiscard]] const LatencyHistogram& lag() const { return lag_; }
 
  private:
@@ -144,19 +148,22 @@ class Tally {
   [[nodiscard]] WindowFigures figures_of(const Window& window, std::size_t index, double duration_s) const;
 
   std::int64_t begin_ns_, window_ns_;
-  // Holds the ends of the parts: each stage's warm-up and rest, in turn.
+  // The run has two parts for each stage, the warm-up and the rest. These are the ends of all parts.
   std::vector<std::int64_t> ends_ns_;
-  // Is like `ends_ns_`, and has one more for events after the end.
+  // The tallies of the parts, and one more for events after the end of the run.
   std::vector<StageTally> stages_;
-  // Is the part of the latest time seen.
+  // The part that the last call of at() was about.
   std::size_t newest_ = 0;
   LatencyHistogram lag_;
+  // The number of windows in the whole run.
   std::int64_t window_count_max_ = 0;
-  // The first is number windows_.size().
+  // The windows that still take events. The first of them has the number windows_.size().
   std::deque<Window> open_;
-  // Holds what comes after the end.
+  // Takes the events after the end of the run, which nobody reads.
   Window after_;
+  // The closed windows.
   std::vector<WindowFigures> windows_;
+  // The time of the last call of note_population().
   std::int64_t population_ns_;
 };
 

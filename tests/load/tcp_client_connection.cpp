@@ -60,7 +60,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (unsent_.empty() && open_) {
       error_code error;
       const std::size_t count = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), error);
-      if (error && error != asio::error::would_block) return;  // the reader learns why
+      // The reader gets the same error, and reports it.
+      if (error && error != asio::error::would_block) return;
       bytes = bytes.subspan(count);
     }
     if (bytes.empty()) return;
@@ -75,7 +76,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void limit_reading(std::size_t bytes) {
-    error_code ignored;  // or the kernel would read megabytes in our place
+    // With its default buffer the kernel would receive megabytes, although nobody reads them.
+    error_code ignored;
     if (readable_ == kUnlimited)
       socket_.set_option(asio::socket_base::receive_buffer_size(kLimitedReceiveBytes), ignored);
     readable_ = bytes;
@@ -87,7 +89,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
  private:
   void bind(std::uint32_t host, error_code& error) {
     const asio::detail::socket_option::boolean<IPPROTO_IP, IP_BIND_ADDRESS_NO_PORT> port_later(true);
-    socket_.set_option(port_later, error);  // or an address would have ports for 28 000 connections a minute only
+    // A port that is chosen at bind() is blocked for a minute after its connection. One address would then have ports
+    // for 28 000 connections a minute only.
+    socket_.set_option(port_later, error);
     socket_.bind({asio::ip::address_v4(0x7f000000u + host), 0}, error);
   }
 

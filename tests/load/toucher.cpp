@@ -6,14 +6,16 @@
 namespace hairnet::load {
 namespace {
 
+// A hand goes round the head 0.4 times a second.
 constexpr double kStrokes_hz = 0.4;
-// Hair is within this distance of the head joint, m: hands go through it.
+// A hand strokes at this distance from the head joint, m, where it goes through the hair, and a little below the joint.
 constexpr double kStroke_m = 0.13;
 constexpr double kBelow_m = 0.05;
-// Each cycle has a stroke, then a pull.
+// Each cycle of 5 s has a stroke of 2 s, a hold of 2 s that pulls the hair by 6 cm, and a stroke of 1 s.
 constexpr double kCycle_s = 5, kHoldFrom_s = 2, kHoldUntil_s = 4, kPull_m = 0.06;
 constexpr float kHoldRadius_m = 0.06f;
-constexpr std::uint8_t kRightHand = 0, kLeftHand = 6;  // numbers of their first shapes
+// The numbers of the hands' first shapes. Each hand has six shapes.
+constexpr std::uint8_t kRightHand = 0, kLeftHand = 6;
 
 // A palm and five fingers, along y.
 Hand hand_at(std::uint8_t first_number, const Vec3& place) {
@@ -55,7 +57,7 @@ std::vector<Hand> Toucher::move(std::int64_t captured_ns, const Vec3& own_head, 
     protocol.take_hold({*member_, kRightHand, Vec3f::Zero(), kHoldRadius_m});
     holds_ = true;
   } else if (!wants_hold && holds_) {
-    // Pins would gather: each second hold unpins those before it.
+    // Each second hold pins the hair and the next one removes the pin again. Otherwise ever more hair would be pinned.
     if (++hold_count_ % 2 == 0) protocol.let_go({*member_, kRightHand, Release::unpin});
     protocol.let_go({*member_, kRightHand, hold_count_ % 2 == 0 ? Release::drop : Release::pin});
     holds_ = false;

@@ -28,7 +28,7 @@ class FrameWatcher {
 
 // The times of a client's poses, and of its hands, which are captured with them.
 struct PoseClock {
-  // Is the time at which pose 0 is captured.
+  // The time at which pose 0 is captured.
   std::int64_t phase_ns = 0;
   double interval_ns = 0;
 
@@ -37,13 +37,13 @@ struct PoseClock {
   [[nodiscard]] std::int64_t newest_at(std::int64_t time_ns) const;
 };
 
-// The data that all virtual clients share. Outlives them.
+// The data that all virtual clients share. It must outlive them, and so must what its pointers point to.
 struct ClientContext {
   std::uint64_t seed = 1;
   double pose_hz = 72;
   // This share of the clients has hands.
   double touch_share = 0;
-  // Is the number of clients in a room; 0 means one room for all.
+  // The number of clients in a room; 0 means one room for all.
   std::uint32_t room_size = 0;
   const std::vector<EncodedGroom>* grooms = nullptr;
   const MotionBank* motions = nullptr;
@@ -76,8 +76,9 @@ class VirtualClient {
   virtual void leave(bool politely, std::int64_t now_ns) = 0;
   // Returns whether the client has left, and may be destroyed.
   [[nodiscard]] virtual bool gone() const = 0;
-  // 0 for a client that does not count.
+  // Returns the number of its characters; 0 for a client that does not count.
   [[nodiscard]] virtual std::size_t character_count() const = 0;
+  // Returns whether the client is well-behaved, so that it is in the figures.
   [[nodiscard]] virtual bool counts() const = 0;
 };
 

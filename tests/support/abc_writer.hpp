@@ -83,8 +83,8 @@ AbcBytes sample_of(const std::vector<Number>& values) {
   return bytes;
 }
 
-template <class Number>
 // Returns the number of a type in the format: 11 is a double, 10 a float, and 1 to 8 are integers by size and sign.
+template <class Number>
 constexpr unsigned type_of() {
   if constexpr (std::is_same_v<Number, double>) return 11;
   if constexpr (std::is_same_v<Number, float>) return 10;
@@ -94,14 +94,19 @@ constexpr unsigned type_of() {
 
 struct AbcProp {
   std::string name, metadata;
-  unsigned kind = 2;  // 0 compound, 1 scalar, 2 array
+  // 0 is a compound of other properties, 1 a scalar, 2 an array.
+  unsigned kind = 2;
+  // `type` is as of type_of(), `extent` counts the numbers of a value (3 for a point). `times` is the index of the
+  // sample times: 0 for a property that does not change, 1 for AbcFile::stored_times_s.
   unsigned type = 10, extent = 1, times = 0;
-  std::vector<AbcBytes> samples;  // stored
+  // The samples that are stored. Those before `first_changed` equal the first sample, and those after `last_changed`
+  // equal that one, so they are stored once. `sample_count` counts all samples.
+  std::vector<AbcBytes> samples;
   std::uint32_t sample_count = 0, first_changed = 0, last_changed = 0;
   std::vector<AbcProp> children;
 };
 
-// A property whose samples all differ.
+// Makes a property whose samples all differ.
 template <class Number>
 AbcProp numbers(const std::string& name, const std::vector<std::vector<Number>>& samples, unsigned extent = 1,
                 unsigned kind = 2) {
@@ -115,7 +120,8 @@ AbcProp numbers(const std::string& name, const std::vector<std::vector<Number>>&
   return prop;
 }
 
-// An attribute of curves; `scope` is con, uni, var or vtx.
+// Makes an attribute of curves. `scope` says what has a value: con is all curves together, uni each curve, var and vtx
+// each point.
 template <class Number>
 AbcProp attribute(const std::string& name, const std::string& scope, const std::vector<Number>& values,
                   unsigned extent = 1) {
@@ -128,7 +134,7 @@ inline AbcProp compound(const std::string& name, std::vector<AbcProp> children) 
   return {name, {}, 0, 0, 0, 0, {}, 0, 0, 0, std::move(children)};
 }
 
-// Values that indices refer to.
+// Makes an attribute whose values are stored once, and indices that refer to them.
 template <class Number>
 AbcProp indexed(const std::string& name, const std::string& scope, const std::vector<Number>& values,
                 const std::vector<std::uint32_t>& indices, unsigned extent = 1) {
@@ -154,11 +160,12 @@ struct AbcObj {
 };
 
 struct AbcFile {
+  // The library is Alembic 1.8.5.
   std::uint32_t file_version = 0, library_version = 10805;
   std::string metadata = "_ai_Application=hairnet test";
-  // The words of properties of index 1, 2, ...
+  // The metadata that properties refer to by the index 1, 2, and so on.
   std::vector<std::string> metadata_table;
-  // The samples of properties that change have these times.
+  // The samples of properties that change have these times, which repeat after `cycle_s`.
   std::vector<double> stored_times_s{0};
   double cycle_s = 0.5;
   AbcObj top;

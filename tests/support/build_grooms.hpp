@@ -7,7 +7,8 @@
 
 #include "core/groom/groom.hpp"
 
-// Small grooms put together by hand, with the odd strands that real ones have.
+// Small grooms put together by hand, with the unusual strands that real ones have. Lengths are in metres, in head
+// space.
 namespace hairnet::support {
 
 inline void add(Groom& groom, const std::vector<Vec3f>& strand, StrandProperties properties = {}) {
@@ -15,7 +16,7 @@ inline void add(Groom& groom, const std::vector<Vec3f>& strand, StrandProperties
   groom.add_strand(strand, properties);
 }
 
-// The strand leads from `root` `length_m` along `direction`, in `segment_count` equal segments.
+// Makes a straight strand of this length from `root` along `direction`, in `segment_count` equal segments.
 inline std::vector<Vec3f> straight(const Vec3f& root, const Vec3f& direction, float length_m, int segment_count) {
   std::vector<Vec3f> strand;
   for (int i = 0; i <= segment_count; ++i) {
@@ -25,6 +26,7 @@ inline std::vector<Vec3f> straight(const Vec3f& root, const Vec3f& direction, fl
   return strand;
 }
 
+// Makes a helix about a vertical axis that runs down `length_m` in `turns` turns. With a length of 0 it is a ring.
 inline std::vector<Vec3f> curl(const Vec3f& root, float radius_m, float length_m, int turns, int segment_count) {
   std::vector<Vec3f> strand;
   for (int i = 0; i <= segment_count; ++i) {
@@ -35,7 +37,7 @@ inline std::vector<Vec3f> curl(const Vec3f& root, float radius_m, float length_m
   return strand;
 }
 
-// A random walk of `segment_count` steps that tends downwards.
+// Makes a random walk of `segment_count` steps of about 2 cm that tends downwards.
 inline std::vector<Vec3f> wander(std::mt19937& random, int segment_count) {
   std::uniform_real_distribution<float> range(-1, 1);
   const auto vec = [&] {
@@ -47,7 +49,8 @@ inline std::vector<Vec3f> wander(std::mt19937& random, int segment_count) {
   return strand;
 }
 
-// One strand that runs from end to end of its box `turns` times: a spring for each lattice plane, each time.
+// Makes one strand that runs from end to end of its box `turns` times. Each run crosses all planes of the lattice and
+// makes a spring at each, so its levels are costly to build.
 inline Groom make_zigzag(int turns) {
   Groom groom;
   std::mt19937 random(1);
@@ -61,7 +64,8 @@ inline Groom make_zigzag(int turns) {
   return groom;
 }
 
-// Hair on a cap of a head of 9 cm, hanging 25 cm.
+// Makes strands with 16 points that grow on the upper part of a head of 9 cm radius and hang 25 cm. They are in two
+// groups.
 inline Groom make_head_of_hair(int strand_count, unsigned seed = 1) {
   Groom groom;
   std::mt19937 random(seed);
@@ -80,7 +84,7 @@ inline Groom make_head_of_hair(int strand_count, unsigned seed = 1) {
   return groom;
 }
 
-// Every odd kind of strand that a valid groom may hold, beside ordinary ones.
+// Makes a groom with every unusual kind of strand that a valid groom may hold, beside 40 ordinary strands.
 inline Groom make_odd_groom() {
   Groom groom = make_head_of_hair(40);
   add(groom, {});                                             // empty
@@ -96,7 +100,7 @@ inline Groom make_odd_groom() {
   return groom;
 }
 
-// Sum over strands of hair count times arc length: metres of real hair.
+// Returns the metres of real hair: the sum over all strands of hair count times arc length.
 inline double hair_length(const Groom& groom) {
   double sum = 0;
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
@@ -108,7 +112,7 @@ inline double hair_length(const Groom& groom) {
   return sum;
 }
 
-// A closed ellipsoid, all of it on one bone.
+// Adds a closed ellipsoid whose vertices all move with one bone.
 inline void add_ellipsoid(Body& body, const Vec3f& centre, const Vec3f& radii, Bone bone) {
   constexpr int kRings = 24, kSectors = 36;
   const auto first = static_cast<std::uint32_t>(body.mesh.vertices.size());
@@ -131,7 +135,7 @@ inline void add_ellipsoid(Body& body, const Vec3f& centre, const Vec3f& radii, B
   }
 }
 
-// Head, neck, shoulders and trunk as overlapping ellipsoids.
+// Makes a body of overlapping ellipsoids about the size of an adult: head, neck, shoulders and trunk.
 inline Body make_plain_body() {
   Body body;
   add_ellipsoid(body, {0, 0.05f, 0.02f}, {0.075f, 0.11f, 0.095f}, Bone::head);

@@ -17,9 +17,9 @@ struct BvhJoint {
   // A joint's parent is the last joint before it that is less deep.
   int depth;
   Vec3 offset;
-  // Without a joint to turn with, it is rigid with its parent.
+  // The joint of the clip whose rotation this one has. Without one it is rigid with its parent.
   std::optional<Joint> turns_with;
-  // Is the end site of a joint without children.
+  // The end site of a joint without children.
   std::optional<Vec3> end;
 };
 

@@ -18,7 +18,9 @@
 namespace hairnet::fidelity {
 namespace {
 
+// A clip begins with this time of easing from upright rest into the motion's first pose.
 constexpr double kLeadIn_s = 1;
+// The clips of DeepMimic are resampled to this rate.
 constexpr double kDeepMimicRate_hz = 60;
 
 const std::filesystem::path kData = HAIRNET_SHARED_DIR;
@@ -29,7 +31,8 @@ struct RealGroom {
   StrandDecoder* decode;
   std::vector<std::string> files;
   Placement placement;
-  std::string body;  // empty: the skull is fitted from the roots
+  // The file of the body. Without one a skull is fitted to the roots of the hair.
+  std::string body;
   std::optional<Placement> body_placement;
 };
 

@@ -19,13 +19,13 @@ inline constexpr std::string_view kRealMotions[] = {"cmu_131_01", "cmu_131_02", 
 bool has_real_data();
 std::vector<std::string> made_grooms();
 
-// `made_strand_count`: of a made one; 0 = the style's own.
+// Loads a hairstyle. `made_strand_count` is the number of strands of a made one; 0 means the style's own number.
 Result<Groom> load_groom(std::string_view name, std::size_t made_strand_count = 0);
 
-// `body` says where the trunk is when a clip lacks bones.
+// Loads a motion. `body` says where the trunk is when a clip lacks bones.
 Result<Motion> load_motion(std::string_view name, const Body& body);
 
-// A motion as a lattice is stepped through it: one pose a tick, the first one upright at rest.
+// A motion as tests step lattices through it: one pose for each tick. The first pose is upright at rest.
 struct Clip {
   std::string name;
   double rate_hz = 0;
@@ -36,8 +36,8 @@ struct Clip {
   [[nodiscard]] std::size_t tick_count() const { return poses.size() - 1; }
 };
 
-// At `rate_hz`: a second of easing from upright rest into the motion's first pose, so that no run begins with a jump,
-// then at most `duration_s` of the motion.
+// Samples a motion at `rate_hz`. The clip begins with a second of easing from upright rest into the motion's first
+// pose, so that no run begins with a jump. At most `duration_s` of the motion follow.
 Clip make_clip(const Motion& motion, double rate_hz, double duration_s);
 
 }  // namespace hairnet::fidelity

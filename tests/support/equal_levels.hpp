@@ -4,7 +4,7 @@
 
 #include "core/levels/level_map.hpp"
 
-// Bit for bit, field by field, so that a difference says where it is.
+// Compare levels bit for bit and field by field, so that the failure names the field that differs.
 namespace hairnet::support {
 
 inline void expect_equal(const Stiffeners& a, const Stiffeners& b) {
@@ -50,7 +50,7 @@ inline void expect_equal(const Level& a, const Level& b) {
   EXPECT_EQ(a.contacts.limit, b.contacts.limit);
 }
 
-// The maps as well, by what they make of each level's nodes.
+// Compares the maps between levels too, by what they make of the nodes of each level.
 inline void expect_equal(const LevelSet& a, const LevelSet& b) {
   for (std::size_t from = 0; from < a.levels.size(); ++from) {
     SCOPED_TRACE(kLevelNames[from]);

@@ -20,26 +20,27 @@ namespace hairnet {
 struct ReadFrame {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;
-  // Its content is gone.
+  // The frame without its content, whose bytes are not kept.
   wire::Frame frame;
   Pose pose;
-  // Are in m; empty means that the hair is at rest.
+  // In metres; empty means that the hair is at rest, or that the reader does not know the modes.
   std::vector<float> coefficients;
-  // Belong to the finest level's active nodes, m.
+  // The displacements of the finest level's active nodes, m.
   std::vector<Vec3f> displacements;
 };
 
-// Reads the frames of one session straight from PROTOCOL.md: the plain counterpart of what clients do.
+// Reads the frames of one session as schema/PROTOCOL.md describes them. It shares only the codec with the real clients,
+// so tests can compare them with it.
 class FrameReader {
  public:
-  // In place of the files of bases: the modes of a groom, or null.
+  // Returns the modes of a groom, in place of the file of its basis that a client downloads; null when there are none.
   using ModesOf = std::function<std::shared_ptr<const Modes>(const wire::GroomHash&)>;
   explicit FrameReader(ModesOf modes_of = {}) : modes_of_(std::move(modes_of)) {}
 
   void take(const wire::CharacterAdded& added) { grooms_[added.member] = added.groom; }
   void take(const wire::MemberJoined& joined) { grooms_[joined.member] = joined.groom; }
   void take(const wire::GroomBasis& announced) { announced_.insert(announced.groom); }
-  // The errors of frames that cannot be read go to `errors`.
+  // Returns the frames of a batch. Adds one line to `errors` for each frame that cannot be read.
   std::vector<ReadFrame> take(const wire::FrameBatch& batch, std::vector<std::string>& errors) {
     std::vector<ReadFrame> read;
     for (const wire::Frame& frame : batch.frames) {

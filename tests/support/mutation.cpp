@@ -9,7 +9,7 @@ namespace {
 
 void mutate_once(std::mt19937& random, std::vector<std::uint8_t>& bytes) {
   const std::size_t at = random() % bytes.size();
-  // Counts and offsets at the limits of 7, 16, 31 and 32 bits are where a decoder errs first.
+  // Decoders fail first at counts and offsets at the limits of 7, 16, 31 and 32 bits.
   static constexpr std::array<std::uint32_t, 8> kNasty{0, 1, 4, 0x7F, 0xFFFF, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF};
   switch (random() % 6) {
     case 0:

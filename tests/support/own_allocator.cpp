@@ -43,7 +43,7 @@ void* allocate(std::size_t bytes, std::size_t alignment) {
 }  // namespace
 }  // namespace hairnet::own_allocator
 
-// They are not inlined: g++ would take what malloc and free do here for mismatched calls.
+// These operators are not inlined, because g++ would warn that `free` does not match `new` in the inlined code.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
   return hairnet::own_allocator::allocate(bytes, 0);
 }

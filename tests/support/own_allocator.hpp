@@ -8,15 +8,17 @@
 namespace hairnet::own_allocator {
 
 extern std::atomic<std::size_t> allocation_count;
-// What the whole program holds, by the sizes that malloc gives, and its peak since a test set it.
+// The bytes that the whole program holds, by the sizes that malloc gives. The peak is that since a test has set it.
 extern std::atomic<std::size_t> held_bytes, peak_bytes;
 
-// An allocation that fails does what the standard's does: it calls the new-handler and tries again.
+// An allocation that fails does what the standard demands: it calls the new-handler and tries again. This number stands
+// for no failure.
 inline constexpr long kNever = std::numeric_limits<long>::max();
-// Counts down with each allocation; the one that brings it to zero fails.
+// Counts down with each allocation. The allocation that brings it to zero fails.
 extern std::atomic<long> until_failure;
-// Larger ones fail always.
+// Every allocation of more bytes than this fails.
 extern std::atomic<std::size_t> failing_bytes;
+// Counts the failures.
 extern std::atomic<long> failure_count;
 
 }  // namespace hairnet::own_allocator

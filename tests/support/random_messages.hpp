@@ -18,13 +18,13 @@ class RandomMessages {
   Message message(std::size_t kind);
   Envelope envelope(std::size_t kind) { return {time_ns(), message(kind)}; }
   LevelGeometry geometry();
-  // Belongs to member 0; its content lies in `content`.
+  // Makes a frame of member 0. The frame's content points into `content`, which must outlive it.
   Frame frame(std::vector<std::uint8_t>& content);
   FrameBatch frame_batch();
   HairState hair_state();
   Observe observe();
   Pose pose();
-  // As they arrive.
+  // The numbers are rounded as those of hands that were sent.
   std::vector<Hand> hands();
   Material material();
   MaterialScale material_scale();
@@ -33,6 +33,7 @@ class RandomMessages {
   RecordingHeader recording_header();
   RecordedTick recorded_tick();
 
+  // Return random numbers between both limits; the integer may equal either.
   std::uint64_t integer(std::uint64_t least, std::uint64_t most) {
     return std::uniform_int_distribution<std::uint64_t>(least, most)(random_);
   }
@@ -56,7 +57,7 @@ class RandomMessages {
   void add_touch(RecordedTick& tick);
   std::vector<std::uint8_t> bytes(std::size_t count);
 
-  // A value of any type: a struct's fields one after the other. Overloads are for what has ranges of its own.
+  // Draws a value of any type, of a struct field by field. The overloads are for types whose values have limits.
   template <class T>
   void draw(T& value);
   void draw(std::int64_t& time) { time = time_ns(); }

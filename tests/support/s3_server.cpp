@@ -25,7 +25,7 @@ using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
 
 constexpr auto kAwaitable = asio::as_tuple(asio::use_awaitable);
-// Is more than the largest groom (kGroomBytesMax, 256 MB), so that any object fits.
+// This limit is above the largest groom (kGroomBytesMax, 256 MB), so that any object fits.
 constexpr std::uint64_t kBodyBytesMax = 300 << 20;
 // S3 refuses requests whose time is more than 15 minutes off.
 constexpr double kClockSkew_s = 900;

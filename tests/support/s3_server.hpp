@@ -11,7 +11,7 @@
 
 namespace hairnet::support {
 
-// How a server of objects answers.
+// How the server answers: correctly, with the HTTP status behind the name, or in the wrong way that is described there.
 enum class S3Behaviour : std::uint8_t {
   right,
   denied,           // 403
@@ -46,7 +46,7 @@ class S3Server {
   [[nodiscard]] std::uint16_t port() const { return port_; }
   [[nodiscard]] std::string host() const { return "127.0.0.1:" + std::to_string(port_); }
   [[nodiscard]] std::string url(const std::string& prefix = "") const;
-  // By their names after the bucket.
+  // Returns the objects by their names, which begin after the bucket.
   [[nodiscard]] std::map<std::string, std::vector<std::uint8_t>> objects() const;
   void set_object(const std::string& name, std::vector<std::uint8_t> bytes);
 

@@ -12,8 +12,8 @@
 
 namespace hairnet::support {
 
-// As much of etcd 3.4 as a fleet needs, behind the same JSON text: one linearizable store with leases, transactions,
-// watches and compaction. Time is an argument. A lease's keys vanish up to a second after its time, as in etcd, and
+// As much of etcd 3.4 as a fleet needs, with the same JSON texts: one linearizable store with leases, transactions,
+// watches and compaction. Time is an argument. The keys of a lease vanish up to a second after its end, as in etcd, and
 // after an outage each lease has its full time again.
 class SimulatedEtcd {
  public:
@@ -25,7 +25,7 @@ class SimulatedEtcd {
 
   explicit SimulatedEtcd(std::uint64_t seed = 1) : random_(seed) {}
 
-  // A request that is not a watch.
+  // Answers a request that is not a watch.
   Answer handle(const std::string& path, const std::string& body, std::int64_t now_ns);
   // Begins a watch and returns its number. Lines come at once, and whenever something changes.
   std::uint64_t watch(const std::string& body, OnLine on_line);
@@ -33,19 +33,19 @@ class SimulatedEtcd {
   // Ends leases whose time is over.
   void advance(std::int64_t now_ns);
 
-  // While it is down, nobody may call it. Watches end.
+  // Ends all watches. Nobody may send requests until come_up().
   void go_down();
   void come_up(std::int64_t now_ns);
   [[nodiscard]] bool is_down() const { return is_down_; }
-  // While it is down: its disk is lost. It begins again with no keys, no leases and the first revision.
+  // Call it while etcd is down. The disk is lost: etcd begins again without keys and leases, at the first revision.
   void lose_data();
-  // History up to the newest revision is lost for watches and lists.
+  // Makes etcd forget the history up to the newest revision: watches and lists that begin earlier fail.
   void compact() { compacted_ = revision_; }
   void remove(const std::string& key);
   void put(const std::string& key, const std::string& value);
   void end_lease_of(const std::string& key);
 
-  // Limits the time from the end of a lease's time to the end of its keys.
+  // The keys of a lease vanish at most this long after the lease's end.
   double expiry_lag_s_max = 1;
 
   [[nodiscard]] std::vector<std::string> keys() const;
@@ -60,6 +60,7 @@ class SimulatedEtcd {
     std::string value;
     std::int64_t create_revision = 0, mod_revision = 0, version = 0, lease = 0;
   };
+  // `ends_ns` is the end of the lease; its keys vanish at `revoked_ns`.
   struct Lease {
     std::int64_t ttl_s = 0, ends_ns = 0, revoked_ns = 0;
   };
@@ -67,9 +68,10 @@ class SimulatedEtcd {
     std::string begin, end;
     OnLine on_line;
   };
+  // A change of a key. `event` is the JSON that watches get.
   struct Past {
     std::int64_t revision = 0;
-    std::string key, event;  // the event as JSON
+    std::string key, event;
   };
 
   [[nodiscard]] std::string header() const;
@@ -88,6 +90,7 @@ class SimulatedEtcd {
   std::map<std::int64_t, Lease> leases_;
   std::map<std::uint64_t, Watch> watches_;
   std::vector<Past> history_;
+  // The newest revision, the revision up to which history is forgotten, and the id of the newest lease.
   std::int64_t revision_ = 1, compacted_ = 0, last_lease_ = 1000;
   std::uint64_t last_watch_ = 0;
   bool is_down_ = false;

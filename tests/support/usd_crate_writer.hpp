@@ -18,7 +18,7 @@ inline std::string in_bytes(std::uint64_t value, int count) {
   return text;
 }
 
-// One LZ4 block of literals alone.
+// Makes one LZ4 block that has the text as it is: literals without any match.
 inline std::string lz4_literals(const std::string& text) {
   std::string block(1, static_cast<char>(std::min<std::size_t>(text.size(), 15) << 4));
   if (text.size() >= 15) {
@@ -57,8 +57,11 @@ inline std::string packed_integers(const std::vector<std::int64_t>& values, int 
   return packed_table(in_bytes(1, bytes_of_each) + codes + rest);
 }
 
+// Collects values, fields and paths, and then writes the file. All functions that make a value return the number that
+// stands for it in a field.
 class CrateWriter {
  public:
+  // `minor` is the version of the file, 0.minor. The header has 88 bytes, which file() fills in.
   explicit CrateWriter(int minor) : minor_(minor), data_(88, '\0') {}
 
   std::uint64_t token(std::string_view text) { return index_in(tokens_, std::string(text)); }
@@ -105,7 +108,7 @@ class CrateWriter {
   }
 
   using Fields = std::vector<std::pair<std::string, std::uint64_t>>;
-  // Paths in depth-first order; the root first, of depth 0.
+  // Adds a prim or a property with its fields. Add the paths in depth-first order: first the root, whose depth is 0.
   void add(int depth, std::string_view name, bool is_property, const Fields& fields) {
     nodes_.push_back({depth, static_cast<std::int64_t>(token(name)) * (is_property ? -1 : 1), sets_.size()});
     for (const auto& [field, value] : fields) {
@@ -153,6 +156,7 @@ class CrateWriter {
   }
 
  private:
+  // A path. `name` is the number of its last part, negative for a property; `set` is the begin of its fields in sets_.
   struct Node {
     int depth;
     std::int64_t name;

@@ -10,8 +10,8 @@
 
 namespace hairnet::whole {
 
-// The assets of all trials: grooms with the least hair from which levels can be built, a key and a folder on disk. Made
-// once.
+// The assets of all trials, which are made once: grooms with as little hair as levels can be built from, a token key,
+// and a folder on disk.
 struct Assets {
   struct GroomFile {
     wire::GroomHash hash{};
@@ -23,11 +23,12 @@ struct Assets {
   std::vector<GroomFile> costly;
   std::string token_key_file, level_cache;
   channel::TokenKey token_key;
-  // `subject` may be empty.
+  // Makes a token for the room. An empty `subject` makes one without a subject; `moderates` makes its holder a
+  // moderator.
   std::string token(bool expired, const std::string& room, const std::string& subject, bool moderates = false) const;
 };
 const Assets& assets();
-// The file and its hash; the bytes may be anything.
+// Returns the bytes with their hash. They need not be a valid groom.
 Assets::GroomFile groom_file(std::vector<std::uint8_t> bytes);
 
 // From now on this thread's random bytes (session secrets) follow from the seed.

@@ -9,7 +9,7 @@
 namespace hairnet::whole {
 namespace {
 
-// The first is below the limit of 16 characters a session in scenario.cpp, the second above it.
+// scenario.cpp limits the characters of a session to 16: kManyCharacters is below this limit, kTooManyCharacters above.
 constexpr std::uint32_t kManyCharacters = 12, kTooManyCharacters = 20;
 
 }  // namespace
@@ -92,6 +92,7 @@ void BadClient::hello() {
   hello.room = plan_.room;
   hello.token = plan_.token;
   if (plan_.kind == Misbehaviour::drip_reader) hello.role = wire::Role::observer;
+  // The probability that the client resumes its last session instead of beginning a new one.
   const double resumes = plan_.kind == Misbehaviour::resumer ? 1 : plan_.kind == Misbehaviour::rejoiner ? 0 : 0.5;
   if (welcome_ && random_.unit() < resumes) {
     hello.session = welcome_->session;
@@ -458,7 +459,7 @@ void BadClient::make_wind() {
 
 void BadClient::add_crowd() {
   if (!welcome_) return;
-  // It forgets its characters now and then, and adds them again.
+  // The client sometimes forgets its characters, and then adds the same numbers again.
   if (random_.unit() < 0.2) characters_.clear();
   add_characters(4, LevelIndex::ether);
   pose_characters();

@@ -66,8 +66,8 @@ inline constexpr std::array<std::string_view, 21> kMisbehaviourNames{
     "wrong_hello",  "groom_corrupter", "crowd_of_one", "churner",  "rejoiner", "resumer",    "groom_trickler",
     "groom_heaper", "drip_reader",     "shuffler",     "hoarder",  "chooser",  "windmaker",  "datagram_corrupter"};
 
-// Whether this kind sends bad datagrams, where its line has datagrams. The other kinds would be sent away for them
-// before they do their own harm.
+// Returns whether this kind of client sends bad datagrams on a line that has datagrams. The server would disconnect the
+// other kinds for such datagrams before they do their own harm.
 [[nodiscard]] bool sends_bad_datagrams(Misbehaviour kind);
 
 struct BadClientPlan {
@@ -93,6 +93,7 @@ class BadClient final : public ClientEvents {
   void on_closed(const std::string& error) override;
 
  private:
+  // The client's clock is 77 s ahead of the timeline, and differs from the server's clock.
   [[nodiscard]] std::int64_t clock_ns() const { return timeline_->now_ns() + 77 * kSecond_ns; }
   [[nodiscard]] std::string kind_name() const {
     return std::string(kMisbehaviourNames[static_cast<std::size_t>(plan_.kind)]);
@@ -100,6 +101,7 @@ class BadClient final : public ClientEvents {
   [[nodiscard]] std::string name() const {
     return "bad client " + std::to_string(plan_.number) + " (" + kind_name() + ")";
   }
+  // Returns a random number from 1 to `max`.
   [[nodiscard]] std::uint64_t up_to(std::uint64_t max) { return 1 + random_.next() % max; }
   void connect();
   void send_bad_datagrams();
@@ -132,20 +134,25 @@ class BadClient final : public ClientEvents {
   wire::RandomMessages messages_;
   channel::PacketSplitter splitter_;
   std::shared_ptr<SimulatedConnection> connection_;
-  // Are its earlier ones, which may still carry.
+  // Earlier connections, over which bytes may still arrive at the server.
   std::vector<std::weak_ptr<SimulatedConnection>> left_;
+  // The last welcome. A later connection may resume its session.
   std::optional<wire::Welcome> welcome_;
+  // The client breaks no rule after this time.
   std::int64_t until_ns_ = 0;
-  // Counts connections.
+  // Changes whenever a connection begins or ends, so that actions that were planned for an earlier one do nothing.
   std::uint64_t turn_ = 0;
-  // Is true while it is welcome on this connection, and was not sent away.
+  // It is true from the welcome on this connection until the server sends a goodbye.
   bool is_welcome_ = false;
+  // The sequence number of the newest pose.
   std::uint32_t sequence_ = 0;
+  // The numbers of the characters that the client has asked for, whatever the server has answered.
   std::set<std::uint32_t> characters_;
-  // Belongs to its characters.
+  // The groom of all these characters.
   wire::GroomHash groom_{};
+  // The members of the room that have joined since the welcome.
   std::vector<std::uint32_t> members_;
-  // Counts bytes of each groom that it has offered.
+  // The number of bytes that were sent of each groom that a groom_trickler has offered.
   std::map<wire::GroomHash, std::size_t> trickled_;
 };
 

@@ -30,6 +30,7 @@ class Datagrams : public WholeTest {
  protected:
   void begin(const Case& the) {
     server_ = start_server({"--webtransport", "on", "--bind", the.addresses.server});
+    // The seed 7 has no meaning; it makes the losses the same in every run.
     relay_ = std::make_unique<LossyRelay>(the.addresses.clients, the.addresses.server, port(), the.lines, 7);
     const std::string host = the.addresses.clients;
     address_ = (host.find(':') == std::string::npos ? host : "[" + host + "]") + ":" + std::to_string(port());
@@ -82,7 +83,7 @@ TEST_P(DatagramsOverBadLines, that_are_lost_cost_nothing_but_themselves) {
   // A twentieth is lost, a few are late, and a busy server skips some.
   EXPECT_GT(figures["frames_missed_share"], 0.02);
   EXPECT_LT(figures["frames_missed_share"], 0.2);
-  // A gap of 15 ticks is half a second: a stalled session, which lost datagrams alone do not explain.
+  // A gap of 15 ticks is half a second at 30 Hz: a stalled session, which lost datagrams alone do not explain.
   EXPECT_LT(figures["gap_ticks_max"], 15);
   drain(*server_);
 }
@@ -176,8 +177,10 @@ class Turning {
   }
 
   link::Link link_;
+  // Count the sent poses, the frames with hair, and the later frames without.
   int poses_ = 0, with_hair_ = 0, lost_ = 0;
   bool has_ended_ = false;
+  // The arrival of the last frames, and the longest time between two arrivals.
   std::optional<std::int64_t> frame_ns_;
   std::int64_t gap_ns_max_ = 0;
 };

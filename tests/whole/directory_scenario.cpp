@@ -18,10 +18,12 @@ namespace {
 using server::FleetEvent;
 using server::Placement;
 
-// Servers poll their directory at this interval; the trial has failures for kFaults_ns.
+// Servers poll their directory at this interval, like ServerHost.
 constexpr std::int64_t kPoll_ns = 20 * kMs;
+// Faults begin and end within this time. Then everything must recover.
 constexpr std::int64_t kFaults_ns = 90 * kSecond_ns;
-// After this time a client asks again, and the keys of an ended lease are gone.
+// Within this time clients have asked for their room again, and etcd has removed the keys of an ended lease, which it
+// does up to a second late (expiry_lag_s_max).
 constexpr std::int64_t kAsked_ns = 3 * kSecond_ns;
 
 // A server with only a directory, and a clock of its own.
@@ -58,9 +60,11 @@ class FleetHost {
   [[nodiscard]] EtcdLineEnd& line_end() { return line_end_; }
   [[nodiscard]] const server::FleetCounters& counters() const { return counters_; }
   [[nodiscard]] bool is_paused() const { return is_paused_; }
-  // Since when it could own a room, by the true clock; nothing: it could not.
+  // The true time since which the server could own a room: it runs and its line to etcd is good. It is empty when the
+  // server could not.
   std::optional<std::int64_t> able_ns;
-  [[nodiscard]] int pauses() const { return pauses_; }  // how many
+  // Returns how often the server was paused.
+  [[nodiscard]] int pauses() const { return pauses_; }
 
  private:
   Timeline* timeline_;
@@ -75,6 +79,8 @@ class FleetHost {
 
 class DirectoryTrial {
  public:
+  // Leases have 5 to 12 s. There are 2 to 5 servers, 1 to 12 rooms and 1 to 3 members of etcd. Clocks are up to 1 % too
+  // fast or too slow.
   DirectoryTrial(std::uint64_t seed, bool is_verbose)
       : seed_(seed),
         is_verbose_(is_verbose),
@@ -90,7 +96,8 @@ class DirectoryTrial {
     line_.clock_rate = 1 + 0.01 * random_.symmetric();
     line_.etcd.expiry_lag_s_max = random_.unit() < 0.5 ? 0 : 1;
     line_.is_silent = random_.unit() < 0.5;
-    // An answer that is later than the margin of the fence would be a partition.
+    // For a server an answer that is later than the margin of its fence (lease_margin_ns) is like a partition. So where
+    // rooms go on without etcd, answers are late by 0.3 s at most.
     line_.slow_ns = static_cast<std::int64_t>(random_.between(0.05, goes_on_ ? 0.3 : 3) * 1e9);
   }
 
@@ -114,11 +121,14 @@ class DirectoryTrial {
   }
 
  private:
+  // A room that was owned when etcd went down, and must keep its owner. It need not once the room was released or the
+  // server was paused or killed, which the other members tell.
   struct Running {
     std::size_t room = 0;
     int releases = 0, pauses = 0;
     std::uint64_t server_id = 0;
   };
+  // The owner of a room and the number of its claim.
   struct Held {
     std::uint64_t server_id = 0;
     std::int64_t claim = 0;
@@ -165,7 +175,7 @@ class DirectoryTrial {
 
   void poll_soon(std::size_t index, FleetHost* host) {
     at(timeline_.now_ns() + kPoll_ns, [this, index, host] {
-      // The server may have been killed meanwhile.
+      // The server may have been killed meanwhile, and another one may run in its place.
       if (hosts_[index].get() != host) return;
       host->poll();
       if (is_eager_ && !host->is_paused()) {
@@ -232,8 +242,9 @@ class DirectoryTrial {
     }
   }
 
-  // The promise: no room that is asked for is without an owner that may step it for longer than two leases while there
-  // is a server that could be it. Each new fault that stops servers may hit the one that was about to be it.
+  // The promise: a room that is asked for has an owner, which may step it, within two leases and kAsked_ns, as long as
+  // some server is able to own rooms. The time counts from the last fault that stops servers, because it may have hit
+  // the server that was about to own the room.
   void check_stands_still(std::size_t room, bool is_held) {
     std::int64_t& moved_ns = moved_ns_[room];
     if (is_held || !wanted_[room] || !first_able_ns_) moved_ns = timeline_.now_ns();
@@ -276,7 +287,8 @@ class DirectoryTrial {
 
   void begin_fault(std::int64_t end_ns) {
     const auto index = static_cast<std::size_t>(random_.unit() * static_cast<double>(hosts_.size()));
-    // With rooms that continue without etcd only failures that all servers see alike are harmless.
+    // Where rooms go on without etcd, only faults that all servers see alike are harmless: a server that is cut off
+    // alone keeps its rooms while another one claims them. The other faults are replaced by an etcd that is down.
     const int kind = static_cast<int>(random_.unit() * 14);
     if (kind < 7 || kind == 11 || kind == 12) last_fault_ns_ = timeline_.now_ns();
     if (goes_on_ && (kind < 2 || (kind < 4 && line_.loss > 0) || kind >= 11)) return etcd_down(end_ns);
@@ -342,7 +354,8 @@ class DirectoryTrial {
     return std::min(timeline_.now_ns() + static_cast<std::int64_t>(leases * static_cast<double>(lease_s_) * 1e9),
                     kFaults_ns);
   }
-  // Later than a third of the lease, than half of it, or than all of it.
+  // Delays all answers of etcd to this server by a little more than a third of the lease, half of it, or all of it. A
+  // keep-alive is due at each third.
   void late(std::size_t index, std::int64_t end_ns) {
     FleetHost* host = hosts_[index].get();
     if (!host || !host->line_end().is_good()) return;
@@ -389,7 +402,7 @@ class DirectoryTrial {
     line_.etcd.go_down();
     for (const auto& host : hosts_)
       if (host) host->line_end().break_streams();
-    // What must go on: rooms that have run for some time.
+    // All rooms that have an owner now must keep it, where rooms go on without etcd.
     std::vector<Running> running;
     if (goes_on_)
       for (std::size_t room = 0; room < room_count_; ++room)
@@ -402,7 +415,8 @@ class DirectoryTrial {
       line_.come_up();
     });
   }
-  // While etcd is down, each of these rooms has its owner, unless a client or an accident has ended it.
+  // Checks once a second, while etcd is down, that each of these rooms still has its owner. Rooms that were released,
+  // and those of servers that were paused or killed, are left out from then on.
   void watch_running(std::vector<Running> running, std::int64_t end_ns) {
     if (running.empty() || timeline_.now_ns() >= end_ns) return;
     std::erase_if(running, [this](const auto& one) {
@@ -435,7 +449,8 @@ class DirectoryTrial {
     run_until(timeline_.now_ns() + 1);
   }
 
-  // Every wanted room has one owner, and all servers say so.
+  // Waits until every room has one owner and all servers know it, for a lease and 30 s at most, and checks that it is
+  // still so after 5 s more.
   void settle() {
     std::fill(wanted_.begin(), wanted_.end(), true);
     const std::int64_t begin_ns = timeline_.now_ns(), end_ns = begin_ns + (lease_s_ + 30) * kSecond_ns;
@@ -487,7 +502,7 @@ class DirectoryTrial {
       count("answers malformed", counters.requests_failed_malformed.value());
       count("answers too long", counters.requests_failed_oversize.value());
     }
-    // What servers keep of a room outlives them, for its next owner, by an hour.
+    // What servers store of a room, such as a ban, has a lease of its own, which outlives the servers by up to an hour.
     line_.etcd.advance(line_.now_ns() + 3700 * kSecond_ns);
     for (const std::string& key : line_.etcd.keys()) fault("was left: " + key);
     if (line_.etcd.lease_count() != 0) fault("a lease was left");
@@ -497,22 +512,26 @@ class DirectoryTrial {
   std::uint64_t seed_;
   bool is_verbose_;
   Random random_;
+  // `goes_on_`: rooms go on without etcd. `is_eager_`: servers claim random rooms at each poll, to win each at the
+  // first possible moment.
   bool goes_on_, is_eager_;
   Timeline timeline_;
   EtcdLine line_;
   std::int64_t lease_s_ = 9;
   std::size_t server_count_ = 0, room_count_ = 0, endpoint_count_ = 1;
-  // Is null while killed.
+  // The servers by index; null while one is killed.
   std::vector<std::unique_ptr<FleetHost>> hosts_;
-  // Names the rooms.
+  // These lists are by the index of the room: the name, whether clients ask for it, and how often it was given back.
   std::vector<std::string> names_;
   std::vector<bool> wanted_;
-  // Counts how often each room was given back.
   std::vector<int> releases_;
+  // The last owner of each room.
   std::map<std::size_t, Held> last_;
-  // Says when each room had an owner last, or could have none.
+  // The last time at which each room had an owner, was not asked for, or no server could own it.
   std::map<std::size_t, std::int64_t> moved_ns_;
+  // The earliest of all able_ns; empty while no server could own a room.
   std::optional<std::int64_t> first_able_ns_;
+  // The begin of the last fault that stops servers.
   std::int64_t last_fault_ns_ = 0;
   std::uint64_t hash_ = 14695981039346656037u;
   Outcome outcome_;

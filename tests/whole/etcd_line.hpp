@@ -30,10 +30,11 @@ enum class LineCut : std::uint8_t {
 // etcd and the line between it and the servers.
 struct EtcdLine {
   EtcdLine(Timeline& timeline_of_all, std::uint64_t seed) : timeline(&timeline_of_all), etcd(seed) {}
-  // Leases end by themselves after this call.
+  // Call it once. From then on etcd's leases end at their time.
   void keep_time();
   void come_up() { etcd.come_up(now_ns()); }
-  // Somebody writes a value that no server can use; it stays until `end_ns`, unless a server writes its own.
+  // Writes a value that no server can use, as a faulty program might. It stays until `end_ns`, unless a server
+  // overwrites it.
   void put_bad_value(const std::string& key, std::int64_t end_ns, Random& random);
   // Reads etcd's own clock.
   [[nodiscard]] std::int64_t now_ns() const {
@@ -42,34 +43,34 @@ struct EtcdLine {
 
   Timeline* timeline;
   support::SimulatedEtcd etcd;
-  // Is the chance that a request, and that an answer, gets lost.
+  // Each request and each answer gets lost with this probability.
   double loss = 0;
-  // Is the share of messages that are late.
+  // This share of the messages is late, by up to `slow_ns`.
   double slow = 0.02;
-  // Limits how late they are.
   std::int64_t slow_ns = 500 * kMs;
-  // Are endpoints that answer nobody.
+  // The indices of the endpoints that answer nobody.
   std::set<std::size_t> dead_members;
   // An endpoint that does not answer refuses no connection either, so calls get no error.
   bool is_silent = false;
-  // Is the share of answers, and of lines of watches, that are damaged.
+  // This share of the answers, and of the lines of watches, is damaged; another share comes twice.
   double damaged = 0;
-  // Is the share of them that come twice.
   double repeated = 0;
-  // Is the rate of etcd's own clock.
+  // The rate of etcd's own clock, where 1 is that of the timeline.
   double clock_rate = 1;
-  // Less than kAnswerBytesMax, since such values take time: two that are as long as may be do not fit.
+  // A longer answer is refused. Real servers take more, but long values take time here. Two values of the largest size
+  // do not fit into an answer.
   static constexpr std::size_t kAnswerBytesMax = 2 * server::etcd::kValueBytesMax;
 };
 
 // A server's end of that line.
 class EtcdLineEnd final : public server::EtcdTransport {
  public:
-  // `own_ns`: the server's clock.
+  // `line` must outlive this end. `own_ns` returns the time of the server's clock.
   EtcdLineEnd(EtcdLine& line, std::function<std::int64_t()> own_ns, std::uint64_t seed);
   ~EtcdLineEnd() override;
 
-  void set_sink(server::EtcdSink* sink) { sink_ = sink; }  // once, before the first call
+  // Call it once, before the first call of send(). The sink must outlive this end.
+  void set_sink(server::EtcdSink* sink) { sink_ = sink; }
   void send(server::EtcdCall call) override;
   void cancel(std::uint64_t call) override;
 
@@ -88,9 +89,9 @@ class EtcdLineEnd final : public server::EtcdTransport {
  private:
   struct Stream {
     std::uint64_t watch = 0;
-    // The arrival of its newest line: lines arrive in order.
+    // The arrival of the stream's newest line, before which no later line may arrive.
     std::int64_t last_ns = 0;
-    // Is true when its lines get lost, of which neither end knows.
+    // The lines of a dead stream get lost, and neither end notices it.
     bool is_dead = false;
   };
   [[nodiscard]] std::int64_t delay();
@@ -106,6 +107,7 @@ class EtcdLineEnd final : public server::EtcdTransport {
   std::function<std::int64_t()> own_ns_;
   Random random_;
   server::EtcdSink* sink_ = nullptr;
+  // Actions on the timeline hold a weak pointer to it, so that they do nothing once this end is destroyed.
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
   // Holds the calls that the directory waits for.
   std::set<std::uint64_t> open_;

@@ -174,7 +174,7 @@ TEST_F(RealEtcd, what_is_kept_of_a_room_goes_to_its_next_owner_when_it_is_given_
   const std::string large(60'000, 'x');
   second.directory->keep("hall", large, channel::monotonic_ns());
   ASSERT_TRUE(wait({&first, &second}, [&] { return second.counters.rooms_kept.value() >= 2; }));
-  // Only the call of its watch is still open, so etcd has the value.
+  // Only the call of the directory's watch is still open, so etcd has answered the write of the large value.
   ASSERT_TRUE(wait({&first, &second}, [&] { return second.directory->call_count() <= 1; }));
   // `second` is not polled any more, as if it were dead.
   ASSERT_TRUE(wait({&first}, [&] {
@@ -272,7 +272,7 @@ TEST_F(RealEtcd, a_server_that_is_short_of_time_hands_rooms_over_to_one_that_joi
                  name);
   };
   const std::uint16_t port = free_port(), service_port = free_port(), next_service_port = free_port();
-  // This server may use 5 % of each tick, and the second one below 95 %.
+  // The first server may use 5 % of each tick, so that twelve characters are too many. The second one may use 95 %.
   const auto first = start_one("first", port, service_port, "0.05");
   ASSERT_TRUE(wait({}, [&] { return get(service_port, "/readyz") == "ready\n"; })) << first->err();
   std::vector<std::unique_ptr<Process>> views;

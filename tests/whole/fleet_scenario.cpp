@@ -21,17 +21,24 @@ namespace {
 
 // Every fourth seed has whole servers; the others have directories alone (directory_scenario.cpp).
 constexpr std::uint64_t kSeedsPerWholeTrial = 4;
-// The time to recover beside a lease: for waits between attempts, uploads and builds.
+// Everything must recover within a lease and this time, which covers waits between attempts to connect (up to 5 s each,
+// Backoff in client/link), uploads and builds.
 constexpr std::int64_t kRecovery_ns_max = 20 * kSecond_ns;
+// After a drain nobody waits for a lease, so everybody must have frames again earlier.
 constexpr std::int64_t kDrainedMove_ns_max = 8 * kSecond_ns;
+// The trial looks this often whether what it waits for has come.
 constexpr std::int64_t kLook_ns = 50 * kMs;
 // A server has fewer lives, so that each has its own number for OwnerCheck.
 constexpr std::size_t kLivesMax = 1000;
+// The ban lasts longer than any trial.
 constexpr std::uint32_t kBan_s = 1000;
-// Players who may not enter have this number and higher ones.
+// Players who may not enter have this number and higher ones; the moderator has the number before it.
 constexpr int kKeptOut = 50;
 const std::string kModerator = "moderator";
 
+// What can happen to the fleet. `late`: a server hears etcd late. `member_down`: one of etcd's members is down.
+// `compaction`: etcd forgets its history. `lying`: answers of etcd are damaged or come twice. `broken_line` and
+// `rejoin` happen to a player.
 enum class FleetFault {
   cut,
   late,
@@ -106,9 +113,9 @@ class FleetTrial {
   OwnerCheck owners_;
   std::vector<std::unique_ptr<Player>> players_, kept_out_;
   std::unique_ptr<Player> moderator_;
-  // Are the winds that must be, by room.
+  // The mean wind that each room must have. The air of other rooms is still.
   std::map<std::string, Vec3> winds_m_per_s_;
-  // Says whether those of `kept_out_` may enter.
+  // It is false once the players of `kept_out_` are banned or locked out.
   bool may_enter_ = true;
 };
 
@@ -121,7 +128,7 @@ FleetTrial::FleetTrial(std::uint64_t seed, bool is_verbose)
   constexpr std::uint32_t kRates_hz[] = {10, 15, 20, 30};
   tick_rate_hz_ = kRates_hz[random_.next() % 4];
   lease_s_ = 3 + static_cast<std::int64_t>(random_.next() % 3);
-  // Servers may go on without etcd only with a lease of at least 5 s.
+  // A configuration in which servers go on without etcd needs a lease of at least 5 s.
   if (goes_on_) lease_s_ = 5;
   room_grace_ns_ = moment(0, kSecond_ns);
   resume_grace_ns_ = chance(0.1) ? 0 : moment(kSecond_ns / 2, 3 * kSecond_ns);

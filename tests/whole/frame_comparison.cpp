@@ -12,10 +12,12 @@ using support::read_npy;
 
 // A change of level fades within half a second, which is 15 ticks at 30 Hz.
 constexpr std::int64_t kFade_ticks = 15;
-// Clients ask for an error of 1 mm where a head fills the screen.
+// Clients ask for an error of 1 mm where a head fills the screen (wire::Observe::error_m). The bound leaves a fifth
+// more.
 constexpr double kErrorMax_m = 1.2e-3;
-// Clients evaluate learnt hair from poses that are rounded, and begin later than the server.
+// Learnt hair may differ more: clients compute it from poses that are rounded, and begin later than the server.
 constexpr double kLearntErrorMax_m = 2.5e-3;
+// Limits how far schema/codec/pose_code.hpp may round the head's position, those of other bones, and rotations.
 constexpr double kHeadMax_m = 2e-4, kBoneMax_m = 8e-3, kTurnMax_rad = 6e-3;
 
 std::vector<Vec3f> displacement_of(const Trace& trace, std::size_t frame) {
@@ -54,8 +56,8 @@ HairDifference difference(const Trace& received, std::size_t r, const Trace& com
   return {std::sqrt(squares), motion > 0};
 }
 
-// A trace does not name grooms, and the levels of other tests' grooms lie in the same folder, some with as many nodes:
-// the groom is the one whose modes agree best.
+// Compares the hair of one frame. A trace does not name grooms, and the folder also has levels of other tests' grooms,
+// some with the same number of nodes. So the groom is taken to be the one whose modes agree best.
 void compare_hair(const Trace& received, std::size_t r, const Trace& computed, std::size_t c,
                   const std::vector<std::shared_ptr<const Modes>>& modes, FrameComparison& result) {
   const bool is_learnt = static_cast<LevelIndex>(computed.level(c)) == LevelIndex::learnt;

@@ -12,7 +12,7 @@
 
 namespace hairnet::whole {
 
-// A trace's arrays (client/files), by character and tick.
+// The arrays of a trace that client/files has written. Each row is the frame of one character at one tick.
 struct Trace {
   explicit Trace(const std::string& folder);
 
@@ -20,7 +20,7 @@ struct Trace {
   [[nodiscard]] std::size_t count(std::size_t frame) const { return static_cast<std::size_t>(frames.row(frame)[5]); }
   [[nodiscard]] bool asleep(std::size_t frame) const { return frames.row(frame)[6] != 0; }
   [[nodiscard]] std::int64_t step_stride(std::size_t frame) const { return frames.row(frame)[7]; }
-  // 3 numbers a node.
+  // Returns the displacements of a frame, three numbers for each of count() nodes.
   [[nodiscard]] const float* displacement(std::size_t frame) const {
     return displacements.values.data() + 3 * frames.row(frame)[4];
   }
@@ -43,16 +43,17 @@ struct FrameComparison {
   std::size_t levels_differ = 0, poses_differ = 0, hair_differs = 0;
   // Counts ticks without a frame between a character's first and last frame, while it was awake.
   std::size_t missed_ticks = 0;
-  // Is the largest RMS error over the hair of one frame.
+  // The largest RMS error over the hair of one frame.
   double error_mm_max = 0;
 };
 
-// `received` came over the wire, with nodes of the finest level, `computed` from the recording, with those of each
-// level, and of the finest one for learnt hair. `modes`: of all grooms.
+// Compares the frames that a client has received with those that were computed again from the server's recording.
+// Received hair has the nodes of the finest level. Computed hair has those of its own level, learnt hair those of the
+// finest one. `modes` are those of all grooms that may occur.
 FrameComparison compare(const Trace& received, const Trace& computed,
                         const std::vector<std::shared_ptr<const Modes>>& modes);
 
-// RMS of the last frame of each character, over its nodes.
+// Returns for each character the RMS of the displacements in its last frame.
 std::map<std::int64_t, double> last_rms_mm(const Trace& trace);
 
 }  // namespace hairnet::whole

@@ -9,20 +9,23 @@ namespace hairnet::whole {
 
 // A room that one client looks at over a line that loses packets.
 struct GapsDef {
-  PathQuality path;  // each way
+  // The quality of the line in each direction.
+  PathQuality path;
   bool has_datagrams = true;
   double duration_s = 300;
   std::uint32_t characters = 10;
 };
 
 struct Gaps {
-  // Lie between one frame of a character and its next, on arrival; ascending.
+  // The times from the arrival of one frame of a character to that of its next one, in ascending order.
   std::vector<float> ms;
   double frame_bytes_per_s = 0;
-  // Is the share of observers, looked at ten times a second, with coarser hair or fewer frames than asked for.
+  // The server throttles an observer whose line is too slow. The measurement looks at it ten times a second. This is
+  // the share of looks at which the observer had coarser hair or fewer frames than it had asked for.
   double coarser_share = 0;
-  // A client moves a character over such a line. These are the share of its poses that never came, and the share of
-  // ticks before whose sample time the newest pose was captured.
+  // Another client sends poses of a character over such a line. `poses_missing_share` is the share of its poses that
+  // never came. `poses_late_share` is the share of ticks at which the newest pose was older than the tick's sample
+  // time.
   double poses_missing_share = 0, poses_late_share = 0;
 };
 

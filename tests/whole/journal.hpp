@@ -15,6 +15,7 @@ namespace hairnet::whole {
 // The record of a trial: faults, counts of each kind of event, and a hash of everything that clients received.
 class Journal {
  public:
+  // Further faults are left out, since the first ones matter.
   static constexpr std::size_t kFaultsMax = 20;
 
   Journal(std::uint64_t seed, const Timeline& timeline) : seed_(seed), timeline_(&timeline) {}

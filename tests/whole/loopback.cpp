@@ -23,7 +23,8 @@ std::string get(const std::string& address, std::uint16_t port, const std::strin
   const int peer = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const timeval second{.tv_sec = 1, .tv_usec = 0};
   ::setsockopt(peer, SOL_SOCKET, SO_RCVTIMEO, &second, sizeof(second));
-  ::setsockopt(peer, SOL_SOCKET, SO_SNDTIMEO, &second, sizeof(second));  // connect() keeps to it, too
+  // This time-out is also that of connect().
+  ::setsockopt(peer, SOL_SOCKET, SO_SNDTIMEO, &second, sizeof(second));
   sockaddr_in to{};
   to.sin_family = AF_INET;
   ::inet_pton(AF_INET, address.c_str(), &to.sin_addr);

@@ -20,7 +20,7 @@ using Bytes = std::vector<std::uint8_t>;
 constexpr std::size_t kPacketBytesMax = 65'536;
 // A late packet is delayed by more than the packets of one burst are apart, so that newer ones overtake it.
 constexpr int kLate_ms = 15;
-// A handshake of QUIC is over after fewer packets.
+// The server sends fewer packets than this in a handshake of QUIC, so a client with as many answers is connected.
 constexpr std::uint64_t kHandshakeAnswers = 20;
 
 asio::awaitable<void> copy(std::shared_ptr<tcp::socket> from, std::shared_ptr<tcp::socket> to) {

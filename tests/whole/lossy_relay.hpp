@@ -10,13 +10,14 @@ namespace hairnet::whole {
 
 // What happens to the packets of one direction.
 struct Line {
-  // Are shares of the packets. A late packet arrives after those that follow it.
+  // The shares of packets that get lost, come twice, or come so late that later packets overtake them. `delay_ms`
+  // delays all packets.
   double lost = 0, repeated = 0, late = 0;
   int delay_ms = 0;
 };
 
-// Between clients and a server: passes the TCP connections and UDP packets of one address on to the same ports of
-// another, the packets over bad lines. A thread of its own.
+// A relay between clients and a server. It passes the TCP connections and UDP packets of one address on to the same
+// port of another address. The UDP packets get lost or late as `lines` say. The relay has a thread of its own.
 class LossyRelay {
  public:
   enum Direction { to_server, to_client };
@@ -26,8 +27,8 @@ class LossyRelay {
              const std::array<Line, 2>& lines, std::uint64_t seed);
   ~LossyRelay();
 
-  // From now on packets reach the server from other ports, as when clients change their network. Those of a client that
-  // shakes hands do not, because QUIC allows no change meanwhile.
+  // From now on packets reach the server from other ports, as when clients change their network. A client whose
+  // handshake is not over keeps its port, because QUIC allows no change during the handshake.
   void change_network();
   // All packets arrive after this call.
   void repair();

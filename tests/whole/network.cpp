@@ -190,7 +190,8 @@ void Pipe::arrive(std::vector<std::uint8_t> segment) {
 }
 
 void Pipe::read() {
-  const auto self = shared_from_this();  // the called function may drop the connection
+  // The called function may drop the connection, and with it this pipe.
+  const auto self = shared_from_this();
   while (!paused_ && !dead_ && !unread_.empty()) {
     const std::vector<std::uint8_t> segment = std::move(unread_.front());
     unread_.pop_front();
@@ -371,10 +372,11 @@ void SimulatedConnection::kill_downloads() {
 }
 
 void SimulatedConnection::pause_reading(bool paused) {
-  const auto self = shared_from_this();  // what is read may end the connection
+  // The bytes that are read may end the connection and some of its downloads.
+  const auto self = shared_from_this();
   is_reading_paused_ = paused;
   down_->pause(paused);
-  std::vector<std::shared_ptr<Pipe>> pipes;  // and some of the downloads
+  std::vector<std::shared_ptr<Pipe>> pipes;
   for (const auto& [number, download] : downloads_) pipes.push_back(download.pipe);
   for (const auto& pipe : pipes) pipe->pause(paused);
 }

@@ -26,9 +26,9 @@ namespace hairnet::whole {
 
 // The quality of one connection, in both directions.
 struct NetworkQuality {
-  // Is the delay in one direction.
+  // The delay in one direction.
   std::int64_t delay_ns = 5 * kMs;
-  // Is the largest random delay beside `delay_ns`. Segments stay in order.
+  // The largest random delay beside `delay_ns`. Segments stay in order.
   std::int64_t jitter_ns = 0;
   double bytes_per_s = 1e7;
   // Limits the bytes that are on the way or not yet read.
@@ -39,16 +39,18 @@ struct NetworkQuality {
   // Reads may return any piece of the stream.
   bool in_small_pieces = false;
 
-  // Packets get lost; `delay_ns`, `jitter_ns` and `bytes_per_s` are then those of the worse of its paths.
+  // A line whose packets get lost. set_lossy() then sets `delay_ns`, `jitter_ns` and `bytes_per_s` to those of the
+  // worse of the two paths.
   struct Lossy {
     PathQuality up, down;
-    // Chooses WebTransport, which has datagrams, or TCP.
+    // True stands for WebTransport, which has datagrams; false stands for TCP.
     bool has_datagrams = false;
   };
   std::optional<Lossy> lossy;
   void set_lossy(const PathQuality& up, const PathQuality& down, bool has_datagrams);
 
-  // The least throughput: a small window must wait until its bytes arrive.
+  // Returns a rate that the line reaches at least, in bytes/s. A small window and losses make it lower than
+  // `bytes_per_s`, because the sender must wait for acknowledgements.
   [[nodiscard]] double min_bytes_per_s() const;
 };
 
@@ -68,16 +70,17 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   void kill();
   // Stops the receiver's reading, or lets it go on.
   void pause(bool paused);
-  // Kills once so many bytes have arrived, counted from the first.
+  // Calls kill(), and then `then`, once so many bytes have arrived, counted from the pipe's first byte.
   void kill_after(std::uint64_t byte_count, std::function<void()> then);
   // Takes kill_after() back.
   void kill_never() { kill_at_bytes_.reset(); }
 
   [[nodiscard]] std::size_t unsent_bytes() const { return unsent_bytes_; }
   [[nodiscard]] const quic::DatagramQueue& datagrams() const { return datagrams_; }
-  // What the sender's window allows; 0: unknown, as it has held nothing back in the last second (as in
-  // server/quic/connection.hpp).
+  // Returns the rate that the sender's congestion window allows. It is 0 when the rate is unknown, because the window
+  // has held nothing back in the last second, as in server/quic/connection.hpp.
   [[nodiscard]] double bytes_per_s() const;
+  // Counts the bytes that were sent over packets and not acknowledged.
   [[nodiscard]] std::size_t kept_bytes() const { return sender_ ? sender_->kept_bytes() : 0; }
   [[nodiscard]] bool is_empty() const { return dead_ || unsent_bytes_ + way_bytes_ == 0; }
   [[nodiscard]] std::uint64_t arrived_bytes() const { return arrived_bytes_; }
@@ -99,22 +102,26 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   Timeline* timeline_;
   NetworkQuality quality_;
   Random random_;
-  // Is null when nothing gets lost.
+  // Sends over a path that loses packets; null when nothing gets lost.
   std::shared_ptr<PacketSender> sender_;
   quic::DatagramQueue datagrams_;
+  // The written packets that are not sent yet.
   std::deque<std::vector<std::uint8_t>> unsent_;
-  // `first_sent_` counts bytes of the first of `unsent_` that are on their way.
+  // `first_sent_` counts the bytes of `unsent_.front()` that are sent already.
   std::size_t unsent_bytes_ = 0, first_sent_ = 0;
   // Counts bytes on the way or unread.
   std::size_t way_bytes_ = 0;
   std::deque<std::vector<std::uint8_t>> unread_;
+  // The time from which the link is free for the next segment, and the arrival of the newest segment.
   std::int64_t free_ns_ = 0, last_arrival_ns_ = 0;
-  // Is when the sender's window last held something back.
+  // The time at which the sender's window last held something back.
   std::optional<std::int64_t> held_back_ns_;
   std::uint64_t arrived_bytes_ = 0;
   std::int64_t arrived_ns_ = 0;
   std::optional<std::uint64_t> kill_at_bytes_;
   std::function<void()> on_killed_;
+  // The end goes through three states: the writer has ended, the end is under way, the end has arrived. `pumping_` says
+  // that a pump() is planned.
   bool ended_ = false, end_sent_ = false, end_arrived_ = false, dead_ = false, paused_ = false, pumping_ = false;
 };
 
@@ -126,7 +133,7 @@ class ClientEvents {
   virtual void on_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_datagram(std::span<const std::uint8_t>) {}
   virtual void on_download_packet(std::span<const std::uint8_t>) {}
-  // More bytes can be written.
+  // Is called when more bytes can be written.
   virtual void on_room() = 0;
   // Is the last call.
   virtual void on_closed(const std::string& error) = 0;
@@ -161,8 +168,10 @@ class SimulatedConnection final : public server::Connection, public std::enable_
                       std::uint64_t address, std::uint64_t seed);
 
   // The client's side.
+  // A client's datagram is dropped while this many bytes of earlier datagrams wait.
   static constexpr std::size_t kWaitingBytesMax = 1024;
-  // on_open() or on_closed() follows, or nothing when it leads into nothing.
+  // ClientEvents::on_open() or on_closed() follows. With `into_nothing` no answer ever comes, as from a machine that is
+  // not there.
   void connect(bool into_nothing);
   void write(std::span<const std::uint8_t> bytes) { up_->write(bytes); }
   // The datagram is lost where earlier datagrams still wait: it would be outdated when it leaves.
@@ -219,17 +228,17 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   // The server's process is gone.
   void on_server_killed();
 
-  // Is the life of the server that answered.
+  // The life (ServerHost::life) of the server that answered; -1 before the answer.
   [[nodiscard]] int life() const { return life_; }
   void set_life(int life) { life_ = life; }
   // The server ended the session, with a goodbye.
   [[nodiscard]] bool was_drained() const { return was_drained_; }
-  // Is negative while it is not broken, as far as this end knows.
+  // The time at which the network broke the connection; it is negative while the connection is not broken.
   [[nodiscard]] std::int64_t broken_ns() const { return broken_ns_; }
 
  private:
-  template <class Action>
   // Calls `action` with this connection: at once, or when the process of the server runs again.
+  template <class Action>
   void at_server(Action action);
   void answer();
   void take(std::span<const std::uint8_t> bytes);
@@ -239,7 +248,8 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   void end_at_server();
   void kill_downloads();
 
-  // What a client takes at a time.
+  // A client lets the server open 8 one-way streams (link::QuicOptions::one_way_streams_max). One is the control stream
+  // of HTTP/3, so 7 are left for downloads.
   static constexpr std::size_t kDownloadsMax = 7;
   // Packets of a download overtake those of the channel and of other downloads, because it has a path and a sender of
   // its own.
@@ -263,7 +273,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   server::PacketSink* sink_ = nullptr;
   int life_ = -1;
   std::int64_t broken_ns_ = -1;
-  // Are the state as the client sees it.
+  // The state as the client sees it: on_open() was called, and no event will come any more.
   bool open_ = false, over_ = false;
   bool answered_ = false, server_closed_ = false, broken_stream_ = false, is_reading_paused_ = false;
   bool was_drained_ = false;

@@ -66,7 +66,7 @@ class ObjectStoreTest : public WholeTest {
                         name + "_view");
     finish(*view, 0);
   }
-  // Belongs to the server started last.
+  // The port of the server that was started last.
   std::string port_;
 
   static void expect_no_secret(Process& server) {

@@ -19,12 +19,13 @@ namespace hairnet::whole {
 //    together, with no tolerance;
 //  - no client receives an older claim's frames after a newer one's;
 //  - nobody sends frames of a room without a claim.
-// Packets that were stamped before and arrive after the newer owner's first are counted as in flight.
+// A packet of the older owner that was stamped before the newer owner's first packet may arrive after it. Such packets
+// are no fault; they are counted as in flight.
 class OwnerCheck {
  public:
   // `server` is one process, a number that is never used again.
   void claimed(std::size_t server, const std::string& room, std::int64_t claim, std::int64_t at_ns);
-  // All claims before `stamp_ns` must have been told.
+  // Call it only after claimed() was called for all claims before `stamp_ns`.
   void received(std::size_t client, std::size_t server, const std::string& room, std::int64_t stamp_ns,
                 std::int64_t arrival_ns);
 
@@ -32,10 +33,10 @@ class OwnerCheck {
     std::size_t server = 0;
     std::int64_t claim = 0;
     std::int64_t claimed_ns = 0;
-    // Are the first and last stamp of its frames.
+    // The first and the last stamp of this owner's frames.
     std::int64_t first_ns = 0, last_ns = 0;
   };
-  // Whose frames came last, by claim; none: no frames yet.
+  // Returns the owner with the newest claim under which frames came. It is empty before any frame of the room.
   [[nodiscard]] std::optional<Owner> owner(const std::string& room) const;
   // The time of the room's first claim after `after_ns`, and of the first frame under a claim after it.
   [[nodiscard]] std::optional<std::int64_t> claimed_after(const std::string& room, std::int64_t after_ns) const;
@@ -44,10 +45,11 @@ class OwnerCheck {
 
   // Count packets with frames, and claims under which frames came.
   std::uint64_t packets = 0, owners = 0;
-  // Is the longest that two owners overlapped, by stamps.
+  // The longest time, by stamps, for which an older owner went on after a newer one had begun. 0 is as it must be.
   std::int64_t overlap_ns_max = 0;
+  // Counts the packets in flight.
   std::uint64_t in_flight = 0;
-  // Is the longest time between the newer owner's first stamp and the arrival.
+  // The longest time from a newer owner's first stamp to the arrival of a packet in flight.
   std::int64_t in_flight_ns_max = 0;
 
  private:
@@ -55,9 +57,9 @@ class OwnerCheck {
   struct Reign {
     std::size_t server = 0;
     std::int64_t claimed_ns = 0;
-    // Are the first and last stamp of its frames; the first is 0 before any.
+    // The first and the last stamp of the frames under this claim; the first is 0 before any frame.
     std::int64_t first_ns = 0, last_ns = 0;
-    // It overlaps with a newer one, which has been reported.
+    // Its overlap with a newer reign was reported already.
     bool is_faulty = false;
   };
   // The key is the number of the claim.

@@ -12,7 +12,9 @@ using testing::IsEmpty;
 
 constexpr std::int64_t kMs_ns = 1'000'000;
 
-// Server 1 has the room from 100 ms on, server 2 from 9100 ms on.
+// Server 1 has the room from 100 ms on under claim 10, server 2 from 9100 ms on under claim 20. The arguments of
+// claimed() are the server, the room, the claim and the time. Those of received() are the client, the server, the room,
+// the stamp and the arrival.
 OwnerCheck check_with_claims() {
   OwnerCheck check;
   check.claimed(1, "hall", 10, 100 * kMs_ns);
@@ -44,6 +46,7 @@ TEST(OwnerCheck, sees_two_owners_by_the_frames_of_two_clients) {
               ElementsAre(HasSubstr("server 1 (claim 10) sends frames of hall after server 2 (claim 20)")));
   check.received(7, 1, "hall", 9203 * kMs_ns, 9204 * kMs_ns);
   EXPECT_THAT(check.take_faults(), IsEmpty()) << "it is told once";
+  // Server 2 began at 9200 ms, and server 1 still sent at 9203 ms.
   EXPECT_EQ(check.overlap_ns_max, 3 * kMs_ns);
 }
 
@@ -67,11 +70,13 @@ TEST(OwnerCheck, counts_frames_that_were_in_flight) {
   check.received(7, 1, "hall", 9000 * kMs_ns, 9203 * kMs_ns);
   EXPECT_THAT(check.take_faults(), IsEmpty());
   EXPECT_EQ(check.in_flight, 1u);
+  // The packet arrived at 9203 ms; server 2 began at 9200 ms.
   EXPECT_EQ(check.in_flight_ns_max, 3 * kMs_ns);
 }
 
 TEST(OwnerCheck, sees_frames_without_a_claim) {
   OwnerCheck check = check_with_claims();
+  // Server 3 has no claim at all, server 2 none before 9100 ms, and nobody one of the yard.
   check.received(7, 3, "hall", 9200 * kMs_ns, 9201 * kMs_ns);
   check.received(7, 2, "hall", 9000 * kMs_ns, 9201 * kMs_ns);
   check.received(7, 1, "yard", 9200 * kMs_ns, 9201 * kMs_ns);

@@ -8,6 +8,7 @@
 namespace hairnet::whole {
 namespace {
 
+// An acknowledgement is hardly more than its headers (kOverheadBytes).
 constexpr std::size_t kAcknowledgementBytes = 60;
 // A packet counts as lost when so many newer packets have arrived (RFC 9002, 6.1.1; three duplicates in TCP).
 constexpr std::uint64_t kReorderedPackets = 3;
@@ -17,6 +18,8 @@ constexpr double kReorderedTrips = 9.0 / 8;
 constexpr double kShrink = 0.7;
 // Bounds a window that nobody needs, bytes.
 constexpr double kUnusedMax = 64e3;
+// The time-out before a round trip was measured is 333 ms, QUIC's assumed round trip (RFC 9002, 6.2.2). Each further
+// time-out in a row is twice as long, up to 64 times.
 constexpr std::int64_t kFirstTimeout_ns = kSecond_ns / 3;
 constexpr int kTimeoutDoublingsMax = 6;
 
@@ -142,7 +145,7 @@ void PacketSender::measure(std::int64_t round_trip_ns) {
     deviation_ns_ = sample / 2;
     return;
   }
-  // The smoothing of RFC 6298 and RFC 9002.
+  // RFC 6298 and RFC 9002 take a new sample with a weight of 1/4 for the deviation and 1/8 for the round trip.
   deviation_ns_ = 0.75 * deviation_ns_ + 0.25 * std::abs(round_trip_ns_ - sample);
   round_trip_ns_ = 0.875 * round_trip_ns_ + 0.125 * sample;
 }

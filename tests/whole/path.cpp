@@ -19,7 +19,7 @@ bool Path::is_lost() {
   return in_burst_;
 }
 
-// A packet that gets lost has occupied the narrowest link all the same: losses happen behind it.
+// Losses happen behind the narrowest link, so a packet that gets lost occupies this link like any other.
 void Path::send(std::size_t bytes, const std::function<void()>& arrive) {
   const std::int64_t now_ns = timeline_->now_ns();
   const double waiting_bytes =

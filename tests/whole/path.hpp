@@ -11,21 +11,22 @@ namespace hairnet::whole {
 
 // What a network does to single packets.
 struct PathQuality {
-  // Is the delay in one direction.
+  // The delay in one direction.
   std::int64_t delay_ns = 30 * kMs;
-  // Is added to the delay, at most; order stays.
+  // The largest random delay beside `delay_ns`. Packets stay in order.
   std::int64_t jitter_ns = 0;
-  // Is the share of packets that get lost.
+  // The share of packets that get lost.
   double loss = 0;
-  // All get lost for so long, on average (Gilbert-Elliott); zero means each by itself.
+  // Losses come in bursts of this mean length, in which all packets get lost (Gilbert-Elliott). Zero means that each
+  // packet gets lost by itself.
   std::int64_t burst_ns = 0;
-  // Is the share that is held back by kReorderMax_ns at most, and overtaken.
+  // The share of packets that are held back, by kReorderMax_ns at most, so that later packets overtake them.
   double reorder = 0;
-  // Is the share that arrives twice.
+  // The share of packets that arrive twice.
   double duplicate = 0;
-  // Is the rate of the narrowest link.
+  // The rate of the narrowest link of the path.
   double bytes_per_s = 1e8;
-  // Limits what waits before that link; what comes then is dropped.
+  // Limits the bytes that wait before this link. Packets that come when the queue is full are dropped.
   std::size_t queue_bytes_max = 64u << 10;
 
   static constexpr std::int64_t kReorderMax_ns = 60 * kMs;
@@ -48,7 +49,9 @@ class Path {
   PathQuality quality_;
   Random random_;
   bool in_burst_ = false;
+  // The time at which the present burst, or the time without one, ends.
   std::int64_t burst_changes_ns_ = 0;
+  // The time from which the narrowest link is free, and the newest arrival of a packet that keeps its order.
   std::int64_t free_ns_ = 0, last_arrival_ns_ = 0;
 };
 

@@ -23,22 +23,24 @@ struct PlayerPlan {
   NetworkQuality quality;
   double pose_hz = 60;
   std::int64_t clock_offset_ns = 0;
-  // Its clock drifts so fast.
+  // The player's clock runs too fast by so many parts per million; a negative number means too slow.
   int clock_ppm = 0;
-  // It has a good network and behaves simply, and must get every tick.
+  // A steady player has a good network and makes no requests that cost it frames. It must get every tick's frame.
   bool steady = false;
-  // Garbage comes among its poses, until calm_down().
+  // Some of its poses are not valid, until calm_down().
   bool sends_garbage = false;
-  // Counts all that a client may ask for.
+  // The mean rate of random requests (Player::act).
   double actions_per_s = 1;
-  // Its characters have one of the first so many grooms.
+  // The player chooses among the first so many grooms of assets().
   std::size_t groom_count = assets().grooms.size();
-  // Limits how long a steady client waits for its first groom, whoever else offers grooms.
+  // A steady player must have its first groom ready within this time, although other clients offer grooms too.
   std::int64_t groom_wait_ns_max = 0;
 
-  // In a fleet. The server at an address; none: the one that the client knows.
+  // In a fleet, finds the server at the address to which a client was sent. Without an address it returns the server
+  // that the client asks first.
   std::function<ServerHost&(const std::optional<wire::ServerAt>&)> find_server = {};
-  // Hears of each packet with frames, from a server's life and with that server's time.
+  // Is called for each packet with frames. `life` is the run of the server that sent the packet (ServerHost::life), and
+  // `stamp_ns` is the time that this server has stamped on it.
   std::function<void(const ServerHost& host, int life, std::int64_t stamp_ns)> on_frames = {};
   // A moderator may remove it, or a lock keep it out.
   bool may_be_removed = false;
@@ -58,10 +60,12 @@ class Player final : public ClientEvents {
   void pause_reading(bool paused);
   // Requests everything, and sends no more garbage. The connection does not break any more.
   void calm_down();
+  // The time of the last calm_down(); 0 means that none has come yet.
   [[nodiscard]] std::int64_t calm_since_ns() const { return calm_since_ns_; }
   // Returns when it was last welcomed with a new session; 0 means never.
   [[nodiscard]] std::int64_t welcomed_ns() const { return welcomed_ns_; }
-  // When anything from it last reached a server; its line may stall. 0: never over this connection.
+  // Returns when anything from this player last arrived at a server over the present connection, which may be long ago
+  // on a line that stalls. 0 means never.
   [[nodiscard]] std::int64_t heard_ns() const { return connection_ ? connection_->heard_ns() : 0; }
   // Returns whether everything that it sent over earlier connections has arrived or is lost.
   [[nodiscard]] bool has_all_arrived() const;
@@ -71,13 +75,14 @@ class Player final : public ClientEvents {
   [[nodiscard]] const PlayerPlan& plan() const { return plan_; }
   [[nodiscard]] bool has_datagrams() const { return plan_.quality.lossy && plan_.quality.lossy->has_datagrams; }
   [[nodiscard]] bool is_active() const { return core_ && core_->active(); }
-  // Is the one that it asked last.
+  // The server to which the player last connected.
   [[nodiscard]] const ServerHost& host() const { return *host_; }
   [[nodiscard]] bool may_set_wind() const { return core_ && core_->welcome() && core_->welcome()->may_set_wind; }
   [[nodiscard]] std::string name() const { return "client " + std::to_string(plan_.number); }
 
-  // The characters that it knows: its own confirmed ones by number, and those of its room by owner.
+  // What the player knows of a character in its room: an own one that the server has confirmed, or another client's.
   struct Member {
+    // Session and number of the character, by which the server's World knows it.
     server::CharacterKey key = 0;
     wire::GroomHash groom{};
     bool own = false;
@@ -86,32 +91,35 @@ class Player final : public ClientEvents {
     std::optional<std::uint64_t> last_tick;
     std::int64_t last_ns = 0;
     bool asleep = false, discontinuous = false;
-    // The last frame had hair.
+    // The last frame had hair, and was of a character that is to have hair.
     bool hair = false;
     LevelIndex level = LevelIndex::rigid;
-    // Is the sample time of the last frame of level `learnt`.
+    // The sample time of the last frame of level `learnt`.
     std::optional<std::int64_t> learnt_ns;
-    // Is when the hair last equalled that of the server's World, or could not be compared.
+    // The time at which the hair last equalled that of the server's World, within the error, or could not be compared.
     std::int64_t like_ns = 0;
     Pose pose;
     std::string tag;
     std::optional<wire::Appearance> appearance;
   };
+  // All known characters of the room, by the number of the member.
   [[nodiscard]] const std::map<std::uint32_t, Member>& members() const { return members_; }
+  // An own character, as the player wants it to be.
   struct Character {
     std::size_t groom = 0;
     LevelIndex level = LevelIndex::low;
     std::uint32_t sequence = 0;
     bool moving = true;
+    // The motion (pose_of): its phase in seconds, how far the head goes in metres, and how far it turns in radians.
     double phase = 0, reach = 0.1, turn = 0.5;
-    // It rides on a circle.
+    // The speed on a circle of 50 m radius; 0 means that the character stays at its place.
     double ride_m_per_s = 0;
     Vec3 place = Vec3::Zero();
-    // Is when the motion stopped, while it does not move.
+    // The time at which the motion stopped, while `moving` is false.
     std::int64_t still_since_ns = 0;
-    // The next pose teleports.
+    // The next pose is marked as a teleport.
     bool teleports = false;
-    // This and the next are as last sent.
+    // The tag and appearance that the player sent last.
     std::string tag;
     std::optional<wire::Appearance> appearance;
   };
@@ -124,6 +132,7 @@ class Player final : public ClientEvents {
   // Adds what the last core has counted to the journal.
   void finish();
 
+  // ClientEvents (network.hpp).
   void on_open() override;
   void on_bytes(std::span<const std::uint8_t> bytes) override;
   void on_datagram(std::span<const std::uint8_t> bytes) override;
@@ -150,7 +159,7 @@ class Player final : public ClientEvents {
   Pose pose_of(const Character& character) const;
   void change_appearance(Character& character);
   void note_frames(const wire::DecodedPacket& decoded);
-  // Its session broke a moment ago and this server has it still.
+  // Returns whether the connection broke so short a time ago that the server must still have the session.
   [[nodiscard]] bool must_be_resumed() const;
   void check(const link::FrameBatch& batch);
   void check(const link::FrameBatch& batch, const link::Frame& frame, Member& member);
@@ -176,38 +185,48 @@ class Player final : public ClientEvents {
   std::shared_ptr<SimulatedConnection> connection_;
   // Holds the connection and all earlier ones.
   std::vector<std::weak_ptr<SimulatedConnection>> connections_;
+  // The time for which the next call of turn() is planned on the timeline.
   std::int64_t wake_ns_ = -1;
+  // `acting_` and `posing_` say that a next act() or send_poses() is planned, `turning_` that turn() is running.
   bool half_closed_ = false, leaving_ = false, joined_ = false, acting_ = false, posing_ = false, turning_ = false;
+  // turn_again_ asks the running turn() for another round. calm_ stays true from calm_down() on.
   bool turn_again_ = false, calm_ = false;
+  // No poses are sent until `gap_until_ns_`. The last connection was opened at `opening_ns_`.
   std::int64_t act_until_ns_ = 0, gap_until_ns_ = 0, calm_since_ns_ = 0, opening_ns_ = 0, welcomed_ns_ = 0;
+  // Counts connections, so that each has a seed of its own.
   std::uint64_t dials_ = 0;
+  // The own characters, by number.
   std::map<std::uint32_t, Character> characters_;
   std::set<std::uint32_t> removing_;
+  // The number of the newest own character. Numbers are not used again.
   std::uint32_t last_number_ = 0;
   std::map<std::uint32_t, Member> members_;
   std::optional<Wind> room_wind_;
   // Counts changes of appearances.
   std::uint32_t change_count_ = 0;
   wire::Observe observe_;
-  // Is the coarsest that it has asked for.
+  // The coarsest error of hair that the player has ever asked for. Frames that were sent earlier may still have it.
   float coarsest_m_ = wire::Observe{}.error_m;
+  // It is true while the player has not limited which members it observes.
   bool sees_all_ = true;
-  // Is when the connection broke without a goodbye; negative when it did not.
+  // The time at which the connection broke without a goodbye; it is negative when it did not.
   std::int64_t broken_ns_ = -1;
-  // It had one then; a session without one gives way when the server is full.
+  // The session had a character when it broke. The server need not keep one without, which gives way when it is full.
   bool had_character_ = false;
+  // The run of the server, the connection and the server that broke. The connection is kept until the next welcome.
   int broken_life_ = -1;
-  // Is that connection, until the next welcome.
   std::shared_ptr<SimulatedConnection> broken_connection_;
   const ServerHost* broken_host_ = nullptr;
-  // Is true between a welcome and the loss of its connection.
+  // It is true between a welcome and the loss of its connection.
   bool has_session_ = false;
-  // Are own characters that had hair when the session before this one ended.
+  // The own characters that had hair when the last session ended. They must have hair in the first frame of the next
+  // one.
   std::set<std::uint32_t> haired_;
-  // Serves on_frames.
+  // Splits the bytes of the connection a second time, for PlayerPlan::on_frames.
   channel::PacketSplitter splitter_{wire::kPacketBytesMax};
-  // Since then the groom of its first character is not ready; negative means that it is.
+  // The time since which the groom of the first character is not ready; it is negative once the groom is.
   std::int64_t groom_wanted_ns_ = -1;
+  // The counters of the core that the journal has already.
   std::uint64_t counted_undecodable_ = 0, counted_unknown_ = 0, counted_evaluated_ = 0;
 };
 

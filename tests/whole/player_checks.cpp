@@ -14,9 +14,11 @@ using wire::ErrorReason;
 using wire::GoodbyeReason;
 
 // Limits the time between the run of a tick and the arrival of its frame at a steady client, without the network's own
-// delay.
+// delay. It is twice the period in which ServerHost polls its server's connections (kIoPeriod_ns).
 constexpr std::int64_t kFrameLateness_ns = 40 * kMs;
 
+// A server coarsens the hair of small heads, but of none as if it were lower than kSmallestHeight of the screen
+// (server/tick/publish.cpp). An error of kFinest_m is always allowed, also where a client asks for none.
 constexpr float kSmallestHeight = 0.02f, kFinest_m = 0.5e-3f;
 
 // The distance between two lists of coefficients, m. Missing ones are 0.
@@ -27,8 +29,8 @@ float apart(std::span<const float> got, std::span<const float> wanted) {
   return std::sqrt(squares);
 }
 
-// The largest error of the hair that the client may see: what it has asked for, of a head of any size on its screen. It
-// is larger where its connection is throttled.
+// Returns the largest error that hair may have at a client which has asked for `error_m` on a head that fills the
+// screen. Smaller heads may have a larger error. Each octave of a throttled connection doubles it.
 float max_apart(float error_m, int coarser_octaves) {
   if (coarser_octaves > 0) error_m = std::ldexp(std::max(error_m, kFinest_m), coarser_octaves);
   return std::max(error_m / kSmallestHeight, kFinest_m);
@@ -40,6 +42,8 @@ bool Player::must_be_resumed() const {
   if (broken_ns_ < 0 || !had_character_ || broken_host_ != host_ || broken_life_ != host_->life() ||
       host_->gave_up_since(plan_.room, broken_ns_))
     return false;
+  // The server may drop the session after the shortest of these times. The check demands a resume only within half of
+  // that, less 100 ms, since the two ends notice the break at different times.
   const server::SessionLimits& limits = host_->config().sessions;
   const std::int64_t min_ns = std::min({limits.resume_grace_ns, limits.slow_consumer_ns, limits.idle_timeout_ns});
   return timeline_->now_ns() - broken_ns_ + 100 * kMs < min_ns / 2;
@@ -265,9 +269,8 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
     }
     check_hair(batch, frame, *truth, member);
   }
-  // A character may wake and sleep again out of a client's view, or in frames that are lost. Only a client that sees
-  // all can tell.
-  // tell.
+  // A character may wake and sleep again out of a client's view, or in frames that are lost. Only a client that gets
+  // all frames can find fault with a second frame that says so.
   const bool saw_all =
       !has_datagrams() && !frame.repeated && calm_since_ns_ > 0 && member.last_ns > calm_since_ns_ + kSecond_ns;
   if (frame.asleep && member.asleep && saw_all && host_->metrics(life).tick.observers_congested.value() == 0)
@@ -288,8 +291,9 @@ void Player::check(const link::FrameBatch& batch, const link::Frame& frame, Memb
 // some time: a network that has missed frames begins again, and the server must learn of it.
 void Player::check_hair(const link::FrameBatch& batch, const link::Frame& frame, const GroundTruth& truth,
                         Member& member) {
-  // Hair counts as learnt for kFade_ns after the last learnt frame. kCalm_ns after the last disturbance all have the
-  // usual error. Learnt hair may differ by kLearntApart_m more than its coding.
+  // Hair counts as learnt for kFade_ns after the last learnt frame, since it fades to another level meanwhile. kCalm_ns
+  // after the last disturbance all frames have the error that clients ask for by default. Learnt hair, which client and
+  // server compute in float, may differ by kLearntApart_m beside the error of its coding.
   constexpr std::int64_t kFade_ns = kSecond_ns;
   constexpr std::int64_t kCalm_ns = 4 * kSecond_ns;
   constexpr float kLearntApart_m = 8e-3f;

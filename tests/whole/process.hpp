@@ -7,10 +7,11 @@
 
 namespace hairnet::whole {
 
-// A program run by a test, its output kept in two files. Killed when it outlives the test.
+// A program that a test runs. Its output goes into two files. The destructor kills a program that still runs.
 class Process {
  public:
-  // `output`: path without extension; .out and .err are written. Or both go to `descriptor`, where there is one.
+  // Standard output and error go into the files `output`.out and `output`.err, or both into `descriptor` if there is
+  // one.
   Process(const std::vector<std::string>& command, std::string output, int descriptor = -1);
   ~Process();
   Process(const Process&) = delete;
@@ -18,8 +19,8 @@ class Process {
 
   void send(int signal) const;
   [[nodiscard]] bool running();
-  // The exit code; 128 + n when signal n ended it. Kills it when it has not ended within `seconds_max`, which gives
-  // 128 + SIGKILL.
+  // Waits for the end and returns the exit code, which is 128 + n when signal n has ended the program. A program that
+  // has not ended within `seconds_max` is killed, which gives 128 + SIGKILL.
   int wait(double seconds_max = 300);
   [[nodiscard]] std::string out() const;
   [[nodiscard]] std::string err() const;
@@ -29,7 +30,7 @@ class Process {
 
   std::string output_;
   pid_t pid_ = -1;
-  // Is -1 while the process runs.
+  // The exit code; -1 while the process runs.
   int exit_code_ = -1;
 };
 

@@ -77,7 +77,8 @@ TEST_F(Replay, learnt_hair_that_the_client_evaluates_is_computed_again_too) {
   auto builder = start_server({}, "builder");
   finish(*start_view(with(character, {"--duration", "0.2", "--no-draw"}), "upload"), 0);
   drain(*builder);
-  // Random weights throw hair 300 mm about, where a rounded pose alone makes 10 mm: a tenth of that is what hair does.
+  // Random weights move hair by 300 mm, and the rounding of poses alone then makes a difference of 10 mm. A tenth of
+  // these weights moves hair as much as real hair moves.
   LearntHair hair = support::random_learnt_hair(5);
   for (float& weight : hair.output_weights) weight *= 0.1f;
   put_learnt_hair(hair);
@@ -89,6 +90,7 @@ TEST_F(Replay, learnt_hair_that_the_client_evaluates_is_computed_again_too) {
   auto sim = start("hairnet-sim", {"--replay", path("recording"), "--trace", path("computed")}, "sim");
   finish(*sim, 0);
   EXPECT_THAT(sim->out(), HasSubstr("every state hash equal"));
+  // Of the 180 ticks of 6 s some pass before the levels are ready, and a busy machine skips others.
   EXPECT_GT(expect_same_frames("received", "computed").learnt_frames, 60u);
 }
 

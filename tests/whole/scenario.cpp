@@ -19,9 +19,11 @@ namespace {
 // Limits the time until everything has recovered, beside the time for what lines have buffered. Clients wait up to 5 s
 // between attempts to connect, so this leaves room for several attempts.
 constexpr std::int64_t kSettle_ns_max = 20 * kSecond_ns;
+// All heads move for this time before check_motion() looks at the age of the last frames.
 constexpr std::int64_t kMotion_ns = 1200 * kMs;
-// A client may be sent so much when grooms are ready.
+// Limits the bytes of levels and bases that a client is sent when grooms are ready. Frames wait behind them.
 constexpr std::size_t kBases_bytes = 40'000;
+// Limits the time from the last motion of a head until all hair has come to rest.
 constexpr std::int64_t kRest_ns_max = 20 * kSecond_ns;
 
 std::string described(const NetworkQuality& quality) {
@@ -122,8 +124,8 @@ server::Config Scenario::make_config() {
   limits.poses_per_s = 1000;
   limits.poses_burst = 1000;
   limits.handshake_timeout_ns = kSecond_ns;
-  // Lines that lose a fifth of their packets stall for seconds, so time-outs are longer where there may be such
-  // lines.
+  // Lines that lose a fifth of their packets stall for seconds, so time-outs are longer where there may be such lines
+  // (has_worst_lines_).
   limits.idle_timeout_ns = (has_worst_lines_ ? 12 : 4) * kSecond_ns;
   limits.resume_grace_ns = chance(0.1) ? 0 : moment(kSecond_ns / 2, 3 * kSecond_ns);
   limits.resume_interval_ns = 200 * kMs;
@@ -165,7 +167,8 @@ NetworkQuality Scenario::make_quality() {
   return quality;
 }
 
-// Makes the line lose packets. Three of four such lines carry WebTransport, the others TCP.
+// Makes the line lose packets. Three of four such lines carry WebTransport, the others TCP. The last entries of kLosses
+// and kReorders are those of the worst lines.
 void Scenario::make_lossy(NetworkQuality& quality) {
   constexpr double kLosses[] = {0, 0.01, 0.05, 0.2}, kReorders[] = {0, 0, 0.04, 0.3};
   const bool has_datagrams = chance(0.75), is_far = has_datagrams && chance(0.4);
@@ -433,6 +436,8 @@ void Scenario::check_motion() {
     for (const auto& [number, member] : player->members()) {
       // Nobody's hair moves without new poses.
       const auto silent_s = 1e-9 * static_cast<double>(owner_heard_ns(member) - member.last_ns);
+      // A server may send a frame at every fourth tick only. Two of these, half a second for the line and the time of
+      // its backlog are what a frame may take.
       if (silent_s > 8 * tick_s + 0.5 + backlog_s(*player))
         journal_.fault(player->name(), "has had no frame of member " + std::to_string(number) + " for " +
                                            std::to_string(silent_s) + " s, which moves");

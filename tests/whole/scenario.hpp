@@ -8,11 +8,11 @@
 namespace hairnet::whole {
 
 struct Outcome {
-  // Have one line each: seed, simulated time, who, what.
+  // Each fault is one line with the seed, the simulated time, who has it, and what it is.
   std::vector<std::string> faults;
   // Counts how often each kind of thing happened.
   std::map<std::string, std::uint64_t> events;
-  // Covers all that clients received.
+  // A hash of everything that clients received. The same seed must give the same hash.
   std::uint64_t hash = 0;
   double simulated_s = 0;
 };

@@ -10,6 +10,8 @@
 namespace hairnet::whole {
 namespace {
 
+// So many seeds take half a minute; hairnet-whole-seeds runs more of them. With sanitizers each takes several times as
+// long.
 constexpr std::uint64_t kSeeds = HAIRNET_SANITIZED ? 25 : 150;
 
 std::optional<std::uint64_t> asked_seed() {
@@ -32,6 +34,7 @@ TEST(WholeSeeds, a_server_and_its_clients_recover_from_all_disturbances) {
   run_seeds(1, kSeeds);
 }
 
+// A failure of a seed can be examined only if the seed repeats everything.
 TEST(WholeSeeds, the_same_seed_comes_to_the_same_outcome) {
   spdlog::set_level(spdlog::level::off);
   const std::optional<std::uint64_t> asked = asked_seed();

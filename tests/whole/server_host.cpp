@@ -14,17 +14,21 @@
 namespace hairnet::whole {
 namespace {
 
+// The server's connections are polled in this period, like by its I/O loop.
 constexpr std::int64_t kIoPeriod_ns = 20 * kMs;
 // A drained server sends its sessions to other servers for so long (server/app/program.cpp).
 constexpr std::int64_t kSendOnMax_ns = 2 * kSecond_ns;
+// The number means nothing here, because nobody listens.
 constexpr std::uint16_t kPort = 7420;
+// The simulated time begins in January 2027. Tokens expire by this clock.
 constexpr std::int64_t kUnixStart_s = 1'800'000'000;
 // Frames of a tick are sent at most so long after its end, which is before the next tick even if that one is late.
 constexpr double kFlush_ns_max = 4e5;
 
 // The simulated time of a build of levels has a fixed part, and a part for each point of the groom.
 constexpr std::int64_t kBuild_ns = 20 * kMs, kBuildOfPoint_ns = 3 * kMs;
-// Measuring, and waiting between two changes of a level, may take so long. While the budget falls nobody is raised.
+// An unfair share of the tick may last so long: the server first measures, waits between two changes of a level, and
+// raises no level while its budget falls.
 constexpr int kUnfair_s_max = 4;
 
 // Stands for the clock that measures work. It advances at each reading and by each build, and so is the same in every
@@ -523,8 +527,8 @@ const GroundTruth* ServerHost::truth(int life, std::uint64_t tick, server::Chara
   return found == ticks[tick].characters.end() ? nullptr : &found->second;
 }
 
-// A loss is noted before the frames of a tick and the end of a byte window after them, so the limit of the last two
-// ticks counts.
+// The throttle may change before or after a tick's frames are sent: at a loss before them, at the end of a byte window
+// after them. The host notes it once a tick, so the larger of the last two notes counts.
 int ServerHost::coarser_octaves(int life, std::uint64_t tick, server::SessionId session) const {
   const auto& ticks = lives_.at(static_cast<std::size_t>(life)).ticks;
   int most = 0;

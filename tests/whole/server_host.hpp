@@ -20,24 +20,27 @@ namespace hairnet::whole {
 struct GroundTruth {
   LevelIndex level = LevelIndex::rigid;
   bool asleep = false, stepped = false;
-  // Is as frames have it.
+  // The pose after it was encoded and decoded, so that it equals a frame's pose exactly.
   Pose pose;
-  // Are as the tick's frames have them, before they are cut and rounded.
+  // The hair in the coefficients of its modes, before frames leave some out and round the others.
   std::vector<float> coefficients;
 };
 
-// A machine on which servers run, one after the other: each with its own clock. It calls their duties like threads
-// would, sometimes late, and notes the World's state at every tick.
+// A machine on which servers run, one after the other. Each run is a *life*, has a number from 0 on, and a clock of its
+// own. The host calls the server's tasks as threads would, sometimes late, and notes the World's state at every tick,
+// so that clients can compare their frames with it.
 class ServerHost final : public Host {
  public:
   ServerHost(Timeline& timeline, Journal& journal, const server::Config& config, std::uint64_t seed);
 
-  // Before start(): its servers are of the fleet that has this etcd. `clock_rate`: of the machine's clock.
+  // Call it before start(). The host's servers then belong to the fleet that uses this etcd. `clock_rate` is the rate
+  // of the machine's clock, where 1 is that of the timeline.
   void join_fleet(EtcdLine& line, double clock_rate);
   void start();
   // Ends the server. `how` says how the connections of its clients end.
   void kill(const ConnectionLoss& how);
-  // Sends a goodbye to all; call kill() later. In a fleet the server sends its clients on, and ends by itself.
+  // Lets the server send a goodbye to all clients; call kill() later. In a fleet the server sends its clients to other
+  // servers instead, and ends by itself.
   void drain();
   // The process of the server stands still until resume().
   void pause();
@@ -68,12 +71,13 @@ class ServerHost final : public Host {
   [[nodiscard]] EtcdLineEnd& line_end() { return *line_end_; }
   // The moment of the timeline at which a server of that life had this time.
   [[nodiscard]] std::int64_t true_ns(int life, std::int64_t clock_ns) const;
-  // Why a server may have ended a session of the room since then: it was drained, stood still or has lost the room.
+  // Returns whether a server here had a reason to end sessions of the room since then: it was drained, stood still, or
+  // has lost the room.
   [[nodiscard]] bool gave_up_since(const std::string& room, std::int64_t since_ns) const;
   // Hears at once of each room that a server owns now.
   std::function<void(const std::string& room, std::int64_t claim)> on_claimed;
 
-  // When all clients have left: what is still there of them is a fault.
+  // Call it when all clients have left. Everything that the server still has of them is reported as a fault.
   void check_empty();
   void check_counts(int life);
   // Adds what the server of that life has counted to the events of the journal.
@@ -81,7 +85,8 @@ class ServerHost final : public Host {
 
   // The state in that life; null when that tick never ran or did not have the character.
   [[nodiscard]] const GroundTruth* truth(int life, std::uint64_t tick, server::CharacterKey character) const;
-  // By how many octaves the hair in that tick's frames for a session may be coarser than it has asked for, at most.
+  // Returns how much coarser the hair of that tick's frames may be than the session has asked for, since its connection
+  // is throttled. Each octave doubles the error.
   [[nodiscard]] int coarser_octaves(int life, std::uint64_t tick, server::SessionId session) const;
   // The time at which a tick ran, on the timeline; negative: it was skipped.
   [[nodiscard]] std::int64_t ran_ns(int life, std::uint64_t tick) const;
@@ -90,7 +95,7 @@ class ServerHost final : public Host {
   struct Tick {
     std::int64_t ran_ns = -1;
     std::map<server::CharacterKey, GroundTruth> characters;
-    // Holds observers that are throttled after it.
+    // The observers that are throttled after this tick, and by how many octaves.
     std::map<server::SessionId, int> coarser_octaves;
   };
   struct Life {
@@ -99,7 +104,7 @@ class ServerHost final : public Host {
     std::int64_t clock_offset_ns = 0;
     std::vector<Tick> ticks;
   };
-  // Holds counts of this life until a tick.
+  // The counters of this life at a tick, from which check_rates() computes what has happened since.
   struct Rates {
     std::uint64_t tick = 0, winds = 0, rooms_opened = 0, rooms_closed = 0, place_choices = 0, welcomed = 0;
     // Counts the observers at that tick.
@@ -109,6 +114,7 @@ class ServerHost final : public Host {
   void take(const server::FleetEvent& event, std::int64_t now_ns);
   void poll_fleet();
   void note_claims();
+  // Runs the action now, or after resume() when the process stands still. It does nothing once that life has ended.
   template <class Action>
   void when_running(int life, Action action);
   void poll_io();
@@ -132,7 +138,7 @@ class ServerHost final : public Host {
   Random random_;
   std::vector<Life> lives_;
   std::string name_ = "server";
-  // Is null without a fleet.
+  // etcd of the fleet; null without a fleet.
   EtcdLine* line_ = nullptr;
   double clock_rate_ = 1;
   std::unique_ptr<EtcdLineEnd> line_end_;
@@ -142,22 +148,24 @@ class ServerHost final : public Host {
   std::unique_ptr<server::Server> server_;
   std::vector<std::weak_ptr<SimulatedConnection>> connections_;
   bool notes_ = true, is_paused_ = false;
-  // Wait until it is not paused.
+  // What has reached the paused process. resume() runs it.
   std::vector<std::function<void()>> waiting_;
-  // Holds those that this server has won, by room.
+  // The number of the newest claim that this server has won, by room.
   std::map<std::string, std::int64_t> claims_;
-  // Is by this server's clock; negative while it is not drained.
+  // The begin of the drain by this server's clock; it is negative while the server is not drained.
   std::int64_t drained_since_ns_ = -1;
-  // Is when a server was last drained, or stood still, on the timeline.
+  // The time on the timeline at which a server here was last drained or stood still.
   std::int64_t stopped_ns_ = -1;
-  // Says when a server has last lost the room.
+  // The time at which a server here has last lost each room.
   std::map<std::string, std::int64_t> lost_ns_;
+  // No tick runs before `stalled_until_ns_`. `work_ns_` is what set_work() was given.
   std::int64_t stalled_until_ns_ = 0, work_ns_ = 0;
-  // Is how long the builder's last job took.
+  // The time that the builder's last job took.
   std::int64_t building_ns_ = 0;
-  // Are as they were when last checked.
+  // The counters at the last check of rates.
   Rates rates_;
-  // Counts ticks in which a subject had less than another.
+  // For pairs of subjects, few characters and many: the number of ticks in a row in which the first had less of the
+  // tick's time for each character than the second (check_shares).
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> unfair_for_;
 };
 

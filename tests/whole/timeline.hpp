@@ -10,14 +10,14 @@ namespace hairnet::whole {
 
 inline constexpr std::int64_t kMs = 1'000'000, kSecond_ns = 1'000'000'000;
 
-// What happens when: simulated time, which jumps from one action to the next. Actions of one moment happen in the order
-// in which they were asked for. One thread.
+// Simulated time, which jumps from one planned action to the next. Actions that are planned for the same time run in
+// the order in which they were planned. Use it on one thread.
 class Timeline {
  public:
   using Action = std::function<void()>;
 
   [[nodiscard]] std::int64_t now_ns() const { return now_ns_; }
-  // A time that has passed is now.
+  // Plans an action. One for a time that has passed runs at the present time.
   void at(std::int64_t time_ns, Action action) {
     coming_.push({std::max(time_ns, now_ns_), ++count_, std::move(action)});
   }
@@ -26,7 +26,8 @@ class Timeline {
   void run(std::int64_t until_ns, const std::function<bool()>& stop = {}) {
     while (!coming_.empty() && coming_.top().time_ns < until_ns) {
       if (stop && stop()) return;
-      Coming next = std::move(const_cast<Coming&>(coming_.top()));  // which is popped before anything looks at it
+      // The moved-from element is popped before anything compares it.
+      Coming next = std::move(const_cast<Coming&>(coming_.top()));
       coming_.pop();
       now_ns_ = next.time_ns;
       next.action();

@@ -17,22 +17,23 @@
 namespace hairnet::whole {
 namespace {
 
-// Programs with sanitizers build levels ten times as long.
+// A program must end, and a file appear, within this time. Programs with sanitizers need ten times as long for levels.
 constexpr double kPatience_s = HAIRNET_SANITIZED ? 1800 : 300;
-// A busy machine skips ticks, and a slow build more of them.
+// This share of a client's ticks may be missing. A busy machine skips ticks, and more of them in a build with
+// sanitizers.
 constexpr double kMissedShareMax = HAIRNET_SANITIZED ? 0.5 : 0.2;
 
 const std::filesystem::path kServer = std::filesystem::path(HAIRNET_BIN_DIR) / "hairnet-server";
 // What servers of earlier tests built, so that the levels of a hairstyle are built once for all tests.
 const std::filesystem::path kBuiltLevels = std::filesystem::path(HAIRNET_BIN_DIR).parent_path() / "test-levels";
 
-// Another server may build other levels.
+// Returns whether the file was written since the server was linked. An older server may have built other levels.
 bool is_of_this_server(const std::filesystem::path& file) {
   return std::filesystem::exists(file) &&
          std::filesystem::last_write_time(file) >= std::filesystem::last_write_time(kServer);
 }
 
-// A file appears at once, because tests beside this one read the folder.
+// Copies files under a temporary name and then renames them, because tests that run at the same time read the folder.
 void copy_new_files(const std::filesystem::path& from, const std::filesystem::path& to) {
   std::filesystem::create_directories(to);
   for (const auto& entry : std::filesystem::directory_iterator(from)) {

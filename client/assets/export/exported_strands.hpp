@@ -28,7 +28,7 @@ struct ExportedStrands {
 
   std::string name;
   std::vector<std::uint32_t> strand_begin{0};
-  // The diameter of each strand; empty: none is known.
+  // Holds the diameter of each strand; empty: no diameter is known.
   std::vector<float> widths_m;
   std::vector<Group> groups;
   // For each strand, its index and its first point in the groom.
@@ -39,7 +39,7 @@ struct ExportedStrands {
   [[nodiscard]] std::uint32_t points_of(std::size_t strand) const {
     return strand_begin[strand + 1] - strand_begin[strand];
   }
-  // How many points each strand has, if all have as many; else 0.
+  // Returns how many points each strand has, if all have equally many; else 0.
   [[nodiscard]] std::uint32_t points_of_each() const;
   // `groom` has all points of the groom in its order, at rest or deformed. `points` keeps its memory between frames.
   void take_points(std::span<const Vec3f> groom, std::vector<Vec3f>& points) const;
@@ -48,8 +48,8 @@ struct ExportedStrands {
 // Threads, cards, cloths and knots are no strands of other programs, and are left out.
 ExportedStrands exported_strands(const Groom& groom);
 
-// A line about what of the groom is no strand of two points, and stays behind; empty: nothing. Programs show it, so
-// that users know what is missing.
+// Returns a line about the parts of the groom that are not exported, because they are no strands of two points or more;
+// empty: all parts are exported. Programs show it, so that users know what is missing.
 std::string left_behind(const Groom& groom, const ExportedStrands& strands);
 
 // A name for each group that is one in Alembic and USD: ASCII letters, digits and underscores, each name once.

@@ -13,8 +13,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What a viewer can take: it has all frames on the GPU, and mixes all of them in each picture. glTF 2 has no sequence
-// of meshes, so each frame is a morph target that is shown alone.
+// glTF 2 has no sequence of meshes, so each frame is a morph target that is shown alone. The limits are what a viewer
+// can take: it has all frames on the GPU, and mixes all of them in each picture.
 constexpr std::size_t kBytesMax = std::size_t{512} << 20, kFramesMax = 1000;
 // The numbers are those that glTF takes over from OpenGL.
 enum Component : unsigned { kUnsigned = 5125, kFloat = 5126 };
@@ -23,7 +23,7 @@ constexpr unsigned kLines = 1;
 
 enum class GltfForm : std::uint8_t { json, binary };
 
-// Three bytes become four digits; what is missing in the last group is an equals sign.
+// Three bytes become four digits. Digits that are missing in the last group become equals signs.
 std::string base64_of(std::span<const std::byte> bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::string out;
@@ -125,8 +125,8 @@ class GltfWriter : public StrandWriter {
     }
   }
 
-  // Positions in the first frame, and how far they are from these in others. Targets are differences to the mesh, as
-  // glTF adds them with their weight.
+  // Adds the positions of the first frame, which are the mesh. Each other frame is a target: its differences to the
+  // mesh, which glTF adds with the target's weight.
   void add_frame(std::size_t frame) {
     std::vector<Vec3f> points(frames_.frame(frame).begin(), frames_.frame(frame).end());
     for (std::size_t i = 0; frame > 0 && i < points.size(); ++i) points[i] -= frames_.frame(0)[i];

@@ -69,7 +69,7 @@ class NpzWriter : public StrandWriter {
 
   // Whether an archive of that many frames fits.
   [[nodiscard]] Result<void> check(std::size_t frames) const {
-    // Two frames more are allowed for: the first, which is stored again, and the other arrays.
+    // The sum has room for two frames more: the first frame, which is stored again, and the other arrays.
     const std::uint64_t frame_bytes = std::uint64_t{sizeof(Vec3f)} * strands().point_count();
     // Other arrays take less than a frame, beside names.
     constexpr std::uint64_t kOthersBytes = 1 << 20;

@@ -12,6 +12,7 @@
 namespace hairnet {
 namespace {
 
+// The frames of a motion, which are in memory until the end, may take so many bytes.
 constexpr std::size_t kKeptBytesMax = std::size_t{2} << 30;
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
@@ -113,7 +114,7 @@ class UsdaWriter : public StrandWriter {
       out_.list(widths.first(is_one ? 1 : widths.size()), as_it_is)
           << " (\n            interpolation = \"" << (is_one ? "constant" : "uniform") << "\"\n        )\n";
     }
-    // Readers that take the first attribute of groups find the name.
+    // The name stands before the number, for readers that take the first attribute of groups that they find.
     constexpr std::string_view kConstant = " (\n            interpolation = \"constant\"\n        )\n";
     out_ << "        string primvars:groom_group_name = " << usd_text(group.name) << kConstant;
     out_ << "        int primvars:groom_group_id = " << group.id << kConstant << "    }\n";

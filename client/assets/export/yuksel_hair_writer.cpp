@@ -26,7 +26,7 @@ class YukselHairWriter : public StrandWriter {
     ByteWriter bytes;
     bytes.text("HAIR").put(static_cast<std::uint32_t>(out.strand_count()));
     bytes.put(static_cast<std::uint32_t>(points.size())).put(arrays).put(each == 0 ? 0U : each - 1);
-    // Thickness and transparency of all strands are followed by a colour, a brown.
+    // The header ends with defaults for all strands: thickness, transparency, and a colour, here a brown.
     bytes.put(out.widths_m.empty() ? 1.0f : out.widths_m[0]).put(0.0f).put(0.3f).put(0.2f).put(0.1f);
     std::string information = "Hairnet: metres, y up, face +z";
     information.resize(kInformationBytes);

@@ -14,11 +14,13 @@
 namespace hairnet {
 namespace {
 
-constexpr std::size_t kNamesMax = 16;  // attributes that a line names
+// A line of notes names so many attributes at most.
+constexpr std::size_t kNamesMax = 16;
 // A small archive can describe many points, since each segment of a curve becomes up to 64 pieces. The limit bounds the
 // memory of decoding; a groom's own, smaller limit is checked when it is assembled.
 constexpr std::size_t kPointsMax = 50'000'000;
-constexpr std::size_t kMovedPointsMax = 100'000'000;  // at all times together
+// A motion may have so many points, over all its times together.
+constexpr std::size_t kMovedPointsMax = 100'000'000;
 // Positions and transforms have time samplings of their own. Times that differ by less than this belong to one frame.
 constexpr double kSameTime_s = 1e-6;
 
@@ -58,7 +60,8 @@ class Names {
 struct MovingCurves {
   std::string path;
   AbcCurves curves;
-  std::vector<std::vector<CurvePoint>> points;  // on each curve; none for a bad one
+  // Holds the points on each curve; a bad curve has none.
+  std::vector<std::vector<CurvePoint>> points;
   AbcProperty positions;
   const AbcTimes* times = nullptr;
   std::size_t xform = 0;
@@ -97,12 +100,12 @@ class Decoder {
     return error;
   }
 
-  // Each once, after `decode`.
+  // Call each of these once, after `decode`.
   ImportedStrands take_strands();
   Result<StrandMotion> take_motion();
 
  private:
-  // What an object has of those above it, and of itself.
+  // Describes an object together with the objects above it: its path, its transform, and whether it is hidden.
   struct Place {
     std::string path;
     std::size_t xform = 0;
@@ -156,7 +159,7 @@ std::string Decoder::visit(const AbcObject& object, Place place) {
   // Hidden objects and other schemas are visited too: curves may lie below them, and notes count them.
   const auto properties = archive_.properties_of_object(object.group);
   if (!properties) return properties.error();
-  // 1 is shown, 0 is hidden, and -1 is like the object above, of which a hidden one hides all below.
+  // The value is 1 for shown, 0 for hidden and -1 for like the object above. A hidden object hides all objects below.
   if (const AbcProperty* visible = find(*properties, "visible")) {
     const AbcNumbers value = visible->numbers(0);
     place.is_hidden = place.is_hidden || (value.size() > 0 && value[0] == 0);

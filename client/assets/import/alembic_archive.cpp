@@ -14,12 +14,15 @@ namespace {
 // Children of the root group.
 enum Root : std::size_t { kFileVersion, kLibraryVersion, kTop, kMetadata, kTimes, kMetadataTable, kRootChildren };
 
-constexpr std::size_t kKeyBytes = 16;     // before the values of each sample
-constexpr std::size_t kHashesBytes = 32;  // behind the headers of child objects
-constexpr unsigned kOwnMetadata = 0xff;   // not in the table, but behind the header
-// Honest archives store equal samples once, so their parts count the same bytes several times. The budget is 4 times
-// the file and 60 times more of a small one, up to 256 MB. A smaller budget would refuse such archives; a larger one
-// lets a crafted file cost more time.
+// A hash of so many bytes stands before the values of each sample.
+constexpr std::size_t kKeyBytes = 16;
+// Two hashes stand behind the headers of child objects.
+constexpr std::size_t kHashesBytes = 32;
+// This index means that metadata is not in the table, but stands behind the header.
+constexpr unsigned kOwnMetadata = 0xff;
+// Honest archives store equal samples once, so reading counts the same bytes several times. The budget for reading is 4
+// times the size of the file, plus 60 times its size, but at most 256 MB. A smaller budget would refuse such archives;
+// a larger one lets a crafted file cost more time.
 constexpr std::uint64_t kReadsOfFile = 4, kReadsOfSmallFile = 60, kSharedBytesMax = 256 << 20;
 // A number outside of these is no version of the library, and so a sign of damage.
 constexpr std::uint32_t kLibraryMin = 9999, kLibraryMax = 99'999;
@@ -236,7 +239,8 @@ std::string AbcArchive::read_times(std::span<const std::byte> bytes) {
   ByteReader in(bytes);
   while (in.remaining() > 0) {
     if (!in.has(std::size_t{16})) return "the list of times ends early";
-    in.skip(4);  // the largest sample count of its properties
+    // The largest sample count of its properties is not needed.
+    in.skip(4);
     AbcTimes times;
     times.cycle_s = in.f64();
     // Alembic marks times that do not repeat by a cycle of the largest double over 32.
@@ -284,7 +288,8 @@ Result<std::vector<AbcObject>> AbcArchive::children(const OgawaGroup& object) {
     AbcObject child;
     child.name = in.text(in.number(2));
     child.metadata = in.metadata(in.number(0), 2, metadata_table_);
-    const std::size_t at = children.size() + 1;  // behind the group of the object's properties
+    // Child 0 is the group of the object's properties; the child objects follow.
+    const std::size_t at = children.size() + 1;
     if (in.failed()) return damaged("the list of an object's children ends early");
     if (!object.is_group(at)) return damaged("an object has fewer children than it lists");
     child.group = object.group(at);

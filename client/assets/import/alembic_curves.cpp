@@ -104,7 +104,7 @@ std::string read_basis(const AbcProperty* property, bool& is_variable, AbcCurves
   return {};
 }
 
-// The control points of each curve, as far as they go.
+// Divides the control points among the curves. Curves behind the end of the points are counted as missing.
 void divide_points(const AbcNumbers& counts, const AbcNumbers& orders, AbcCurves& curves) {
   std::size_t first = 0, first_end = 0;
   for (std::size_t c = 0; c < counts.size(); ++c) {
@@ -126,7 +126,7 @@ void divide_points(const AbcNumbers& counts, const AbcNumbers& orders, AbcCurves
     curves.remarks.push_back("has " + std::to_string(curves.point_count() - first) + " points behind its last curve");
 }
 
-// Only B-splines have knots. Where all knots are there they are used; else even ones.
+// Only B-splines have knots. If the file has all knots, they are used; otherwise the knots are even.
 void read_knots(const AbcProperty* property, bool is_variable, AbcCurves& curves) {
   if (curves.basis != CurveBasis::bspline) return;
   const AbcNumbers knots = property == nullptr ? AbcNumbers() : property->numbers(0);
@@ -181,7 +181,7 @@ std::string_view AbcAttribute::text(std::size_t at) const {
 
 namespace {
 
-// Without values, if it has none.
+// Reads an attribute. Its name is empty if it has no values, or a number of values that fits no scope.
 Result<AbcAttribute> read_attribute(AbcArchive& archive, const AbcProperty& property, const AbcCounts& counts) {
   AbcAttribute attribute;
   const AbcProperty* values = &property;

@@ -12,7 +12,8 @@ namespace hairnet {
 namespace {
 
 constexpr std::size_t kExamplesMax = 3;
-constexpr std::size_t kGroupsMax = 256;  // as many as a groom may have
+// A groom may have so many groups (GroomLimits::group_count_max).
+constexpr std::size_t kGroupsMax = 256;
 
 const AbcAttribute* find_attribute(const std::vector<AbcAttribute>& attributes, std::string_view name) {
   const auto found = std::ranges::find(attributes, name, &AbcAttribute::name);
@@ -159,8 +160,8 @@ std::uint32_t AbcStrands::group_index(std::string name) {
   return found->second;
 }
 
-// Without a word about groups, each object is one, unless each curve is an object. Whether each curve is an object of
-// its own shows in `has_object_of_many_`: Maya writes single curves so, and a group for each would be useless.
+// Where no attribute names groups, each object is a group. Not so where no object has several curves: Maya writes each
+// curve as an object of its own, and a group for each curve would be useless.
 void AbcStrands::settle_groups() {
   const std::size_t count = strands_.group_names.size();
   const bool are_objects_groups = count > 1 && count <= kGroupsMax && has_object_of_many_;

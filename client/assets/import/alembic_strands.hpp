@@ -56,6 +56,7 @@ class AbcStrands {
   AbcExamples bad_;
   std::map<std::string, std::uint32_t> groups_;
   std::size_t control_count_ = 0, listed_count_ = 0;
+  // are_groups_said_: a file's attribute has named a group. has_object_of_many_: an object has several curves.
   bool are_groups_said_ = false, has_object_of_many_ = false;
 };
 

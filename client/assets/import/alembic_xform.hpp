@@ -42,7 +42,8 @@ class AbcXform {
     const AbcTimes* times;
   };
   std::vector<unsigned> operations_;
-  std::vector<Changing> values_, inherits_;  // at most one of each
+  // Each list has at most one entry.
+  std::vector<Changing> values_, inherits_;
 };
 
 // All transforms of an archive, as a tree. Transform 0 is that of the archive, and changes nothing. Parents are added
@@ -52,14 +53,16 @@ class AbcXforms {
   [[nodiscard]] std::size_t add(AbcXform xform, std::size_t parent);
   // Leads to the world: up to the last transform that does not inherit.
   [[nodiscard]] Eigen::Affine3d world(std::size_t xform, double time_s) const;
-  [[nodiscard]] bool changes(std::size_t xform) const;  // it, or one above it
+  // Whether the transform or one above it changes.
+  [[nodiscard]] bool changes(std::size_t xform) const;
 
  private:
   struct Node {
     AbcXform xform;
     std::size_t parent;
   };
-  std::vector<Node> nodes_;  // transform 1 is the first
+  // The first entry is transform 1.
+  std::vector<Node> nodes_;
 };
 
 }  // namespace hairnet

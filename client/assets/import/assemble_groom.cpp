@@ -13,7 +13,8 @@ namespace {
 
 // Hairs are 0.02 to 0.2 mm wide; artists draw up to ten times wider ones to need fewer.
 constexpr double kThinnest_m = 1e-5, kThickest_m = 2e-3;
-constexpr double kFarBelow_m = 0.07;  // below the head joint, where no hair of the head begins, not even a beard
+// So far below the head joint no hair of the head begins, not even a beard.
+constexpr double kFarBelow_m = 0.07;
 
 std::string decimal(double x, int digits) {
   char text[32];
@@ -75,12 +76,13 @@ void estimate_joints(Body& body) {
     double& width = half_width[static_cast<std::size_t>(depth)];
     width = std::max(width, std::abs(static_cast<double>(v.x())));
   }
-  // The six slices below the joint belong to jaw and neck, so the search begins below them.
+  // The first six slices, 6 cm below the joint, belong to jaw and neck, so the search begins below them.
   const auto widens =
       std::find_if(half_width.begin() + 6, half_width.end(), [](double width) { return width > kShoulderHalfWidth_m; });
   if (widens == half_width.end()) return;
   const auto top = -static_cast<float>(kSlice_m) * static_cast<float>(widens - half_width.begin());
   const auto set_y = [&](Bone bone, float y) { body.joints[static_cast<std::size_t>(bone)].y() = y; };
+  // The joints of an adult lie so far above or below the place where the body widens, m.
   set_y(Bone::neck, std::min(top + 0.05f, -0.04f));
   set_y(Bone::left_shoulder, top - 0.01f);
   set_y(Bone::right_shoulder, top - 0.01f);
@@ -154,7 +156,8 @@ std::string joint_warning(const Placement& placement, const Vec3& joint, std::st
 struct Counts {
   std::size_t rooted = 0, far_below = 0;
   std::size_t unlikely_widths = 0;
-  double unlikely_width_m = 0;  // one of these
+  // Is the last unlikely width, as an example for the warning.
+  double unlikely_width_m = 0;
 };
 
 // Appends all strands to the groom in head space. The body must be complete, since the distance to its skin decides

@@ -29,8 +29,8 @@ std::vector<std::string> words_of(std::string_view name) {
   return words;
 }
 
-// What programs put before or behind the names of all their joints. Programs put these words on all joints, so they
-// tell nothing. What is left of mixamorig:LeftShoulder is "left" and "shoulder".
+// Words that programs put before or behind the names of all their joints, so that they say nothing about one joint.
+// What is left of mixamorig:LeftShoulder is "left" and "shoulder".
 constexpr std::array<std::string_view, 18> kOfAllJoints{"mixamorig", "j",        "bip", "biped", "valve", "c",
                                                         "def",       "org",      "cc",  "base",  "b",     "rig",
                                                         "bone",      "armature", "jnt", "joint", "bind",  "skeleton"};
@@ -68,7 +68,8 @@ void ImportedBody::state_joints() {
   const Vec3 forward = left.cross(direction(*states.up));
   for (const Axis axis : {Axis::plus_x, Axis::minus_x, Axis::plus_y, Axis::minus_y, Axis::plus_z, Axis::minus_z}) {
     // A skeleton that faces no axis, as one in a turned pose, states no face; the face is then guessed from the mesh.
-    constexpr double kAlong = 0.9;  // the cosine of the largest angle
+    // kAlong is the cosine of the largest angle to the axis, some 26 degrees.
+    constexpr double kAlong = 0.9;
     if (forward.dot(direction(axis)) > kAlong * forward.norm()) states.face = axis;
   }
 }

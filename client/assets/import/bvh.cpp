@@ -15,7 +15,8 @@ namespace hairnet {
 namespace {
 
 constexpr int kNone = -1;
-constexpr double kFarthest_m = 1e6;  // any coordinate, absolute: poses are later rounded to float
+// No coordinate may be larger: poses are later rounded to float.
+constexpr double kFarthest_m = 1e6;
 using JointOfBone = std::array<int, kBoneCount>;
 
 int find_joint(const BvhFile& file, std::string_view name) {
@@ -105,7 +106,8 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
 // gives the quaternion directly. The formula loses its axis where both directions are opposite, and is replaced there.
 Quat upright_turn(const Vec3& up, const Vec3& face) {
   if (up.y() < -0.999) return Quat(Eigen::AngleAxisd(std::numbers::pi, face));
-  const double s = std::sqrt(2 * (1 + up.y()));  // twice the cosine of half the angle
+  // Twice the cosine of half the angle.
+  const double s = std::sqrt(2 * (1 + up.y()));
   Quat turn;
   turn.vec() = up.cross(Vec3::UnitY()) / s;
   turn.w() = s / 2;

@@ -28,8 +28,9 @@ struct BvhFile {
   std::size_t values_per_frame = 0;
   std::size_t frame_count = 0;
   double frame_time_s = 0;
-  // Degrees and file units need no more digits than floats have, and these values take most of the memory.
-  std::vector<float> values;  // frame by frame; positions in file units, rotations in degrees
+  // Holds the channels frame by frame: positions in file units, rotations in degrees. Such numbers need no more digits
+  // than floats have, and these values take most of the memory.
+  std::vector<float> values;
 
   // Joint to file world, computed from its ancestors only (256 at most). Position channels replace the offset, as
   // exporters intend.

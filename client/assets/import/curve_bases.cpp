@@ -7,8 +7,8 @@
 namespace hairnet {
 namespace {
 
-// A segment has no more pieces. A crafted segment with distant control points could otherwise ask for millions of
-// points.
+// A segment has at most so many pieces. A crafted segment with distant control points could otherwise ask for millions
+// of points.
 constexpr int kPiecesMax = 64;
 
 // Weights of a segment's four control points: row k holds the coefficients of t to the power k.
@@ -62,7 +62,8 @@ struct Segments {
   const BasisMatrix* matrix;
   CurveWrap wrap;
   std::size_t count, controls;
-  std::ptrdiff_t first, step;  // control point of the first segment, and from one segment to the next
+  // The first segment begins at control point `first`, and each next one `step` control points later.
+  std::ptrdiff_t first, step;
 
   [[nodiscard]] CurvePoint combine(std::size_t segment, const std::array<double, 4>& weights) const {
     CurvePoint point;
@@ -137,7 +138,8 @@ struct KnotSpan {
     return point;
   }
 
-  // The larger one at the ends. It changes linearly between them, so that second differences of four points tell it.
+  // Returns the larger length of the second derivative at the two ends. It changes linearly between them, so second
+  // differences of four evenly spaced points give both.
   [[nodiscard]] double second_derivative(std::span<const Vec3f> controls) const {
     std::array<Vec3, 4> x;
     for (std::size_t i = 0; i < 4; ++i) x[i] = value_at(at(0, static_cast<double>(i) / 3), controls).cast<double>();

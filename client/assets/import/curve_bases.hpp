@@ -21,9 +21,11 @@ enum class CurveWrap : std::uint8_t { open, periodic, pinned };
 // A point on a curve, as a weighted sum of control points. One set of them serves positions, widths and every sample in
 // time of the same curve. It refers to its curve's control points by number and stays valid when they move.
 struct CurvePoint {
-  std::array<std::uint32_t, 4> control{};  // may repeat, where the weight is 0
+  // Numbers of control points; they may repeat where the weight is 0.
+  std::array<std::uint32_t, 4> control{};
   std::array<float, 4> weight{};
-  float segment = 0;  // its place in segments from the begin, for values that are given at the segments' ends
+  // Is the point's place along the curve, counted in segments, for values that a file gives at the segments' ends.
+  float segment = 0;
 };
 
 // Sums the four control values. The weights of a point on a curve sum to 1, so the value is in the units of the

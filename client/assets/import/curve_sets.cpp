@@ -14,6 +14,7 @@
 namespace hairnet {
 namespace {
 
+// Names of groups are cut to so many bytes.
 constexpr std::size_t kGroupNameBytes = 64;
 
 // The points of all curves that become strands, one after the other.
@@ -22,11 +23,12 @@ struct Sampled {
   std::vector<float> widths;
   bool has_widths = false, has_colours = false;
   std::vector<std::uint32_t> begin{0};
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> of;  // set and curve
+  // Holds the set and the curve of each strand.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> of;
   std::vector<std::string> doubts;
 };
 
-// Curves of a set for which the same is done: what is wrong with the first, and how many there are.
+// Counts the curves of a set that are left out, or read in another way, and describes the first of them.
 struct Defects {
   std::string first;
   std::size_t count = 0;
@@ -100,7 +102,8 @@ void sample_set(const CurveSet& set, std::uint32_t number, std::size_t first, co
 }
 
 Sampled sample_all(std::span<const CurveSet> sets, std::size_t curve_count) {
-  constexpr float kCoarsest = 4096;  // each segment of a curve is one piece
+  // At this coarseness each segment of a curve is one piece.
+  constexpr float kCoarsest = 4096;
   Detail detail;
   // Curves are thinned evenly over the list, since the first ones alone may all grow on one side of a head.
   detail.curve_step = (curve_count + GroomLimits{}.strand_count_max - 1) / GroomLimits{}.strand_count_max;
@@ -110,7 +113,8 @@ Sampled sample_all(std::span<const CurveSet> sets, std::size_t curve_count) {
     Sampled sampled;
     sampled.has_widths = std::ranges::any_of(sets, [](const CurveSet& set) { return !set.widths.empty(); });
     sampled.has_colours = std::ranges::any_of(sets, [](const CurveSet& set) { return !set.colours.empty(); });
-    // The steps go on from set to set: else many sets of few curves would keep more than their share.
+    // The steps go on from set to set. Otherwise each set would keep its first curve, and many sets of few curves would
+    // keep more than their share.
     std::size_t first = 0;
     for (std::size_t s = 0; s < sets.size(); ++s) {
       sample_set(sets[s], static_cast<std::uint32_t>(s), first, detail, sampled);
@@ -147,7 +151,7 @@ void set_groups(std::span<const CurveSet> sets, const Sampled& sampled, Imported
     }
     strands.groups.push_back(group->second);
   }
-  // One object is no group, unless the file says so.
+  // A single object makes no group, unless the file names one.
   const bool is_said = std::ranges::any_of(sets, [](const CurveSet& set) { return !set.groups.empty(); });
   if (names.size() > 1 || is_said) strands.group_names = std::move(names);
   if (strands.group_names.empty()) strands.groups.clear();

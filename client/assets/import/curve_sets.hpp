@@ -34,8 +34,8 @@ struct CurveSet {
   }
 };
 
-// The name of a group that a file says, made fit for messages and bounded; and that of a group of which it says only a
-// number, "group 2".
+// Returns the name that a file gives a group, cut and escaped for messages. The second makes a name, "group 2", for a
+// group that has only a number in its file.
 std::string shown_group(std::string_view name);
 std::string numbered_group(double number);
 

@@ -19,8 +19,8 @@ constexpr int kTrialCount = 200;
 constexpr double kAxisRatioMax = 1.3;
 // A sphere's radius differs from the usual one by this factor at most, in both directions.
 constexpr double kRadiusRatioMax = 1.7;
-// Heads differ so much, in the logarithm of the radius. A smaller deviation forces the usual size on small heads; a
-// larger one lets a narrow strip of roots choose any size.
+// The logarithm of a head's radius deviates so much from the usual one: by 4 %. A smaller deviation forces the usual
+// size on small heads; a larger one lets a narrow strip of roots choose any size.
 constexpr double kRadiusDeviation = 0.04;
 // A root's place on the skin is at least so uncertain, in usual radii.
 constexpr double kPointError = 0.011;
@@ -59,9 +59,9 @@ std::optional<Sphere> sphere_through(const std::array<Vec3, 4>& points) {
   return Sphere{points[0] + to_centre, to_centre.norm()};
 }
 
-// The two spheres of a given radius through three points; where the points lie too far apart for that, the sphere about
-// their middle, which is the nearest. They help where the roots cover so little that four of them
-// tell no radius.
+// The two spheres of a given radius through three points. Where the points lie too far apart for that, both are the
+// sphere about the middle of the points. These spheres help where the roots cover so little of a head that four of them
+// show no radius.
 std::vector<Sphere> spheres_through(const std::array<Vec3, 4>& points, double radius) {
   const Vec3 a = points[1] - points[0], b = points[2] - points[0], normal = a.cross(b);
   const double area = normal.norm();
@@ -137,7 +137,8 @@ std::optional<RootBand> band_of(std::span<const Vec3> points, const Vec3& centre
   if (!(axes.values[0] < kNarrow * kNarrow * axes.values[1])) return {};
   // The smallest eigenvalue belongs to the direction across the band.
   const Vec3 across = axes.vectors.col(0);
-  // A patch is thin along the radius, not along the surface: its thinnest direction then points to the centre.
+  // A patch is thin along the radius, not along the surface: its thinnest direction then points to the centre, and the
+  // cosine to it is above 0.7 on average.
   double inwards = 0;
   for (const Vec3& x : points) inwards += std::abs(across.dot((x - centre).normalized()));
   if (inwards > 0.7 * static_cast<double>(points.size())) return {};

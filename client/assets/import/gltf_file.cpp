@@ -14,12 +14,12 @@
 namespace hairnet::gltf {
 namespace {
 
-// Bounds of the memory that JSON needs: avatars have 50 000 values, and a value of the parsed document takes many times
-// its text.
+// Both bound the memory that JSON needs, because a value of the parsed document takes many times its text. Avatars have
+// some 50 000 values.
 constexpr std::size_t kValuesMax = 500'000;
 constexpr int kDepthMax = 64;
-// Unpacked buffers, and those of other files, have together no more bytes. A small file can name large files and pack
-// large buffers; this bounds what it costs.
+// Unpacked buffers and buffers of other files have together no more bytes: a small file can name large files, and pack
+// large buffers.
 constexpr std::size_t kTakenBytesMax = std::size_t{512} << 20;
 constexpr std::size_t kByteStrideMax = 256;
 

@@ -37,9 +37,12 @@ std::string text_of(const Json* value);
 // and width with the bytes.
 struct Numbers {
   std::span<const std::byte> bytes;
-  std::size_t count = 0, width = 0;  // rows, and numbers in each
+  // `count` is the number of rows, `width` that of the numbers in each row.
+  std::size_t count = 0, width = 0;
+  // A row begins stride_bytes behind the row before; a number has number_bytes.
   std::size_t stride_bytes = 0, number_bytes = 0;
-  std::size_t component = 0;  // glTF's number of the type
+  // Is glTF's componentType, such as 5126 for floats.
+  std::size_t component = 0;
   bool is_normalized = false;
 
   [[nodiscard]] double at(std::size_t row, std::size_t column) const;
@@ -66,9 +69,11 @@ class File {
   Result<std::span<const std::byte>> unpacked(std::size_t index, const Json& packed);
 
   Json json_;
-  std::span<const std::byte> binary_;  // the part of a .glb behind its JSON
+  // Is the part of a .glb behind its JSON.
+  std::span<const std::byte> binary_;
   ReadBeside read_beside_;
   std::map<std::size_t, std::vector<std::byte>> buffers_, unpacked_;
+  // Counts the bytes in both maps, for their limit of 512 MB.
   std::size_t taken_bytes_ = 0;
 };
 

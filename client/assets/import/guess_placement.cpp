@@ -19,12 +19,16 @@ constexpr double kUnitSlack = 0.5;
 // The order decides where scores are equal: +y and +z come first, because most programs use one of them.
 constexpr std::array<Axis, 6> kAxes{Axis::plus_y,  Axis::plus_z,  Axis::plus_x,
                                     Axis::minus_y, Axis::minus_z, Axis::minus_x};
-constexpr double kUpMargin = 0.03;  // by which a direction must be likelier than the next
-constexpr double kFreeFace = 12;    // hair in the face speaks against a direction, even if the roots fit
+// The score of the direction up must exceed the next one by this, in radii of the skull.
+constexpr double kUpMargin = 0.03;
+// A share of hair in front of a face counts so much in the score: it speaks against a face there even if the roots fit.
+constexpr double kFreeFace = 12;
 // The misfit of a probe is limited to this, so that a few strands far from the body do not decide.
 constexpr double kFar_m = 0.03;
-constexpr double kHeadHeight_m = 0.35;  // at most, with part of the neck
-// The score compares all directions with all points, so points are sampled; 8 of a strand show where it hangs.
+// A head with a part of the neck has at most this height.
+constexpr double kHeadHeight_m = 0.35;
+// The score compares all directions with all points, so points are sampled: about 8 of a strand show where it hangs. A
+// sample takes every n-th of a list, and has less than twice the limit.
 constexpr std::uint32_t kPointsOfStrand = 8;
 constexpr std::size_t kRootsMax = 4000, kProbesMax = 160, kVerticesMax = 12'000;
 
@@ -93,7 +97,7 @@ double misfit_of(const std::vector<Vec3>& probes_m, const std::vector<Vec3>& ver
   }
   double sum = 0;
   for (const Vec3& probe : probes_m) {
-    // The search is over all vertices; both lists are thinned, so a trial costs at most some two million distances.
+    // The search is over all vertices; both lists are thinned, so a trial costs at most some eight million distances.
     double nearest = kFar_m * kFar_m;
     // A probe that is far from the whole mesh is skipped.
     if ((probe - probe.cwiseMax(low).cwiseMin(high)).squaredNorm() < nearest) {
@@ -192,7 +196,8 @@ Result<Placement> guess_placement(std::span<const StrandFile> files, const Known
   // Scalps are the upper and back part of a head: their mean lies above and behind the middle of the skull.
   const Vec3 from_middle = (mean_of(strands.roots) - skull.centre) / radius;
   const Vec3 fall = mean_of(strands.falls) / radius;
-  // Short hair points up as well as down; long hair shows the direction better by hanging.
+  // Both terms are in radii. The roots lie above the middle, and hair hangs down; the fall counts half, and at most as
+  // much as two radii, because short hair points up as well as down.
   const AxisChoice up = choose(known.up, [&](Axis axis) {
     return from_middle.dot(direction(axis)) - 0.5 * std::clamp(fall.dot(direction(axis)), -2.0, 2.0);
   });
@@ -226,11 +231,13 @@ Result<Placement> guess_placement(std::span<const StrandFile> files, const Known
 
 std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, const TriangleMesh& mesh,
                                              const KnownPlacement& of_strands, const KnownPlacement& of_body) {
-  // Roots lie some millimetres off a mesh even with the right axes, so other axes must fit clearly better to be taken.
-  constexpr double kSlack = 1.25;  // the same axes may fit worse than others by this factor
+  // Roots lie some millimetres off a mesh even with the right axes. So the body's axes are kept unless other axes make
+  // the mean distance smaller by more than this factor.
+  constexpr double kSlack = 1.25;
   Result<Placement> body = guess_mesh_placement(mesh, of_body);
   if (!body) return {};
-  body->origin = of_body.origin;  // both files have one origin, and the roots determine the head joint
+  // Both files have one origin, and the roots determine the head joint.
+  body->origin = of_body.origin;
   const Mat3 turn_body = body->unit_m * rotation_to_head(body->up, body->face);
   // The body is turned once; strands are turned for each trial, since they are fewer.
   std::vector<Vec3> vertices_m, probes;
@@ -278,8 +285,8 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
       }
     }
   }
-  // Where the best still leaves the roots as far away as the limit of a probe, nothing fits, and the caller places both
-  // alone.
+  // A probe counts at most kFar_m. Where the mean of the best placement comes near that limit, most roots lie far from
+  // the mesh: nothing fits, and the caller places strands and body separately.
   if (!(best_m < 0.8 * kFar_m)) return {};
   return PlacedTogether{best, *body};
 }
@@ -314,6 +321,7 @@ Result<Placement> guess_mesh_placement(const TriangleMesh& mesh, const KnownPlac
     placement.unit_m = unit_m;
   }
   if (known.unit_m) placement.unit_m = *known.unit_m;
+  // A misfit of 0.7 is a factor of two in the width.
   if (!known.unit_m && !(best < 0.7)) return Refusal("its top is not the size of a head in any usual unit");
   // Chin and nose are in front of the neck. Depths in metres below the top of an adult's head: the jaw at 13 to 19 cm,
   // the neck at 23 to 26 cm. A bust that ends at the chin has no neck slab; the cap stands for it.

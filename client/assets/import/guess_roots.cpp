@@ -11,11 +11,13 @@ namespace {
 
 // Fewer strands than kEndsMin show no scalp at either end; more than kEndsMax add nothing.
 constexpr std::size_t kEndsMax = 1500, kEndsMin = 8;
+// So many points of a strand show whether it passes through the skull.
 constexpr std::uint32_t kProbesOfStrand = 8;
-// Real hair may enter a fitted skull a little, because a skull is no ellipsoid.
-constexpr double kInside = 0.12;  // radii below the surface: hair is not there
-// The difference by which the last points must be the better scalp. Most files store roots first, so a smaller doubt
-// must not turn them.
+// Points deeper than this share of the radius are inside of the skull, where there is no hair. Real hair may enter a
+// fitted skull a little, because a skull is no ellipsoid.
+constexpr double kInside = 0.12;
+// The last points must be the better scalp by this difference of unlike_roots(). Most files store roots first, so a
+// smaller difference must not turn them.
 constexpr double kClearly = 0.08;
 
 struct Ends {
@@ -42,9 +44,10 @@ Ends ends_of(std::span<const StrandFile> files) {
   return ends;
 }
 
-// About 0 for the roots of hair. More for points that lie off any skull, show no skull or one with hair inside, have
-// the size of a head in no usual unit, or are spread wider than the other ends. The terms are weighted by how sure they
-// are: a misfit of the shell counts most.
+// Returns about 0 for the roots of hair. The number is larger for points that lie off any skull, that show no skull or
+// one with hair inside, that have the size of a head in no usual unit, or that are spread wider than the other ends.
+// The surer a sign is, the more it counts: the misfit of the shell has the factor 2, hair inside 0.5, the spread 0.3,
+// and each of the two others 0.1.
 double unlike_roots(const std::vector<Vec3>& ends, const std::vector<Vec3>& other, const std::vector<Vec3>& points) {
   const ScalpFit scalp = fit_scalp(ends);
   std::size_t inside = 0;

@@ -16,7 +16,7 @@ constexpr double kScalp_m = 0.175, kPart_m = 0.16;
 // 2.5. A whole scalp lies between two usual units only rarely, while a part may be any smaller piece.
 constexpr double kScalpSlack = 0.24;
 constexpr double kPartSlack = 0.9;
-// Above this, `skull.conditioning` has the values of whole scalps.
+// Scalps that are whole have a SkullFit::conditioning above this.
 constexpr double kSureConditioning = 0.025;
 
 // The distance within which half of the roots lie from the skull, in its radii.

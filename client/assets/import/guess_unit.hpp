@@ -11,7 +11,7 @@ namespace hairnet {
 
 struct UsualUnit {
   double m;
-  // A penalty in the fit for an unusual unit, as a logarithm.
+  // Is a penalty for an unusual unit, which is added to the logarithm of the misfit in size.
   double rarity;
 };
 // Metre, centimetre, millimetre, inch, decimetre, foot, a tenth of an inch, 3 mm.
@@ -38,8 +38,9 @@ struct UnitGuess {
   // The roots cover enough of a head to determine its size; else a usual unit is the best guess.
   bool is_sure = false;
 
-  // Whether a unit of that many metres also gives the size of a head. The limit for a sure size is wider than that of
-  // the guess: a unit that the user gives is believed unless it is absurd.
+  // Whether a unit of that many metres also gives the size of a head. The limits are logarithms, factors of 1.5 for a
+  // sure size and 2.5 otherwise. The one for a sure size is wider than that of the guess: a unit that the user gives is
+  // believed unless it is absurd.
   [[nodiscard]] bool allows(double unit_m) const { return std::abs(std::log(unit_m / m)) < (is_sure ? 0.4 : 0.9); }
 };
 

@@ -15,10 +15,11 @@
 namespace hairnet {
 namespace {
 
-// A broken exporter can make thousands of outliers; a count for the rest keeps the message readable.
-constexpr std::size_t kListedMax = 5;  // outliers of a file that have a line of their own
-// Coordinates that files round more coarsely than that lose something that a groom would keep.
-constexpr double kRounded_m = 0.00005;  // as a groom file rounds
+// So many outliers of a file have a line of their own. A broken exporter can make thousands, of which a count is
+// enough.
+constexpr std::size_t kListedMax = 5;
+// A groom file rounds to this. A file that rounds more coarsely has lost something that a groom would keep.
+constexpr double kRounded_m = 0.00005;
 
 std::string with_digits(double x) {
   char text[32];

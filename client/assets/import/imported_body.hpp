@@ -28,10 +28,12 @@ struct ImportedBody {
     Vec3 position = Vec3::Zero();
   };
   std::array<std::optional<Joint>, kBoneCount> joints;
-  std::vector<std::string> notes;  // lines about what was read and what was left out
+  // Holds lines about what was read and what was left out.
+  std::vector<std::string> notes;
 
-  // The first joint for a bone stays. Joints of the head and the shoulders tell origin and face.
+  // Sets the joint of a bone, unless the bone has one already.
   void add_joint(Bone bone, std::string_view name, const Vec3& position);
+  // Sets the origin in `states` from the head's joint, and the face from those of the shoulders.
   void state_joints();
 };
 

@@ -24,8 +24,9 @@ using ByteSpan = std::span<const std::byte>;
 
 // No array of strands needs more axes.
 constexpr std::size_t kAxesMax = 8;
-// Both bound the work that a small archive can cause.
-constexpr std::size_t kArraysMax = 1000;  // in an archive
+// An archive may have so many arrays, and an array so many bytes when it is unpacked. Both bound the work that a small
+// archive can cause.
+constexpr std::size_t kArraysMax = 1000;
 constexpr std::size_t kUnpackedMax = 1'000'000'000;
 
 // Codes that are no character become U+FFFD.
@@ -50,9 +51,11 @@ void append_utf8(std::uint32_t code, std::string& text) {
 }
 
 struct NpyArray {
-  std::string type;  // "<f4"
+  // Is NumPy's name of the type, such as "<f4": byte order, kind, and bytes of a number.
+  std::string type;
   bool is_fortran = false;
-  std::vector<std::uint64_t> shape;  // without axes of length 1 before the last three
+  // Has no axes of length 1 before the last three.
+  std::vector<std::uint64_t> shape;
   ByteSpan values;
 
   [[nodiscard]] bool is_real() const {
@@ -341,7 +344,8 @@ Result<std::vector<ZipEntry>> read_directory(ByteSpan bytes) {
 // The bytes of a file in the archive. `room` holds them where they are packed. Only the directory's sizes are used, not
 // those of the local header. The local name and extra field only say how much to skip.
 Result<ByteSpan> unpacked(ByteSpan bytes, const ZipEntry& entry, std::vector<std::uint8_t>& room) {
-  constexpr std::size_t kHeaderBytes = 30, kPackedAtMost = 1100;  // times smaller than what it holds
+  // A packed file is at most kPackedAtMost times smaller than what it holds.
+  constexpr std::size_t kHeaderBytes = 30, kPackedAtMost = 1100;
   constexpr std::uint16_t kStored = 0, kDeflated = 8;
   if (entry.header_at > bytes.size()) return Refusal("damaged");
   ByteReader in(bytes, entry.header_at);

@@ -125,7 +125,8 @@ class OgawaCheck {
   }
 
   std::span<const std::byte> file_;
-  std::size_t words_left_;  // which bounds the walk by the file's size, however groups share children
+  // Bounds the walk by the file's size, however groups share children.
+  std::size_t words_left_;
   std::vector<Step> path_;
 };
 

@@ -16,14 +16,16 @@ constexpr std::size_t kSamplesOfStrand = 16;
 constexpr std::size_t kMeasuredStrandsMin = 8;
 // This share of the strands is within the usual size. The worst 2 % do not enlarge what is usual.
 constexpr double kUsualShare = 0.98;
-// A ponytail may reach three times as far as short hair; nothing that belongs to a head reaches twelve times as far.
-constexpr double kFar = 3, kFarInAllCases = 12;  // in usual sizes
+// Beyond kFar times the usual size a strand is suspect, unless several are alike: a ponytail may reach three times as
+// far as short hair. Nothing that belongs to a head reaches kFarInAllCases times as far.
+constexpr double kFar = 3, kFarInAllCases = 12;
 // Strands whose sizes have a smaller ratio are alike.
 constexpr double kAlike = 1.25;
 // So many strands that are alike make a style.
 constexpr std::size_t kAlikeMin = 3;
-// Segments of one strand have similar lengths, whatever its shape.
-constexpr double kJump = 8;  // in the strand's own median segment
+// A segment that is so many times as long as the strand's median segment is a jump: segments of one strand have similar
+// lengths, whatever its shape.
+constexpr double kJump = 8;
 // A strand that is no longer than this share of the usual length is nothing. Such strands are rounding errors of a
 // point.
 constexpr double kShort = 1e-5;
@@ -31,8 +33,9 @@ constexpr double kShort = 1e-5;
 struct MeasuredStrand {
   std::size_t file = 0, number = 0;
   std::vector<Vec3> points;
-  double length = 0, reach = 0;  // the distance from the middle of all hair that a quarter of its samples exceed
-  // Is the file's own, which is put back with the points.
+  // `reach` is the distance from the middle of all hair that a quarter of the strand's samples exceed.
+  double length = 0, reach = 0;
+  // Is the file's width of the strand, which is put back with the points.
   std::optional<float> width;
   bool is_dropped = false;
 };
@@ -98,7 +101,7 @@ Vec3 middle_of(const std::vector<MeasuredStrand>& strands) {
 double reach_of(const MeasuredStrand& strand, const Vec3& middle) {
   std::vector<double> far;
   for (const Vec3& x : samples_of(strand)) far.push_back((x - middle).norm());
-  // A single point of a few is no quarter of them.
+  // Of up to four samples one is a quarter or more: the farthest counts then.
   const double share = far.size() <= 4 ? 1 : 0.75;
   return quantile(std::move(far), share);
 }

@@ -13,9 +13,12 @@ namespace hairnet {
 struct Outlier {
   enum class Kind : std::uint8_t { no_length, stray_point, far_away, too_long };
   Kind kind = Kind::no_length;
-  std::size_t file = 0, strand = 0;        // numbers from 0, as in the file
-  std::size_t point = 0, point_count = 0;  // the first of the stray points, and how many
-  double size = 0, usual = 0;              // a distance or length, and one that few strands of this hair exceed
+  // Count from 0, as in the list of files and in the file.
+  std::size_t file = 0, strand = 0;
+  // Are the first of the stray points in the strand, and their number.
+  std::size_t point = 0, point_count = 0;
+  // `size` is the distance or length that is too large; few strands of this hair exceed `usual`.
+  double size = 0, usual = 0;
 };
 
 // Cuts what would ruin the lattice, and what is no hair: strands without length; points that lie far from all hair and

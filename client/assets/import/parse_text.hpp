@@ -21,9 +21,9 @@ inline std::string_view as_text(std::span<const std::byte> bytes) {
 }
 
 // Parses the whole of `text` as a decimal number with or without a point and an exponent; a leading + is allowed. None
-// for anything else, and for what exceeds a double. A correct rounding up to 15 digits, else within 2 units of the last
-// place. The C++ library for WebAssembly has no std::from_chars for such numbers. Files of one groom must give the same
-// bits in every program, so this function replaces std::from_chars everywhere.
+// for anything else, and for what exceeds a double. Up to 15 digits are rounded correctly; more digits are within 2
+// units of the last place. The C++ library for WebAssembly has no std::from_chars for such numbers. Files of one groom
+// must give the same bits in every program, so this function replaces std::from_chars everywhere.
 inline std::optional<double> parse_decimal(std::string_view text) {
   const auto take = [&](char c) {
     const bool is_next = text.starts_with(c);
@@ -61,8 +61,8 @@ inline std::optional<double> parse_decimal(std::string_view text) {
   }
   if (!text.empty()) return {};
   auto value = static_cast<double>(mantissa);
-  // Powers up to 10^22 are exact, so each step rounds once.
-  constexpr std::int64_t kExactPower = 22;  // 10^22 is the largest power of ten that a double holds
+  // 10^22 is the largest power of ten that a double holds exactly, so each step rounds once.
+  constexpr std::int64_t kExactPower = 22;
   while (value != 0 && exponent != 0) {
     const auto step = std::clamp<std::int64_t>(exponent, -kExactPower, kExactPower);
     const double power = std::pow(10.0, static_cast<double>(std::abs(step)));

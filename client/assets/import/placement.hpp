@@ -52,12 +52,13 @@ Vec3f place(const Placement& placement, const Vec3& origin, const Vec3f& file_po
 
 // The strands of a file, or of one group of it.
 struct StrandFile {
-  ImportedStrands strands;  // points alone
+  // Has the points alone, without the values that some formats give for points or strands.
+  ImportedStrands strands;
   // The strands go to the group of this name.
   std::string group;
   // The file's name, for messages.
   std::string file = {};
-  // As those of StrandGroup.
+  // Holds each strand's diameter, like StrandGroup::widths.
   std::vector<float> widths = {};
 };
 
@@ -82,9 +83,9 @@ struct GroomDef {
 // A groom in head space that `validate` accepts.
 struct ImportedGroom {
   Groom groom;
-  // Has placed the strands.
+  // Is the placement by which the strands were converted.
   Placement placement;
-  // They are plain sentences: not the size of a head, …
+  // Holds lines about what is odd but may be meant, such as hair that has not the size of a head.
   std::vector<std::string> warnings;
 };
 

@@ -15,10 +15,10 @@
 #include "core/groom/groom.hpp"
 #include "core/shown_text.hpp"
 
-// Strands in a .ply, as text or binary of either byte order. In this order it takes: edges between vertices; the number
-// of its strand at each vertex; an element of strands with the number of points of each, or a list of their vertices;
-// else vertices alone that follow each other strand by strand, each of as many, as GaussianHaircut and NeuralHaircut
-// write them (100).
+// Strands in a .ply, as text or binary of either byte order. The first of these that a file has makes its strands:
+// edges between vertices; at each vertex the number of its strand; an element of strands, with the number of points or
+// the list of vertices of each. Without any of these, the vertices follow each other strand by strand, and all strands
+// have equally many: GaussianHaircut and NeuralHaircut write 100 for each.
 namespace hairnet {
 namespace {
 
@@ -45,7 +45,8 @@ std::optional<PlyNumber> ply_number(std::string_view word) {
 struct PlyProperty {
   std::string_view name;
   PlyNumber number{};
-  std::optional<PlyNumber> list;  // the type of the number of its values
+  // Is the type of the count that stands before a list's values; none: the property is no list.
+  std::optional<PlyNumber> list;
 };
 
 struct PlyElement {
@@ -190,8 +191,7 @@ class PlyValues {
   std::string_view data_;
 };
 
-// What of a file makes strands. The rows of one file, in the order of its elements. Vertices must precede what refers
-// to them.
+// The parts of a file that make strands, in the order of its elements. Vertices must precede what refers to them.
 struct PlyParts {
   std::vector<Vec3f> points;
   // Each point has one, or none has.

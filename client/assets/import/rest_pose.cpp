@@ -16,13 +16,15 @@ constexpr double kUprightCosine = 0.8;
 constexpr double kPointsUpCosine = 0.9;
 // Within 15 degrees the facing is that of an axis, since no skeleton is exactly symmetric.
 constexpr double kSnapCosine = 0.966;
-// Heights are measured from the feet to the head joint.
+// Heights are measured from the feet to the head joint. Within the limits a skeleton counts as a person in metres, also
+// as a small child or a giant.
 constexpr double kTallMin_m = 0.4, kTallMax_m = 3, kUsualTall_m = 1.45;
 
 struct Unit {
   double m;
   const char* name;
-  double rarity;  // penalty in the fit compared with a usual unit, as a logarithm
+  // Is a penalty for an unusual unit, which is added to the logarithm of the misfit in height.
+  double rarity;
 };
 // CMU's library of motions counts lengths in inches over 0.45. Metres are not listed, since they are the default.
 constexpr std::array<Unit, 6> kUnits{{{0.01, "a centimetre", 0},
@@ -98,7 +100,7 @@ class PosedSkeleton {
   [[nodiscard]] bool has_trunk() const { return trunk().norm() > 0; }
   [[nodiscard]] bool is_upright(const Vec3& up) const {
     if (!(trunk().dot(up) >= kUprightCosine * trunk().norm())) return false;
-    // Left and right must also lie beside each other, or they tell no facing.
+    // Left and right must also lie beside each other, by at least a twentieth of the trunk, or they tell no facing.
     return limbs_.empty() || sideways(up).norm() > 0.05 * trunk().norm();
   }
   // The horizontal direction from right to left. Its length grows with the number of limbs; only the direction is used.

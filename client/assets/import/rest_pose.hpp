@@ -14,9 +14,11 @@ namespace hairnet {
 // The pose in which a skeleton is upright, in the file's axes. The importer uses it as joint(rest) of B = joint(t)
 // joint(rest)^-1 A.
 struct SkeletonRest {
-  bool is_first_frame = false;  // else the zero pose: no rotations, offsets as they are
+  // The rest pose is the first frame; otherwise it is the zero pose: no rotations, offsets as they are.
+  bool is_first_frame = false;
   Vec3 up = Vec3::UnitY();
-  Vec3 face = Vec3::UnitZ();  // level, of unit length
+  // Is level, of unit length.
+  Vec3 face = Vec3::UnitZ();
   double unit_m = 1;
 
   [[nodiscard]] RigidTransform joint(const BvhFile& file, std::size_t joint) const {

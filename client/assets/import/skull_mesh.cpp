@@ -51,8 +51,8 @@ TriangleMesh unit_sphere() {
 std::vector<Vec3> surface_points(const TriangleMesh& mesh, double low_m) {
   const auto corner = [&](std::uint32_t v) -> Vec3 { return mesh.vertices[v].cast<double>(); };
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  // Twice the areas serve as well, since only shares matter.
-  std::vector<double> area{0};  // sum up to each triangle
+  // Sums up twice the areas of the triangles up to each one. The factor does not matter, since only shares count.
+  std::vector<double> area{0};
   for (const auto& triangle : mesh.triangles) {
     const Vec3 a = corner(triangle[0]), b = corner(triangle[1]), c = corner(triangle[2]);
     if (std::max({a.y(), b.y(), c.y()}) < low_m) continue;
@@ -84,7 +84,7 @@ std::vector<Vec3> surface_points(const TriangleMesh& mesh, double low_m) {
 
 std::optional<SkullFit> skull_of_mesh(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) return {};
-  // Only vertices of triangles count: files may have loose vertices above the head.
+  // The top is that of the triangles: files may have loose vertices above the head.
   double top = mesh.vertices[mesh.triangles.front()[0]].y();
   for (const auto& triangle : mesh.triangles) {
     for (const std::uint32_t v : triangle) top = std::max(top, static_cast<double>(mesh.vertices[v].y()));

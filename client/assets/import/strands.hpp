@@ -21,10 +21,12 @@ struct ImportedStrands {
   std::vector<Vec3f> points;
   std::vector<std::uint32_t> strand_begin{0};
 
-  // What only some formats say. Each list is empty, or has a value for each point or for each strand.
-  // Diameters at each point; zero where none is said.
+  // Only some formats have the following lists. Each list is empty, or has a value for each point or for each strand.
+
+  // Holds the diameter at each point; zero where the file has none.
   std::vector<float> widths;
-  std::vector<Vec3f> colours;  // linear RGB at each point
+  // Holds linear RGB at each point.
+  std::vector<Vec3f> colours;
   // Each strand grows at this place of the scalp's texture.
   std::vector<Eigen::Vector2f> root_uvs;
   // Each strand belongs to the group with this index into group_names.
@@ -37,8 +39,10 @@ struct ImportedStrands {
   std::optional<Axis> up;
   std::optional<double> unit_m;
 
-  std::vector<std::string> notes;   // lines about what was read
-  std::vector<std::string> doubts;  // lines about what was left out, or taken in spite of a doubt
+  // Holds lines about what was read.
+  std::vector<std::string> notes;
+  // Holds lines about what was left out, and about what was taken although it is uncertain.
+  std::vector<std::string> doubts;
 
   [[nodiscard]] std::size_t strand_count() const { return strand_begin.size() - 1; }
 };
@@ -47,17 +51,20 @@ struct ImportedStrands {
 // is as long as that of the strands.
 struct StrandMotion {
   std::vector<double> times_s;
-  std::vector<std::vector<Vec3f>> points;  // at each time
+  // Holds the list of points at each time.
+  std::vector<std::vector<Vec3f>> points;
 };
 
-// One for each group of the strands, points alone; what the file says of itself, the notes and doubts come with the
-// first. Guides beside other strands are left out, which the notes say.
+// The strands of one group, with their points alone. The first group also has what the file says of itself, the notes
+// and the doubts.
 struct StrandGroup {
-  std::string name;  // empty: the strands have no groups
+  // Is empty when the strands have no groups.
+  std::string name;
   ImportedStrands strands;
   // Each strand's diameter in its middle, in the file's unit, 0 where none is said; empty: none is said at all.
   std::vector<float> widths;
 };
+// Divides strands into their groups. Guides beside other strands are left out, which the notes say.
 std::vector<StrandGroup> divide_groups(ImportedStrands strands);
 
 // Every count is compared with the size of `bytes` before memory is reserved. Returns an error for non-finite points,

@@ -19,7 +19,8 @@ struct Layout {
 constexpr std::string_view kTextBegin =
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 \t\r\n#\xef\xbb\xbf";
 constexpr Layout kVersion3{3.0f, 144, 148, 0};
-constexpr Layout kVersion4{4.0f, 12, 160, 4};  // inverse mass
+// The gap of four bytes behind each point of version 4 is an inverse mass.
+constexpr Layout kVersion4{4.0f, 12, 160, 4};
 
 Result<Layout> layout_of(float version) {
   if (version == kVersion3.version) return kVersion3;
@@ -30,8 +31,7 @@ Result<Layout> layout_of(float version) {
 }  // namespace
 
 Result<ImportedStrands> decode_tressfx(std::span<const std::byte> bytes) {
-  // Binary files begin with a number of which a byte is no character. A version such as 3.0f has zero bytes, which no
-  // text has.
+  // Binary files begin with their version as a float, such as 3.0f. It has zero bytes, which no text has.
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (!text.empty() && text.substr(0, 4).find_first_not_of(kTextBegin) == std::string_view::npos)
     return decode_tressfx_text(text);

@@ -27,7 +27,8 @@ constexpr std::uint64_t kCrateEntriesMax = 4'000'000;
 constexpr std::size_t kCrateFieldsMax = 256;
 constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
 
-// A value: what it is, and itself or its place.
+// A value in 64 bits. The upper three say whether it is an array, inlined and packed; then come the type, and 48 bits
+// of payload: the value itself if it is inlined, else its place in the file.
 struct CrateValue {
   std::uint64_t bits = 0;
   [[nodiscard]] bool is_array() const { return (bits >> 63) != 0; }
@@ -38,17 +39,20 @@ struct CrateValue {
   [[nodiscard]] std::uint32_t low() const { return static_cast<std::uint32_t>(bits); }
 };
 
+// Are the format's numbers of types.
 constexpr unsigned kCrateBool = 1, kCrateInt64 = 5, kCrateString = 10, kCrateToken = 11, kCrateAsset = 12,
                    kCrateMatrix4d = 15, kCrateReferences = 35, kCrateTokens = 41, kCrateSpecifier = 42,
                    kCrateSelections = 45, kCrateSamples = 46, kCratePayload = 47, kCrateDoubles = 48,
                    kCrateStrings = 50, kCratePayloads = 55, kCrateTimeCode = 56;
 
-// How the numbers of a type lie in the file: a letter of what they are, their bytes, and how many make one value.
+// How the numbers of a type lie in the file: what they are, the bytes of each, and how many make one value.
 struct NumberLayout {
-  char kind = 'i';  // i: whole; u: without a sign; f: real
+  // Is 'i' for whole numbers, 'u' for whole numbers without a sign, and 'f' for real numbers.
+  char kind = 'i';
   std::size_t bytes = 4, count = 1;
 };
 std::optional<NumberLayout> layout_of(unsigned type) {
+  // The index is the number of the type, from bool (1) to a vector of four whole numbers (30).
   constexpr std::array<NumberLayout, 31> kLayouts{
       {{},          {'u', 1, 1}, {'u', 1, 1}, {'i', 4, 1}, {'u', 4, 1}, {'i', 8, 1}, {'u', 8, 1}, {'f', 2, 1},
        {'f', 4, 1}, {'f', 8, 1}, {},          {},          {},          {'f', 8, 4}, {'f', 8, 9}, {'f', 8, 16},
@@ -78,7 +82,8 @@ struct CrateNode {
   std::string_view name;
   bool is_property = false;
   std::vector<std::uint32_t> children;
-  std::optional<std::uint32_t> fields;  // where its set of fields begins
+  // Is the place in `sets_` where the node's set of fields begins.
+  std::optional<std::uint32_t> fields;
 };
 
 class Crate {
@@ -87,6 +92,7 @@ class Crate {
       : bytes_(bytes), content_(content), text_max_(kTextBytes + kTextOfByte * bytes.size()) {}
 
   Result<std::string> text() {
+    // The header has a magic of 8 bytes, the version from byte 8 on, and at byte 16 the place of the table of contents.
     constexpr std::size_t kHeaderBytes = 24;
     if (bytes_.size() < kHeaderBytes) return Refusal("truncated: shorter than the header of binary USD");
     minor_ = std::to_integer<unsigned>(bytes_[9]);
@@ -104,6 +110,8 @@ class Crate {
   }
 
  private:
+  // The read_ functions return what is damaged, or an empty text. A row of the table of contents has a name of 16
+  // bytes, a place and a size.
   const char* read_sections(std::uint64_t at) {
     constexpr std::array<std::string_view, 6> kNames{"TOKENS", "STRINGS", "FIELDS", "FIELDSETS", "PATHS", "SPECS"};
     if (at > bytes_.size()) return "its table of contents is beyond its end";
@@ -128,10 +136,12 @@ class Crate {
     ByteReader in(sections_[0]);
     if (!in.has(24)) return "its tokens";
     const std::uint64_t count = in.u64(), size = in.u64(), packed_bytes = in.u64();
+    // LZ4 makes at most 255 bytes of one, so a larger size is false.
     if (!in.has(packed_bytes, 1) || size / 255 > packed_bytes || count > size) return "its tokens";
     auto unpacked = unpack(sections_[0].subspan(in.at(), packed_bytes), size);
     if (!unpacked || unpacked->size() != size || (size > 0 && unpacked->back() != std::byte{0})) return "its tokens";
     token_bytes_ = std::move(*unpacked);
+    // Each token ends with a zero.
     const std::string_view all(reinterpret_cast<const char*>(token_bytes_.data()), token_bytes_.size());
     for (std::size_t at = 0; at < all.size(); at += tokens_.back().size() + 1)
       tokens_.push_back(all.substr(at, all.find('\0', at) - at));
@@ -169,7 +179,9 @@ class Crate {
     return "";
   }
 
-  // Paths as a tree in depth-first order: `jumps` tells where the next one on the same height is.
+  // Paths as a tree in depth-first order. A jump above 0 means that a child follows, and that the next sibling is so
+  // many entries later. A jump of 0 means that a sibling follows, -1 that only a child follows, and -2 that neither
+  // does. A negative name is that of a property.
   const char* read_paths() {
     ByteReader in(sections_[4]);
     if (!in.has(16)) return "its paths";
@@ -181,7 +193,8 @@ class Crate {
     if (!jumps || path_count > 2 * count + 1) return "its paths";
     nodes_.resize(path_count);
     std::vector<bool> is_read(count, false), is_placed(path_count, false);
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> later;  // where a path with siblings goes on, and below what
+    // Holds the entries of siblings that are still to be read, each with its parent.
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> later;
     if (count > 0) later.emplace_back(0, kNoIndex);
     while (!later.empty()) {
       auto [at, parent] = later.back();
@@ -244,11 +257,13 @@ class Crate {
     return value && value->type() == kCrateToken && !value->is_array() ? token(value->payload()) : std::string_view{};
   }
 
+  // Returns a reader at a place of the file; none: fewer than `bytes` are there.
   std::optional<ByteReader> at(std::uint64_t place, std::size_t bytes) const {
     if (place > bytes_.size() || bytes > bytes_.size() - place) return {};
     return ByteReader(bytes_, place);
   }
 
+  // So many digits read back to the same double or float.
   void put_number(double value, bool is_double) {
     char word[40];
     const int length = std::snprintf(word, sizeof word, is_double ? "%.17g" : "%.9g", value);
@@ -293,6 +308,8 @@ class Crate {
     text_.push_back(')');
   }
 
+  // The payload has one number of up to 32 bits, or a signed byte for each number of a vector. An inlined matrix is
+  // diagonal, and has a byte for each number on the diagonal.
   bool put_inlined(CrateValue value, const NumberLayout& layout) {
     const std::uint32_t low = value.low();
     const auto small = [&](std::size_t i) { return static_cast<double>(static_cast<std::int8_t>(low >> (8 * i))); };
@@ -322,6 +339,8 @@ class Crate {
     return true;
   }
 
+  // Packed real numbers begin with a letter: 'i' for numbers that are all whole, or 't' for a table of numbers and the
+  // index of each value in it.
   bool put_packed_numbers(ByteReader& in, const NumberLayout& layout, std::uint64_t count) {
     if (layout.kind != 'f') {
       if (layout.bytes < 4) return false;
@@ -356,7 +375,8 @@ class Crate {
   }
 
   bool put_array(CrateValue value) {
-    constexpr std::uint64_t kPackedMin = 16;  // fewer are never packed
+    // Arrays of fewer values are never packed.
+    constexpr std::uint64_t kPackedMin = 16;
     const bool is_words = value.type() >= kCrateString && value.type() <= kCrateAsset;
     const auto layout = is_words ? NumberLayout{'u', 4, 1} : layout_of(value.type());
     if (!layout) {
@@ -368,6 +388,7 @@ class Crate {
       auto in = at(value.payload(), 12);
       if (!in) in = at(value.payload(), 4);
       if (!in) return false;
+      // Versions before 0.5 have a number of axes before the count, and those before 0.7 a count of 32 bits.
       if (minor_ < 5) in->skip(4);
       if (!in->has(minor_ < 7 ? 4 : 8)) return false;
       const std::uint64_t count = minor_ < 7 ? in->u32() : in->u64();
@@ -375,6 +396,7 @@ class Crate {
         if (is_words || layout->count > 1 || !put_packed_numbers(*in, *layout, count)) return false;
       } else {
         if (!in->has(count, layout->bytes * layout->count)) return false;
+        // Types 16 to 18 are quaternions of doubles, floats and halves.
         const bool is_quaternion = value.type() >= 16 && value.type() <= 18;
         for (std::uint64_t i = 0; i < count; ++i) {
           if (text_.size() > text_max_) return false;
@@ -392,7 +414,7 @@ class Crate {
     return true;
   }
 
-  // Writes a value; `none` where it is of a type that nothing about curves has. Returns whether it is valid.
+  // Writes a value, or None for a type that neither curves nor bodies have. Returns whether the value is valid.
   bool put_value(CrateValue value) {
     if (value.is_array()) return put_array(value);
     const unsigned type = value.type();
@@ -425,7 +447,8 @@ class Crate {
     return true;
   }
 
-  // Times and values, each where a distance from itself says.
+  // Writes the samples of an attribute. A distance leads from its own place to the times, and another one from behind
+  // the times to the values.
   bool put_samples(CrateValue value) {
     const auto jump = [&](std::uint64_t from) -> std::optional<ByteReader> {
       auto in = at(from, 8);
@@ -451,7 +474,8 @@ class Crate {
     return true;
   }
 
-  // The names of files that a list of references begins with.
+  // Writes the file of the first reference. In a list, a byte of flags and a count of 8 bytes stand before the
+  // references.
   void put_references(const CrateNode& node) {
     for (const std::string_view name : {"references", "payload"}) {
       const auto value = field(node, name);
@@ -497,7 +521,7 @@ class Crate {
                                   ? is_of_mesh || is_of_skeleton
                                   : is_of_curves && (prim_type.empty() || prim_type == "BasisCurves");
     if (!is_of_all && !is_asked_for) return true;
-    // Names are words of the text, or nothing that is asked for.
+    // A name that is no word of the text is none that is asked for, and is left out.
     if (node.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_:") !=
         std::string_view::npos)
       return true;
@@ -518,6 +542,7 @@ class Crate {
     return true;
   }
 
+  // Writes the beginning of a prim up to its brace. A node with a name such as {set=variant} is a variant.
   bool begin_prim(const CrateNode& node) {
     if (node.name.starts_with('{')) {
       const std::size_t equal = std::min(node.name.find('='), node.name.size());
@@ -588,10 +613,14 @@ class Crate {
   CrateBytes bytes_;
   Content content_;
   std::size_t text_max_;
+  // The file has version 0.minor_.
   unsigned minor_ = 0;
+  // Are in the order of the names in read_sections().
   std::array<CrateBytes, 6> sections_;
+  // Holds the text of all tokens, which tokens_ refers to.
   std::vector<std::byte> token_bytes_;
   std::vector<std::string_view> tokens_;
+  // strings_ are indices of tokens. sets_ are indices of fields, set after set; an index of no field ends each set.
   std::vector<std::uint32_t> strings_, sets_;
   std::vector<CrateField> fields_;
   std::vector<CrateNode> nodes_;

@@ -26,9 +26,10 @@ using usda::Attribute;
 using usda::Layer;
 using usda::Prim;
 
-// Asked for at this time, an attribute gives its first sample.
+// This time is before all samples, so an attribute gives its first sample there.
 constexpr double kFirst = -std::numeric_limits<double>::infinity();
-constexpr std::size_t kListedMax = 12;  // names in one line
+// A line names so many things at most.
+constexpr std::size_t kListedMax = 12;
 
 // Names in a line for the user: as many as it holds, and how many there are beyond.
 class NameLine {
@@ -50,7 +51,8 @@ class NameLine {
 // changed.
 struct State {
   Mat4 world = Mat4::Identity();
-  std::string hidden;  // why what is below is not drawn; empty: it is
+  // Says why the prims below are not drawn; empty: they are drawn.
+  std::string hidden;
   std::string purpose;
   std::size_t skel_root = usda::kNone;
   bool is_animated = false;
@@ -60,17 +62,18 @@ struct State {
 // attribute then has one way to be read, whatever its interpolation.
 struct Spread {
   std::vector<std::uint32_t> begin, count;
-  std::vector<std::int64_t> indices;  // empty: the values are not indexed
+  // Is empty when the values are not indexed.
+  std::vector<std::int64_t> indices;
 
   [[nodiscard]] std::size_t value(std::size_t curve, std::size_t i) const {
     return indices.empty() ? begin[curve] + i : static_cast<std::size_t>(indices[begin[curve] + i]);
   }
 };
 
-// An `over` without a type changes a prim that may lie in another file.
+// Whether a prim is a set of curves.
 bool is_curves(const Prim& prim) {
   if (prim.type == "BasisCurves") return true;
-  // What is said of a prim of another file has no type of its own.
+  // An `over` changes a prim that may lie in another file, and then has no type of its own.
   return prim.type.empty() && usda::attribute(prim, "curveVertexCounts").exists();
 }
 

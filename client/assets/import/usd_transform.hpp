@@ -12,9 +12,11 @@ namespace hairnet::usda {
 // The matrix applies to points of the prim and leads to its parent.
 struct LocalTransform {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  bool resets = false;  // the transforms of the prims above do not count
+  // The transforms of the prims above do not count.
+  bool resets = false;
   bool is_animated = false;
-  std::vector<std::string> unread;  // names of operations that cannot be read
+  // Holds the names of operations that cannot be read.
+  std::vector<std::string> unread;
 };
 LocalTransform local_transform(const Prim& prim);
 

@@ -12,10 +12,10 @@
 namespace hairnet::usda {
 namespace {
 
-// Prims in prims, and brackets in brackets, are nested no deeper. The limit bounds the memory for files that were made
-// to exhaust it.
+// Prims within prims, and brackets within brackets, may be nested so deep. The limit bounds the memory for files that
+// were made to exhaust it.
 constexpr std::size_t kDepthMax = 256;
-// All prims and their statements are no more.
+// A file may have so many prims and statements together.
 constexpr std::size_t kStatementsMax = 500'000;
 
 bool is_word(char c) {
@@ -23,7 +23,7 @@ bool is_word(char c) {
          c == '.' || c == '-' || c == '+' || static_cast<unsigned char>(c) >= 0x80;
 }
 
-// Where in the text the reading stands. After an error all that is read is empty.
+// A place in the text, from which values are read one after the other. After an error all values are empty.
 class Cursor {
  public:
   explicit Cursor(std::string_view text) : text_(text) {}
@@ -76,8 +76,8 @@ class Cursor {
     return failed() ? std::string_view{} : text_.substr(begin, at_ - begin);
   }
 
-  // What stands before a character of this line, without the character; empty where the line has none. The time of a
-  // sample is read so, since a colon is part of words elsewhere.
+  // Returns the text before the next `c` in this line; empty if the line has none. The time of a sample is read so,
+  // since a colon is part of words elsewhere.
   std::string_view until(char c) {
     skip_blanks();
     const std::size_t begin = at_, end = text_.find_first_of(std::string{c, '\n'}, at_);
@@ -96,7 +96,8 @@ class Cursor {
     return failed() ? std::string_view{} : text_.substr(begin, at_ - begin);
   }
 
-  // A value, of whatever type; in metadata also a file with a prim in it, and how its times are shifted.
+  // Returns a value of any type. In metadata the value may also be a file with a prim in it, and with a shift of its
+  // times.
   std::string_view value(bool is_metadata) {
     skip_blanks();
     const std::size_t begin = at_;

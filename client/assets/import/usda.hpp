@@ -25,17 +25,21 @@ struct Sample {
 
 // One statement about an attribute or a relationship. An attribute may have several: a value, samples, metadata.
 struct Statement {
-  std::string_view type;  // "point3f[]", or "rel"
+  // Is a type such as "point3f[]", or "rel" for a relationship.
+  std::string_view type;
   std::string_view name;
-  std::string_view value;  // empty: none
+  // Is empty without a value.
+  std::string_view value;
   std::vector<Sample> samples;
-  std::string_view metadata;  // between its parentheses
+  // Is the text between the statement's parentheses.
+  std::string_view metadata;
 };
 
 // Name and type are views of the file; the metadata is what stands between its parentheses.
 struct Prim {
   std::size_t parent = kNone;
-  std::string_view specifier, type, name;  // "def", "BasisCurves", "hair"
+  // Are texts such as "def", "BasisCurves" and "hair".
+  std::string_view specifier, type, name;
   std::string_view metadata;
   std::vector<Statement> statements;
 };
@@ -45,7 +49,8 @@ struct Prim {
 // the result depends on one file alone.
 struct Layer {
   std::vector<Prim> prims;
-  std::vector<std::string> skipped_variants;  // those with curves that are not selected
+  // Names the variants that have curves and are not selected.
+  std::vector<std::string> skipped_variants;
 };
 
 // Returns an error with its line for text that is not valid USD, is nested deeper than 256, or has more than 500 000
@@ -58,7 +63,8 @@ std::string_view field(std::string_view metadata, std::string_view key);
 // An attribute of a prim: its value, or those at the times of its samples. It joins all statements about the attribute.
 struct Attribute {
   std::string_view value, metadata;
-  std::vector<Sample> samples;  // by time
+  // Are sorted by time.
+  std::vector<Sample> samples;
 
   [[nodiscard]] bool exists() const { return !value.empty() || !samples.empty(); }
   // The sample that holds at this time, or the first; the value where there are no samples.
@@ -66,7 +72,7 @@ struct Attribute {
 };
 Attribute attribute(const Prim& prim, std::string_view name);
 
-// A string, token, path or asset without its quotes. Anything else as it stands.
+// Returns a string, token, path or asset without its quotes, and any other text as it stands.
 std::string unquoted(std::string_view value);
 // All strings of an array, or the one.
 std::vector<std::string> strings(std::string_view value);

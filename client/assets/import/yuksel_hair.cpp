@@ -37,8 +37,8 @@ Result<Header> read_header(ByteReader& in) {
   return header;
 }
 
-// Bytes of all arrays, in 64 bits: 32-bit counts cannot overflow it. Comparing this number with the file's size at once
-// makes all later reads safe.
+// Returns the bytes of all arrays, in 64 bits, which counts of 32 bits cannot overflow. Comparing this number with the
+// file's size at once makes all later reads safe.
 std::uint64_t array_bytes(const Header& header) {
   const auto per_point = [&](std::uint32_t bit, std::uint64_t bytes) {
     return (header.arrays & bit) != 0 ? bytes * header.point_count : 0;

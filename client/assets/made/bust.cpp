@@ -38,8 +38,9 @@ made::GridPlanes bust_planes() {
 using BoneWeights = std::array<float, kBoneCount>;
 
 // The bones' shares at a point of the skin. Head and neck separate along a plane that slants from the nape down to the
-// throat; the shoulders fade into the trunk towards the breastbone and down the ribs. Slopes are wide, because a sharp
-// border between bones would fold the skin when the head turns.
+// throat; the shoulders fade into the trunk towards the breastbone and down the ribs. The first two numbers of each
+// smootherstep() are the places, in head space, m, between which a share goes from 0 to 1. They are far apart, because
+// a sharp border between bones would fold the skin when the head turns.
 BoneWeights weights_at(const Vec3& p) {
   const double head = made::smootherstep(-0.022, 0.022, p.y() + 0.44 * p.z() + 0.052);
   const double trunk = 1 - made::smootherstep(-0.165, -0.095, p.y() + 0.25 * p.z() - 0.35 * std::abs(p.x()));

@@ -35,6 +35,9 @@ double carve(double a, double b, double k) {
   return -join(-a, b, k);
 }
 
+// The shapes below are those of the left half: bust_distance() mirrors points of the right half to x > 0. An ellipsoid
+// has a centre and radii, a capsule two ends and their radii, in head space, m. The last argument of join() and carve()
+// is the width of the rounding, m.
 double cranium(const Vec3& p) {
   double d = ellipsoid(p, {0, 0.068, -0.004}, {0.0755, 0.082, 0.088});
   d = join(d, ellipsoid(p, {0, 0.078, 0.034}, {0.0635, 0.063, 0.066}), 0.03);     // forehead
@@ -70,7 +73,8 @@ double neck(const Vec3& p) {
 }
 
 double torso(const Vec3& head_sided) {
-  // Rounded much more widely at the middle than the face.
+  // The halves of the trunk are rounded over 17 mm where they meet, since the square root of 3e-4 is 0.017; those of
+  // the face only over 3 mm, see bust_distance().
   const Vec3 p(std::sqrt(head_sided.x() * head_sided.x() + 3e-4), head_sided.y(), head_sided.z());
   double d = ellipsoid(p, {0, -0.290, -0.030}, {0.150, 0.125, 0.092});
   d = join(d, capsule(p, {0.030, -0.118, -0.048}, {0.138, -0.198, -0.042}, 0.028, 0.034), 0.06);   // trapezius
@@ -84,10 +88,12 @@ double torso(const Vec3& head_sided) {
 }  // namespace
 
 double bust_distance(const Vec3& point) {
-  // Both halves at once; the rounding at the middle plane keeps pairs from meeting in a crease.
+  // Points of both halves are mapped to x > 0. The addend, the square of 3 mm, rounds the place where the halves meet,
+  // so that they do not meet in a crease.
   const Vec3 p(std::sqrt(point.x() * point.x() + 9e-6), point.y(), point.z());
-  // The distance is more than the widest rounding, so leaving the other half out changes nothing near the skin.
-  constexpr double kFar = 0.12;  // beyond this distance the other half of the body has no influence
+  // Farther than this from the border, m, only the head or only the trunk is evaluated. The distance is more than the
+  // widest rounding, so leaving the other part out changes nothing near the skin. The two borders overlap at the neck.
+  constexpr double kFar = 0.12;
   const double above = p.y() + 0.115, below = -0.06 - p.y();
   double d = neck(p);
   if (above > -kFar) {
@@ -98,8 +104,8 @@ double bust_distance(const Vec3& point) {
   if (below > -kFar) {
     d = join(d, torso(p), 0.055);
   }
-  // Cut off in a bow: under the chest in the middle, through the armpits at the sides. Division by the slope of the
-  // bow's edge keeps the value a distance.
+  // The bust is cut off in a bow: under the chest in the middle, through the armpits at the sides. The slope of the bow
+  // is 4.6 x, whose square is about 21 x^2; dividing by the length of its normal keeps the value a distance.
   const double bow = -0.360 + 2.3 * p.x() * p.x();
   return carve(d, (p.y() - bow) / std::sqrt(1 + 21 * p.x() * p.x()), 0.02);
 }

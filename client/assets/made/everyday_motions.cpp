@@ -76,7 +76,8 @@ Gesture turn_on_spot(const MotionVariation& variation, std::uint32_t, double t) 
   Gesture g;
   // The sum of turns never falls, so the body does not turn back at the end of a period.
   g.facing = std::numbers::pi * (done + smootherstep(0, kTurn_s, since_s));
-  g.head_yaw = 0.3 * bump(since_s / kTurn_s - 0.4);  // the head turns first
+  // The head turns first: its bump is centred at 0.4 of the turn.
+  g.head_yaw = 0.3 * bump(since_s / kTurn_s - 0.4);
   // Two small dips are the two steps of a turn.
   g.lift_m = -0.015 * variation.size * (bump(2 * since_s / kTurn_s - 0.5) + bump(2 * since_s / kTurn_s - 1.5));
   return g;

@@ -50,6 +50,7 @@ bool going_round(Path& path, double step_m) {
 // One step after the other: choose the direction, bend towards it, avoid the face, and leave the skin. The order
 // matters, since only the last may move a point out of the skin.
 Path grow(const Growth& growth) {
+  // Within this distance above its clearance, m, a strand is near the skin (GrowthPoint::nearness).
   constexpr double kMargin = 0.012;
   Path path{growth.start};
   Vec3 p = growth.start, direction = growth.direction.normalized();

@@ -68,7 +68,8 @@ struct Curl {
   // The radius grows from the root over this length.
   double onset_m = 0.1;
   double phase = 0;  // radians
-  double hand = 1;   // +1 or -1
+  // Is +1 or -1, and decides the direction of the winding.
+  double hand = 1;
   // Ranges from 0, a helix, to 1, a wave in a plane.
   double flatness = 0;
 };

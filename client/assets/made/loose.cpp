@@ -16,9 +16,11 @@ namespace {
 struct Lock {
   Root root;
   bool fringe = false;
-  Vec3 comb = Vec3::Zero();  // at the root
+  // Is the direction of the comb at the root.
+  Vec3 comb = Vec3::Zero();
   Path path;
   Curl curl;
+  // Scales the length of the lock's strands.
   double shortening = 1;
 };
 
@@ -27,6 +29,7 @@ struct Lock {
 class Dresser {
  public:
   Dresser(const LooseRecipe& recipe, const StyleOptions& options, Groom& groom)
+      // The second number is a stream of the seed that only this class uses.
       : recipe_(recipe), options_(options), groom_(groom), random_(options.seed, 21) {}
 
   void dress() {
@@ -70,7 +73,8 @@ class Dresser {
       lock.fringe = in_fringe(recipe_, root);
       lock.comb = recipe_.comb(root.point, root);
       lock.curl = make_curl(options_.curl, random_);
-      // Strands of a lock are thinned together, which makes the outline of tips uneven in locks and not hair by hair.
+      // Strands of a lock are thinned together, by up to 0.35 of the recipe's thinning; add_strand() thins each strand
+      // once more. This makes the outline of tips uneven in locks and not hair by hair.
       lock.shortening = 1 - 0.35 * recipe_.thinning * random_.unit();
       // The lock is a tenth longer, so that strands which are a little longer still find the lock's line beside them.
       lock.path = grow(growth_of(recipe_, root,
@@ -119,6 +123,7 @@ class Dresser {
     if (!fringe) {
       cut(path, root, thinned);
     }
+    // Curls of one lock differ a little in size, and those of a fringe are much smaller.
     Curl curl = lock.curl;
     curl.phase += recipe_.curl_disorder * random_.symmetric();
     curl.radius_m *= random_.between(0.8, 1.15) * (fringe ? 0.4 : 1);
@@ -132,7 +137,8 @@ class Dresser {
     const double clumping = recipe_.clumping * random_.between(0.6, 1.0);
     double s = 0;
     Vec3 shift = Vec3::Zero();
-    Vec3 before = path.front();  // as grown: the pull must not change the arc length
+    // Is the last point as it was grown: the pull must not change the arc length.
+    Vec3 before = path.front();
     for (std::size_t i = 1; i < path.size(); ++i) {
       s += (path[i] - before).norm();
       before = path[i];
@@ -151,14 +157,14 @@ class Dresser {
   // Cuts at the height of the reference strand, to the degree that the style is blunt, but leaves a short rest of hair.
   void cut(Path& path, const Root& root, double thinned) {
     const double tip_m = path.back().y();
-    // Thinned strands are cut higher, so the edge of blunt hair is not a line.
+    // Thinned strands are cut higher, and each strand up to 6 mm higher or lower, so the edge of blunt hair is no line.
     const double blunt_m = cut_height_m_ + 0.006 * random_.symmetric() + 0.5 * (1 - thinned) * options_.length_m;
     if (tip_m >= blunt_m || recipe_.blunt <= 0) {
       return;
     }
     // No cut is above the root.
     const double height_m = std::min(mix(tip_m, blunt_m, recipe_.blunt), root.point.y());
-    // A rest of hair must remain, even where the whole strand lies below the cut.
+    // At least 2.5 cm of hair remain, or half of a short style, even where the whole strand lies below the cut.
     const double min_m = std::min(0.025, 0.5 * options_.length_m);
     double s = 0;
     for (std::size_t i = 1; i < path.size(); ++i) {
@@ -170,7 +176,8 @@ class Dresser {
     }
   }
 
-  // Groups are regions in which users set materials and root lengths.
+  // Groups are regions in which users set materials and root lengths. The limits are a share of the way from nape to
+  // crown (Root::height), and degrees from the front.
   StrandFinish finish_for(const Root& root, bool fringe) {
     const char* group = fringe                           ? "fringe"
                         : root.height > 0.78             ? "top"

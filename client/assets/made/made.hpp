@@ -34,9 +34,11 @@ std::span<const MadeName> hairstyle_names();  // long_straight, long_curly, bob,
 Result<Groom> make_hairstyle(std::string_view name, const HairstyleOptions& options = {});
 
 struct MotionOptions {
-  double duration_s = 0;  // 0 = the motion's own
+  // Zero means the motion's own duration.
+  double duration_s = 0;
   double rate_hz = 60;
-  std::uint32_t seed = 1;  // phase and small variations
+  // Determines the phase and small variations.
+  std::uint32_t seed = 1;
 };
 std::span<const MadeName> motion_names();  // nod, shake, walk, dance, lean, upside_down, …
 // Begins and ends upright at rest, but not always at the same place (run and walk travel). Poses are in the world, with

@@ -42,8 +42,12 @@ struct Glances {
     return from +
            smootherstep(kGlance_s - kTurn_s, kGlance_s, t - static_cast<double>(glance) * kGlance_s) * (to - from);
   }
-  std::array<Vec3, 61> targets;  // yaw, pitch, roll
+  // Each target has a yaw, a pitch and a roll, in radians.
+  std::array<Vec3, 61> targets;
 };
+
+// In the functions below angles are in radians and lengths in metres, as in Gesture; wave() takes a frequency in Hz,
+// and factors are the size of each movement. The braces of add_gait() hold steps a second, bob and sway (Gait).
 
 Gesture still(const MotionVariation&, std::uint32_t, double) {
   return {};
@@ -79,7 +83,8 @@ Gesture run(const MotionVariation& variation, std::uint32_t, double t) {
   return g;
 }
 
-// A crouch before the jump, the flight, and a crouch on landing, at their shares of the cycle of 1.3 s.
+// A crouch before the jump, the flight, and a crouch on landing. bump((x - c) / w) is centred at the share c of the
+// cycle of 1.3 s, and takes the share w of it.
 Gesture jump(const MotionVariation& variation, std::uint32_t, double t) {
   const double cycle = t * variation.tempo / 1.3;
   const double x = cycle - std::floor(cycle);
@@ -96,7 +101,8 @@ Gesture jump(const MotionVariation& variation, std::uint32_t, double t) {
 
 // A bar has four beats. The turn takes beats 1 to 2.6 of each bar, and each second bar turns back.
 Gesture dance(const MotionVariation& variation, std::uint32_t, double t) {
-  const double beat = t * variation.tempo * 2;  // 120 beats a minute
+  // Two beats a second are 120 a minute.
+  const double beat = t * variation.tempo * 2;
   const auto bar = std::floor(beat / 4);
   // Half a turn to one side and back, every other bar.
   const bool away = static_cast<long>(bar) % 2 == 0;
@@ -159,7 +165,8 @@ struct Recipe {
   Gesture (*gesture)(const MotionVariation&, std::uint32_t seed, double t);
 };
 
-// Programs list the motions in this order.
+// A row has a name, what the motion shows, its own duration, s, and its gesture. Programs list the motions in this
+// order.
 constexpr std::array<Recipe, 21> kRecipes{{
     {{"still", "upright, at rest"}, 2, still},
     {{"nod", "yes, about once a second"}, 5, nod},

@@ -12,11 +12,12 @@ namespace hairnet::made {
 namespace {
 
 constexpr int kLocks = 3;
-// Shorter periods make a finer plait, for which strands need more points.
-constexpr double kPeriod = 0.075;  // m of plait after which a lock returns to its side
+// After so many metres of plait a lock returns to its side. A shorter period makes a finer plait, for which strands
+// need more points.
+constexpr double kPeriod = 0.075;
 constexpr double kTurn = 2 * std::numbers::pi;
 
-// It lies at the nape, off the skin by more than its own radius.
+// The tie is a ring of 12 mm radius at the nape, whose middle is 16 mm off the skin.
 Tie nape_tie() {
   const Vec3 skin = skin_along(Vec3(0, -0.30, -1).normalized());
   return {skin + 0.016 * bust_normal(skin), Vec3(0, -0.45, -0.89).normalized(), 0.012};
@@ -43,9 +44,10 @@ class Plait {
  public:
   Plait(const Tie& tie, double length_m) : core_(make_core(tie, length_m)), along_(core_), length_m_(along_.length()) {}
 
-  // Length of plait above the cord. The end below the cord is 7.5 cm, or three tenths of a short plait.
+  // Returns the length of plait above the cord. The end below the cord is 7.5 cm, or three tenths of a short plait.
   [[nodiscard]] double tied_at() const { return std::max(length_m_ - 0.075, 0.7 * length_m_); }
-  // The thickness of the plait there, relative to its maximum. Full near the nape, thinner towards the cord.
+  // Returns the thickness of the plait at `s` metres, relative to its maximum: it is full from 4 cm behind the tie to
+  // 10 cm, and falls to 0.55 at the cord.
   [[nodiscard]] double fullness(double s) const {
     return mix(0.75, 1, smootherstep(0, 0.04, s)) * mix(1, 0.55, smootherstep(0.1, tied_at(), s));
   }
@@ -59,7 +61,8 @@ class Plait {
   // locks a third of a period apart then cross over and under each other.
   [[nodiscard]] Place lock(int lock, double s) const {
     const Place core = place(s);
-    // The locks come together at both ends, in the tie and under the cord.
+    // The locks come together at both ends, in the tie and under the cord. Where the plait is full, a lock swings 12.5
+    // mm to each side, and 7.2 mm to the front and the back.
     const double held = smootherstep(0, 0.03, s) * (1 - 0.75 * smootherstep(tied_at() - 0.03, tied_at(), s));
     const double phase = kTurn * (s / kPeriod + static_cast<double>(lock) / kLocks);
     const double wide = 0.0125 * fullness(s) * held, deep = 0.0072 * fullness(s) * held;
@@ -112,8 +115,9 @@ std::vector<std::uint32_t> points_at(const Groom& groom, const Vec3& middle, dou
   return found;
 }
 
-// Winds a cord round the plait's end; both ends of the cord hang. The returned points are those of the windings; the
-// hanging ends stay free.
+// Winds a cord round the plait's end; both ends of the cord hang. Returns some points of the windings, which are to be
+// tied; the hanging ends stay free. The cord's points are 11 of the first end, 16 for each wind, and 11 of the other
+// end.
 std::vector<std::uint32_t> add_cord(const Plait& plait, Groom& groom) {
   constexpr int kWinds = 6;
   constexpr double kRadius = 0.0016, kHanging = 0.07;
@@ -141,7 +145,7 @@ std::vector<std::uint32_t> add_cord(const Plait& plait, Groom& groom) {
   cord.linear_density_kg_per_m = 2e-3f;
   groom.add_thread(line, cord);
   std::vector<std::uint32_t> wound;
-  // Every third point is enough to hold the cord.
+  // Point 11 is the first of the windings. Every third point is enough to hold the cord.
   for (std::uint32_t i = 11; i < 11 + 16 * kWinds; i += 3) wound.push_back(groom.threads.back().points.begin + i);
   return wound;
 }
@@ -156,6 +160,7 @@ void dress_plait(const StyleOptions& options, Groom& groom) {
   finish.hair_count = kHairsInAll / static_cast<double>(options.strand_count);
   finish.group = group_index(groom, "plait");
   finish.skin_clearance_m = 0.0015;
+  // A point for each 9.5 mm shows the weave; 0.16 m stands for the way over the head to the tie.
   finish.points = std::clamp(static_cast<int>((0.16 + options.length_m) / 0.0095), 18, 72);
   for (const Root& root : scatter_roots(options.strand_count, options.seed, is_pulled_back)) {
     Path path = pulled(root, tie, random);
@@ -164,11 +169,13 @@ void dress_plait(const StyleOptions& options, Groom& groom) {
     append_plaited(plait, static_cast<int>(random.next() % kLocks),
                    plait.length() * (1 - 0.15 * chance * chance * chance), random, path);
     Curl wave = make_curl(options.curl, random);
-    wave.radius_m *= 0.25;  // plaited hair cannot curl far
+    // Plaited hair cannot curl far.
+    wave.radius_m *= 0.25;
     add_path(groom, curled(path, wave), finish);
   }
   const std::vector<std::uint32_t> wound = add_cord(plait, groom);
-  // Knots at the tie, at each half period of the plait and at the cord hold it together.
+  // Knots at the tie, at each half period of the plait and at the cord hold the plait together. A knot ties points
+  // within a radius, m, with a stiffness, N/m.
   add_knot(groom, points_at(groom, tie.centre, 0.016), 300);
   for (double s = 0.03; s < plait.tied_at() - 0.01; s += kPeriod / 2)
     add_knot(groom, points_at(groom, plait.place(s).middle, 0.022), 250);

@@ -12,17 +12,18 @@
 namespace hairnet::made {
 namespace {
 
-// The band is behind the crown, and its axis points up and back, so that the tail falls in an arch.
+// The band is a ring of 12.5 mm radius behind the crown. Its axis points up and back, so that the tail falls in an
+// arch.
 const Tie kBand{Vec3(0, 0.098, -0.118), Vec3(0, 0.42, -0.91).normalized(), 0.0125};
 const Vec3f kBandColour(0.30f, 0.02f, 0.05f);
 
-// Out of the band, in an arch and down, first spreading and then tapering.
+// One strand's path: out of the band, in an arch and down. The tail spreads first, and tapers then.
 Path tail(double length_m, Random& random) {
   const double angle = 2 * std::numbers::pi * random.unit();
   const double ring = std::sqrt(random.unit());
   const Vec3 radial = std::sin(angle) * Vec3::UnitX() + std::cos(angle) * kBand.down();
   const double thin = random.unit();
-  // The square leaves most hair of nearly full length.
+  // The square of the chance leaves most hair nearly at full length; the shortest strands lack 0.32 of it.
   const double length = length_m * (1 - 0.32 * thin * thin);
   const Vec3 stray = 0.035 * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
   Growth growth;
@@ -112,7 +113,8 @@ void dress_ponytail(const StyleOptions& options, Groom& groom) {
   // On the side of the head, where the tail does not hide it.
   const Vec3 seat = kBand.centre - (kBand.radius_m + 0.008) * kBand.down() - 0.008 * kBand.axis;
   std::vector<std::uint32_t> bow = add_bow(groom, seat, (-kBand.down() - 0.35 * kBand.axis).normalized(), kBandColour);
-  bow.insert(bow.end(), band.begin() + 8, band.begin() + 17);  // the upper side of the band
+  // The bow is tied to the upper side of the band: columns 8 to 16 of 24 in the first row, since column 0 is below.
+  bow.insert(bow.end(), band.begin() + 8, band.begin() + 17);
   add_knot(groom, std::move(bow), 300);
 }
 

@@ -9,8 +9,10 @@
 namespace hairnet::made {
 namespace {
 
-// Hair goes to the chest or to the back before it meets a shoulder, and stays together. Higher than 4 cm above the head
-// joint it does nothing. Clamped distances pull with a limited force, so gravity still leads the hair down.
+// Hair goes to the chest or to the back before it meets a shoulder, and stays together. Hair for the chest is led in
+// front of z = 5 cm, other hair behind z = -8.5 cm, and all of it within 9 cm of the middle. For each centimetre
+// beyond, the pull grows by 0.14 of gravity's, which is 1, up to a limit: so gravity still leads the hair down. The
+// pull begins 4 cm above the head joint, and is whole 12 cm below it.
 Vec3 parted_by_shoulders(const LooseRecipe& recipe, const Root& root, const Vec3& p) {
   const double beside = 1 - smootherstep(-0.12, 0.04, p.y());
   if (beside <= 0) {
@@ -39,6 +41,7 @@ Vec3 direction_of(const LooseRecipe& recipe, const Root& root, const StrandVaria
     sum += held * along_skin(recipe.comb(at.p, root), at.normal);
   }
   sum += parted_by_shoulders(recipe, root, at.p);
+  // The last 7.5 cm turn to the middle of the neck, which is 2 cm behind the head joint.
   if (recipe.tuck > 0) {
     const double tip = smootherstep(variation.length_m - 0.075, variation.length_m, at.s);
     sum += recipe.tuck * tip * (Vec3(0, at.p.y(), -0.02) - at.p).normalized();
@@ -101,7 +104,8 @@ Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariat
   // Strands with higher roots lie farther out, because they must pass over the others.
   const double height = mix(0.15, 1, smootherstep(-0.1, 0.95, root.height));
   const double edge = fringe_edge(recipe.fringe, root);
-  const double flatter = variation.fringe ? mix(0.6, 1, edge * edge) : 1;  // at its ends like the other hair
+  // A fringe lies flatter in its middle; at its ends it is like the other hair.
+  const double flatter = variation.fringe ? mix(0.6, 1, edge * edge) : 1;
   const double on_head = flatter * recipe.lift_m * height * mix(0.35, 1, variation.layer);
   const double on_body = 0.003 + 0.55 * recipe.lift_m * variation.layer;
   // The clearance cannot grow faster than 0.8 of the arc length. On the body the hair is thinner than on the head, and
@@ -111,7 +115,8 @@ Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariat
     return std::min(0.8 * s, rising * mix(on_body, on_head, smootherstep(-0.10, -0.01, p.y())));
   };
   if (variation.fringe) {
-    const double longer = recipe.fringe.sweep == 0 ? 0.022 * edge * edge * edge * edge : 0;  // rounded at its ends
+    // A straight fringe is rounded at its ends, where it is up to 22 mm longer.
+    const double longer = recipe.fringe.sweep == 0 ? 0.022 * edge * edge * edge * edge : 0;
     const double tip_m = recipe.fringe.tip_height_m - longer + 0.006 * (variation.layer - 0.5);
     growth.done = [tip_m](const Vec3& p, double) { return p.y() < tip_m; };
   }

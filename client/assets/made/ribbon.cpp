@@ -9,8 +9,10 @@
 namespace hairnet::made {
 namespace {
 
+// Lengths are in metres.
 constexpr double kRibbonWidth = 0.020, kLoopLength = 0.052, kEndLength = 0.14;
-constexpr double kEndClearance = 0.013;  // the ends lie on hair, which lies on skin
+// The ends lie on hair, which lies on skin.
+constexpr double kEndClearance = 0.013;
 
 Cloth satin(Groom& groom, const Vec3f& colour) {
   Cloth cloth;

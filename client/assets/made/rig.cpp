@@ -5,6 +5,7 @@
 namespace hairnet::made {
 namespace {
 
+// The head joint is so high above the floor at rest, as make_motion() promises.
 constexpr double kHeadHeight_m = 1.55;
 // The neck takes this share of the head's rotation relative to the trunk.
 constexpr double kNeckShare = 0.4;

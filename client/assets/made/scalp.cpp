@@ -81,7 +81,7 @@ std::vector<Root> scatter_roots(std::size_t count, std::uint64_t seed, const std
     }
     const Vec3 normal = bust_normal(p);
     // An even spread over directions is not even over skin: area grows with distance squared over the cosine. So chance
-    // drops roots in directions whose skin has less area.
+    // drops roots in directions whose skin has less area. Directions with 0.0125 m^2 and more keep all their roots.
     const double area = (p - kSkullCentre).squaredNorm() / std::max(0.3, normal.dot(direction));
     if (random.unit() * 0.0125 > area) {
       continue;

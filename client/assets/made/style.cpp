@@ -45,7 +45,8 @@ void add_path(Groom& groom, const Path& path, const StrandFinish& finish) {
   groom.add_strand(points, properties);
 }
 
-// The radius reaches its full size before the wavelength is short, so that medium amounts make wide curls.
+// The radius grows up to an amount of 0.45, where the wavelength is still long: so medium amounts make wide curls.
+// Chance varies wavelength and radius by up to a quarter.
 Curl make_curl(double amount, Random& random) {
   Curl curl;
   curl.wavelength_m = wavelength(amount) * random.between(0.85, 1.2);

@@ -11,7 +11,8 @@ Vec3 Tie::on_ring(double angle, double radius_m_at) const {
   return centre + radius_m_at * (std::sin(angle) * Vec3::UnitX() + std::cos(angle) * down());
 }
 
-// The limits are those of the bust: its ears lie about in front of -1.2 cm and below 6.6 cm.
+// Roots behind the ears or above them are pulled back: the bust's ears lie about before z = -1.2 cm and below y = 6.6
+// cm.
 bool is_pulled_back(const Vec3& root) {
   return root.z() < -0.012 || root.y() > 0.066;
 }
@@ -28,6 +29,7 @@ Path pulled(const Root& root, const Tie& tie, Random& random) {
   const Vec3 stray = 0.05 * Vec3(random.symmetric(), random.symmetric(), random.symmetric());
   Growth growth;
   growth.start = root.point;
+  // The length is only a limit: done() ends the strand 5 mm from its place in the tie.
   growth.length_m = 0.6;
   growth.step_m = 0.004;
   // The strand bends within 8 mm, because taut hair turns at once.

@@ -8,7 +8,8 @@ namespace hairnet::made {
 // needs for its cross product.
 struct Tie {
   Vec3 centre = Vec3::Zero();  // head space, m
-  Vec3 axis = -Vec3::UnitZ();  // out of the head, unit
+  // Is a unit vector that leads out of the head.
+  Vec3 axis = -Vec3::UnitZ();
   double radius_m = 0.0125;
 
   [[nodiscard]] Vec3 down() const { return axis.cross(Vec3::UnitX()).normalized(); }

@@ -10,6 +10,7 @@ namespace hairnet::made {
 // small, so that each seed still shows the motion that its name says.
 struct MotionVariation {
   explicit MotionVariation(std::uint32_t seed) {
+    // The second number is a stream of the seed that only motions use.
     Random random(seed, 7);
     phase = random.unit();
     size = random.between(0.9, 1.1);

@@ -12,7 +12,7 @@ namespace {
 
 // The grid must be fine enough for the folds, of which there are some nine across.
 constexpr int kColumns = 33, kRows = 30;
-// The hair under the veil is this thick.
+// The hair under the veil is this thick, m.
 constexpr double kHairThickness = 0.030;
 // Is half the angle of the comb's arc over the head.
 constexpr double kCombHalf_rad = 0.80;

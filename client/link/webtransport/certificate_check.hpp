@@ -12,25 +12,29 @@ namespace hairnet::link {
 
 // How a server's certificate is checked.
 struct CertificateCheck {
-  std::string host;                           // the name or address that it must be for
-  std::vector<quic::CertificateHash> hashes;  // not empty: it must be one of these, and nothing else counts
-  std::string ca_file;                        // PEM of those who may sign it; empty: the system's store
-  bool insecure = false;                      // accepts any certificate
+  // Is the name or address for which the certificate must be made out.
+  std::string host;
+  // If there are any, the certificate must have one of these hashes, and nothing else counts.
+  std::vector<quic::CertificateHash> hashes;
+  // Names a PEM file of the authorities that may sign the certificate; empty: the system's store.
+  std::string ca_file;
+  // Accepts any certificate.
+  bool insecure = false;
 };
 
 // The client's side of TLS for one connection: checks by a CertificateCheck.
 class CertificateVerifier {
  public:
-  // One line when those who may sign cannot be read.
+  // The error is one line: the authorities cannot be read.
   static Result<CertificateVerifier> make(CertificateCheck check);
   CertificateVerifier(CertificateVerifier&& other) noexcept;
   CertificateVerifier(const CertificateVerifier&) = delete;
   CertificateVerifier& operator=(const CertificateVerifier&) = delete;
   ~CertificateVerifier();
 
-  // Names the host to the server. False when there is no memory.
+  // Names the host to the server. Returns false when memory is short.
   [[nodiscard]] bool set_up(gnutls_session_t tls) const;
-  // Called once the server has shown its certificate. Empty when it is good, else one line.
+  // Call it once the server has shown its certificate. Returns an empty string for a good one, else one line.
   [[nodiscard]] std::string verify(gnutls_session_t tls) const;
 
  private:

@@ -15,11 +15,12 @@ namespace hairnet::link {
 // Is QUIC's number of a stream. The lowest bit says who opened it (0: the client), the next whether it is one-way.
 using StreamId = std::int64_t;
 
-// What a Http3Session asks of the QUIC connection below it, and tells the one above. No call may destroy it.
+// What a Http3Session asks of the QUIC connection below it, and reports to the program above it. No call may destroy
+// the session.
 class Http3Owner {
  public:
   virtual ~Http3Owner() = default;
-  // -1: the server allows no further one.
+  // Returns -1 when the server allows no further stream.
   virtual StreamId open_stream(bool one_way) = 0;
   virtual void send(StreamId stream, http3::Bytes bytes) = 0;
   virtual void stop_reading(StreamId stream, http3::ErrorCode code) = 0;
@@ -28,11 +29,11 @@ class Http3Owner {
   virtual void fail(http3::ErrorCode code, std::string_view error) = 0;
   virtual void on_channel_open() = 0;
   virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
-  // The server sends no more; its reason may follow.
+  // The server sends no more on the channel; the reason may follow in a call of fail().
   virtual void on_channel_end() = 0;
   // The bytes come on a one-way stream of the session. `is_last`: it ends behind them.
   virtual void on_download_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) = 0;
-  // The server sends no more of it.
+  // The server sends no more of that download.
   virtual void on_download_reset(StreamId stream) = 0;
   virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
 };
@@ -45,15 +46,19 @@ class Http3Session {
   Http3Session(Http3Owner& owner, std::string authority, std::string url_path)
       : owner_(&owner), authority_(std::move(authority)), url_path_(std::move(url_path)) {}
 
-  void start();  // the QUIC connection is ready
+  // Call it when the QUIC connection is ready.
+  void start();
   // Bytes of a stream in order. `is_last`: the stream ends behind them.
   void on_bytes(StreamId id, std::span<const std::uint8_t> bytes, bool is_last);
-  void on_reset(StreamId id);  // the server sends no more there
-  void on_stop(StreamId id);   // the server reads no more there
+  // The server sends no more on the stream.
+  void on_reset(StreamId id);
+  // The server reads no more of the stream.
+  void on_stop(StreamId id);
   void on_datagram(std::span<const std::uint8_t> bytes);
 
-  [[nodiscard]] StreamId channel() const { return channel_; }  // -1: it is not open
-  // What a datagram of the session begins with. Asserts that the channel is open.
+  // Returns the channel's stream; -1: the channel is not open.
+  [[nodiscard]] StreamId channel() const { return channel_; }
+  // Returns the bytes with which each datagram of the session begins. Asserts that the channel is open.
   [[nodiscard]] http3::Bytes datagram_prefix() const;
 
  private:
@@ -76,16 +81,17 @@ class Http3Session {
   bool take_capsule(const http3::FrameReader::Piece& piece);
   void request();
   void open_channel();
-  bool fail(http3::ErrorCode code, std::string_view error);  // false
+  // Always returns false, so that a caller can return its result.
+  bool fail(http3::ErrorCode code, std::string_view error);
 
   Http3Owner* owner_;
   std::string authority_, url_path_;
   std::map<StreamId, Stream> one_way_;
   // session_ is the stream of the CONNECT.
   StreamId session_ = -1, channel_ = -1;
-  // Both read the session's stream.
+  // frames_ reads the session's stream as HTTP/3 frames, capsules_ the capsules inside them.
   http3::FrameReader frames_, capsules_;
-  // Collects a frame or a capsule there that is needed as a whole.
+  // Collects the bytes of a frame or a capsule of the session's stream that is read only when it is whole.
   http3::Bytes begin_;
   bool has_response_ = false, has_failed_ = false;
 };

@@ -22,7 +22,7 @@ struct WebTransportPage {
   std::vector<quic::CertificateHash> hashes;
 };
 
-// One line for a text that is no such page.
+// The error is one line: the text is no such page.
 Result<WebTransportPage> read_web_transport_page(std::string_view text);
 
 }  // namespace hairnet::link

@@ -32,33 +32,36 @@ struct QuicOptions {
   std::int64_t handshake_timeout_ns = 5'000'000'000;
   // The connection ends after this time without a packet of the peer's.
   std::int64_t idle_timeout_ns = 15'000'000'000;
-  // A silent peer is asked for a sign of life; zero means never.
+  // After so long without a packet, a ping is sent, which the peer must acknowledge; zero means never.
   std::int64_t keep_alive_ns = 5'000'000'000;
-  // So many bytes of the peer's may wait to be taken, on a two-way stream.
+  // So many bytes that the peer has sent on a two-way stream may wait until take().
   std::uint64_t window_bytes = std::uint64_t{1} << 20;
-  // The same limit holds for each of its one-way streams; none of these takes another stream's.
+  // The same limit for each one-way stream of the peer. A stream cannot use up the window of another one.
   std::uint64_t one_way_window_bytes = kOneWayWindowBytes;
-  // The peer may have so many open at a time, and none others.
+  // The peer may have so many one-way streams open at a time. It may open no two-way streams.
   std::uint64_t one_way_streams_max = 8;
   std::uint64_t datagram_frame_bytes_max = quic::kDatagramFrameBytesMax;
 };
 
-// What a QuicConnection tells, from within receive(), poll() and write(). No call may destroy it.
+// What a QuicConnection reports, from within its receive(), poll() and write(). No call may destroy the connection.
 class QuicEvents {
  public:
   virtual ~QuicEvents() = default;
-  virtual void on_ready() = 0;  // the handshake is done
-  // In order. `is_last`: the stream ends behind them. They fill the window until take().
+  // The handshake is done.
+  virtual void on_ready() = 0;
+  // The bytes come in order. `is_last`: the stream ends behind them. They fill the stream's window until take().
   virtual void on_stream_bytes(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) = 0;
-  virtual void on_stream_reset(StreamId stream, std::uint64_t code) = 0;  // the peer sends no more there
-  virtual void on_stream_stopped(StreamId stream) = 0;                    // the peer reads no more there
+  // The peer sends no more on the stream.
+  virtual void on_stream_reset(StreamId stream, std::uint64_t code) = 0;
+  // The peer reads no more of the stream.
+  virtual void on_stream_stopped(StreamId stream) = 0;
   virtual void on_quic_datagram(std::span<const std::uint8_t> bytes) = 0;
 };
 
 // The client's end of a QUIC connection. No I/O, no clock: packets and times in, packets out. One thread.
 class QuicConnection final : private quic::SendObserver {
  public:
-  // One line when the certificate's check cannot be set up. `events` must outlive it.
+  // The error is one line: the certificate's check cannot be set up. `events` must outlive the connection.
   static Result<std::unique_ptr<QuicConnection>> create(const quic::Path& path, CertificateCheck check,
                                                         QuicOptions options, QuicEvents& events, std::int64_t now_ns);
   QuicConnection(const QuicConnection&) = delete;
@@ -66,12 +69,13 @@ class QuicConnection final : private quic::SendObserver {
   ~QuicConnection() override;
 
   void receive(std::span<const std::uint8_t> packet, std::int64_t now_ns);
-  void poll(std::int64_t now_ns);  // when due_ns() has come
+  // Call it when due_ns() has come.
+  void poll(std::int64_t now_ns);
   [[nodiscard]] std::int64_t due_ns() const;
   // Passes on the packets that it wants to send now. More may be due at due_ns().
   void write(const std::function<void(std::span<const std::uint8_t>)>& send, std::int64_t now_ns);
 
-  // -1: the peer allows no further one now.
+  // Returns -1 when the peer allows no further stream now.
   StreamId open_stream(bool one_way);
   void send(StreamId stream, std::vector<std::uint8_t> bytes, bool is_last = false);
   // Takes bytes that on_stream_bytes() has passed on: the peer may send as many more.
@@ -87,14 +91,14 @@ class QuicConnection final : private quic::SendObserver {
   [[nodiscard]] std::size_t datagram_frame_bytes_max() const;
   [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }
   [[nodiscard]] std::size_t kept_bytes() const { return queues_.kept_bytes(); }
-  // Ends it with an application's code; the next write() tells the peer. `reason`: one line.
+  // Ends the connection with an application's code; the next write() tells the peer. `reason` is one line.
   void close(http3::ErrorCode code, std::string_view reason, std::int64_t now_ns);
   // Continues from another local address.
   void migrate(const quic::Address& local, std::int64_t now_ns);
 
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   [[nodiscard]] bool is_over() const { return error_ != 0; }
-  // Why it is over, in one line.
+  // Says in one line why the connection is over.
   [[nodiscard]] const std::string& reason() const { return reason_; }
   // Returns ngtcp2's error; zero until the connection is over.
   [[nodiscard]] int error() const { return error_; }
@@ -110,9 +114,10 @@ class QuicConnection final : private quic::SendObserver {
   void on_datagram_sent(std::size_t, bool) override {}
   bool on_stopped(StreamId stream) override;
 
-  // Nothing is on its way but datagrams.
+  // Whether nothing but datagrams is on its way, so that acknowledgements may wait (quic::AnswerDelay).
   [[nodiscard]] bool is_quiet() const { return is_ready_ && queues_.is_idle(); }
-  int verify();  // within TLS
+  // Is called by TLS during the handshake. Returns 0 for a good certificate, else GnuTLS's error.
+  int verify();
   void end(int error, std::int64_t now_ns);
   [[nodiscard]] std::string describe(int error) const;
   void write_close(const ngtcp2_connection_close_error& error, std::int64_t now_ns);
@@ -126,14 +131,15 @@ class QuicConnection final : private quic::SendObserver {
   ngtcp2_crypto_conn_ref reference_{};
   quic::SendQueues queues_;
   quic::AnswerDelay answer_;
-  // Is the time at which the packet in hand is read.
+  // Is the time of the receive() that is running.
   std::int64_t now_ns_ = 0;
-  // Holds what is not yet sent.
+  // Holds the packet that tells the peer of the end, until write() sends it.
   std::vector<std::uint8_t> close_packet_;
   std::string reason_;
   int error_ = 0;
-  // Is set by calls from within ngtcp2.
+  // Is what a close() from within ngtcp2 wanted. end() then closes with it (see close()).
   std::optional<std::pair<http3::ErrorCode, std::string>> close_wanted_;
+  // was_reset_: the peer says that it does not know the connection. is_in_quic_: a call of ngtcp2 is running.
   bool is_ready_ = false, was_reset_ = false, is_in_quic_ = false;
 };
 

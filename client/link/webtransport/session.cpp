@@ -61,7 +61,8 @@ void WebTransportSession::end_channel() {
 
 bool WebTransportSession::send_datagram(std::vector<std::uint8_t> bytes, std::int64_t now_ns) {
   HAIRNET_ASSERT(http3_.channel() >= 0);
-  constexpr std::size_t kFrame = 3 + http3::kVarintBytesMax;  // a frame's type and length, and the session
+  // Before its bytes, a datagram has QUIC's frame type and length, three bytes, and the session's number.
+  constexpr std::size_t kFrame = 3 + http3::kVarintBytesMax;
   const std::size_t taken = quic_->datagram_frame_bytes_max();
   if (bytes.size() > quic::kDatagramBytesMax || bytes.size() + kFrame > taken) return false;
   // The packet is dropped; the caller learns of the end by is_over().

@@ -18,12 +18,13 @@ namespace hairnet::link {
 // Where a session is opened.
 struct WebTransportTarget {
   quic::Path path;
-  std::string authority;  // HOST:PORT
+  // Is HOST:PORT.
+  std::string authority;
   std::string url_path;
   CertificateCheck certificate;
 };
 
-// What a WebTransportSession tells, from within receive(), poll() and write(). No call may destroy it.
+// What a WebTransportSession reports, from within its receive(), poll() and write(). No call may destroy the session.
 class WebTransportEvents {
  public:
   virtual ~WebTransportEvents() = default;
@@ -33,7 +34,7 @@ class WebTransportEvents {
   // The bytes come on a one-way stream that the server has opened. They count as waiting until
   // WebTransportSession::take_download(). `is_last`: it ends behind them.
   virtual void on_download_bytes(StreamId download, std::span<const std::uint8_t> bytes, bool is_last) = 0;
-  // The server sends no more of it.
+  // The server sends no more of that download.
   virtual void on_download_reset(StreamId download) = 0;
 };
 
@@ -44,19 +45,21 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
  public:
   // Bytes that may wait to be sent before is_writable() is false.
   static constexpr std::size_t kUnsentBytesMax = std::size_t{64} << 10;
-  // The same for bytes that were sent and are not acknowledged.
+  // Bytes that were sent and are not acknowledged are stored; more than these make is_writable() false, too.
   static constexpr std::size_t kKeptBytesMax = std::size_t{1} << 20;
-  // More poses than that, or poses that have waited so long, are outdated before they leave: the newest datagram brings
-  // the last ones again.
+  // Datagrams wait while the network takes none. When more than kDatagramsMax wait, or one has waited for
+  // kDatagramAge_ns, the oldest are dropped: their poses are outdated, and the newest datagram brings the last ones
+  // again.
   static constexpr std::size_t kDatagramsMax = 16;
   static constexpr std::int64_t kDatagramAge_ns = 30'000'000;
 
-  // One line when the certificate's check cannot be set up. `events` must outlive it.
+  // The error is one line: the certificate's check cannot be set up. `events` must outlive the session.
   static Result<std::unique_ptr<WebTransportSession>> create(WebTransportTarget target, WebTransportEvents& events,
                                                              std::int64_t now_ns, const QuicOptions& options = {});
 
   void receive(std::span<const std::uint8_t> packet, std::int64_t now_ns);
-  void poll(std::int64_t now_ns);  // when due_ns() has come
+  // Call it when due_ns() has come.
+  void poll(std::int64_t now_ns);
   [[nodiscard]] std::int64_t due_ns() const;
   // Passes on the packets that it wants to send now.
   void write(const std::function<void(std::span<const std::uint8_t>)>& send, std::int64_t now_ns) {
@@ -65,15 +68,17 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
 
   [[nodiscard]] bool is_open() const { return http3_.channel() >= 0 && !is_over(); }
   [[nodiscard]] bool is_over() const { return quic_->is_over(); }
-  // Why it is over, in one line; empty: the server has closed it without a word.
+  // Says in one line why the session is over; empty: the server has closed it without a reason.
   [[nodiscard]] const std::string& reason() const { return quic_->reason(); }
 
-  // The following assert that it has been open, and do nothing once it is over.
+  // The following calls assert that the session has been open, and do nothing once it is over.
+
   // Sends on the channel.
   void send(std::vector<std::uint8_t> bytes);
   // Ends the channel behind what was sent.
   void end_channel();
-  // False: it is too large. Those that wait for the window are dropped when they are outdated.
+  // Returns false when the datagram is too large. Datagrams that wait are dropped when they are outdated
+  // (kDatagramsMax, kDatagramAge_ns).
   [[nodiscard]] bool send_datagram(std::vector<std::uint8_t> bytes, std::int64_t now_ns);
   // Takes bytes that on_channel_bytes() has passed on: the server may send as many more.
   void take(std::size_t bytes);
@@ -81,7 +86,7 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   void take_download(StreamId download, std::size_t bytes);
   [[nodiscard]] bool is_writable() const;
   [[nodiscard]] std::size_t unsent_bytes() const { return quic_->unsent_bytes(); }
-  // Ends it at once; the next write() tells the server. `error`: one line.
+  // Ends the session at once; the next write() tells the server. `error` is one line.
   void close(std::string_view error, std::int64_t now_ns) { quic_->close(http3::ErrorCode::no_error, error, now_ns); }
 
  private:
@@ -110,16 +115,17 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   WebTransportEvents* events_;
   std::unique_ptr<QuicConnection> quic_;
   Http3Session http3_;
-  // Holds the time at which each datagram that waits was to be sent.
+  // Holds for each datagram that waits the time at which send_datagram() got it.
   std::deque<std::int64_t> datagram_ns_;
-  // The events have so many of the bytes in hand, and take them later.
+  // So many of the bytes that on_stream_bytes() handles were passed on to events_, which gives them back by take().
   std::size_t passed_bytes_ = 0;
   // The server has ended the channel.
   bool has_ended_ = false;
   // Is the time of the current call.
   std::int64_t now_ns_ = 0;
-  // Bounds the opening and the end; zero means no deadline.
+  // Is the time until which the session must open, or the reason of its end must arrive; zero means no deadline.
   std::int64_t deadline_ns_ = 0;
+  // Is the time that the opening may take after QUIC's handshake.
   std::int64_t opening_ns_max_ = 0;
 };
 

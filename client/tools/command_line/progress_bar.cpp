@@ -11,7 +11,7 @@ namespace hairnet {
 namespace {
 
 constexpr int kBarCells = 30;
-// Quick enough for the eye, slow enough to cost nothing.
+// A terminal is redrawn at this interval at most: quick enough for the eye, and slow enough to cost nothing.
 constexpr auto kRedrawInterval = std::chrono::milliseconds(50);
 // A log gets lines at this interval, since it cannot be redrawn.
 constexpr auto kLineInterval = std::chrono::seconds(10);
@@ -43,7 +43,7 @@ void ProgressBar::show(double fraction, std::string_view stage) {
 }
 
 std::string ProgressBar::left(double fraction) const {
-  // An estimate of the first moments would be wrong by far.
+  // Before 5 % of the work or 5 s, an estimate of the time left would be wrong by far.
   constexpr double kFractionMin = 0.05, kTaken_s_min = 5;
   const double taken_s = std::chrono::duration<double>(Clock::now() - begun_).count();
   if (fraction < kFractionMin || taken_s < kTaken_s_min) return {};

@@ -132,6 +132,7 @@ void print_learnt(const LearntHair& hair) {
 void print_modes(const Groom& groom, const std::shared_ptr<const LevelSet>& levels) {
   const double start_s = now_s();
   const auto percent = [](float share) { return 100 * static_cast<double>(share); };
+  // The print says how many coefficients are needed for an error of 10 %.
   constexpr float kWanted = 0.1f;
   // The bar is cleared at the end of this block, before lines are printed.
   std::shared_ptr<const Modes> modes;

@@ -26,7 +26,8 @@ namespace fs = std::filesystem;
 
 using Clock = std::chrono::steady_clock;
 
-// The share of the whole that building the levels and finding the modes takes; the rest is learning.
+// The progress bar gives building the levels its part up to the first share, and finding the modes up to the second;
+// the rest is learning.
 constexpr double kLevelsDone = 0.02, kModesDone = 0.04;
 
 // A groom to learn, and where its results go.
@@ -34,7 +35,7 @@ struct Subject {
   std::string path;
   wire::GroomHash hash{};
   Groom groom;
-  // Empty: not wanted.
+  // Are the files to write; empty: not wanted.
   std::string level_file, copy;
 };
 

@@ -14,8 +14,10 @@ struct ModelDump {
   const Level* level = nullptr;
   double rate_hz = 30;
   int substep_count = 1;
-  Vec3 gravity{0, -9.81, 0};         // m/s^2, world
-  Vec3 wind_m_per_s = Vec3::Zero();  // the steady wind, world
+  // Is in m/s^2, world.
+  Vec3 gravity{0, -9.81, 0};
+  // Is the steady wind, world.
+  Vec3 wind_m_per_s = Vec3::Zero();
   // Rows of --out whose step was a teleport, ascending.
   std::vector<std::size_t> resets;
 };

@@ -79,7 +79,7 @@ class StrandsFile {
       const std::span<const Vec3f> points = points_->at(replayed.simulation().lattice(key).pose->head(),
                                                         replayed.lattice_of(key), replayed.displacement(key, scratch_));
       if (const Result<void> added = cache_->add(points); !added) return added;
-      // Kept for ticks at which the character is away.
+      // open() writes these points again for ticks at which the character is away.
       last_.assign(points.begin(), points.end());
       tick_ = tick;
     }
@@ -95,7 +95,8 @@ class StrandsFile {
   // ticks out, the hair stands still: a file of frames has no gaps.
   Result<void> open(std::uint64_t tick, std::uint64_t key, const wire::GroomHash& groom,
                     const ReplayedWorld& replayed) {
-    // A longer absence would write frames for hours; it is mostly another visit.
+    // After a longer absence the file would get frames of still hair for hours; the character's return is then mostly
+    // another visit.
     constexpr double kAwayMax_s = 60;
     if (!cache_) {
       auto cache = StrandCache::create(path_, *replayed.groom(key), {replayed.rate_hz(), {}});

@@ -195,7 +195,7 @@ Result<void> ReplayedWorld::take(const wire::RecordedTick& tick) {
   simulation_->step(tick);
   // Simulation::step ignores additions beyond the limit, which must not pass as equal.
   if (simulation_->character_count() != characters_.size()) return at_tick("more characters than a world holds");
-  // This is the test: all live state of all characters, bit by bit.
+  // The hash covers all live state of all characters, bit by bit.
   if (simulation_->hash() != tick.state_hash)
     return at_tick("the state differs: hash " + hex(simulation_->hash()) + ", recorded " + hex(tick.state_hash));
   return {};

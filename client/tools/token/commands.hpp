@@ -14,7 +14,7 @@ struct MakeOptions {
   std::string key_file;
   // The times in it are not used: the next two fields set them, in seconds from now.
   channel::TokenClaims claims;
-  // Counts from now.
+  // Both count seconds from now. Without not_before_s the token is valid at once.
   std::int64_t expires_s = 3600;
   std::optional<std::int64_t> not_before_s;
 };

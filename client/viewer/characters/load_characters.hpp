@@ -18,10 +18,12 @@ struct CharacterSetup {
   // World space, at the character's place.
   Motion motion;
   LevelIndex level = LevelIndex::high;
-  Vec3f hair_colour = Vec3f::Zero();  // linear RGB
+  // Is linear RGB.
+  Vec3f hair_colour = Vec3f::Zero();
   // Replaces the groom's base material while it runs; none: as built.
   std::optional<Material> material;
-  std::string name = {};  // empty: none
+  // Is empty without a name.
+  std::string name = {};
   // Learnt hair from the groom's file; null: none.
   std::shared_ptr<const LearntHair> learnt = nullptr;
 };

@@ -49,7 +49,7 @@ constexpr std::array<const char*, 4> kViewNames{"front", "side", "back", "three_
 constexpr std::array<const char*, 4> kTouchNames{"stroke", "hold", "pin", "prop"};
 // The character that is shown without a window when nobody is named.
 constexpr const char* kDefaultCharacter = "groom=made:long_curly,motion=made:walk,colour=auburn";
-// A day: a longer one is mostly a slip, and 'forever' exists.
+// A day is the longest duration: a longer one is mostly a slip, and 'forever' exists.
 constexpr double kDuration_s_max = 24 * 3600;
 
 // Values as typed that need parsing before they go into the options. They are parsed together after CLI11 has read all
@@ -182,6 +182,7 @@ void take_size(ViewOptions& o, std::string text) {
   if (text.empty()) text = o.output == Output::window ? "1280x800" : o.output == Output::video ? "960x720" : "480x540";
   const std::vector<std::string> parts = split(text, 'x');
   if (parts.size() != 2) refuse("--size", "'" + text + "' is not WIDTHxHEIGHT");
+  // The largest size is that of pictures (render::kPictureSideMax) and of videos (VideoWriter).
   o.width = static_cast<int>(whole_number("--size", parts[0], 16, 8192));
   o.height = static_cast<int>(whole_number("--size", parts[1], 16, 8192));
 }

@@ -12,7 +12,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// Wider than shoulders, so that bodies do not meet.
+// Characters stand further apart than shoulders are wide, so that bodies do not meet.
 constexpr double kApart_m = 0.7, kRowsApart_m = 0.9;
 constexpr std::size_t kRowMax = 8;
 // This is well within the protocol's limit for a pose.

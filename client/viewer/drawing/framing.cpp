@@ -14,7 +14,7 @@ constexpr double kUpwards_m = 0.22, kAround_m = 0.24;
 
 // How far hair hangs below the head joint at rest.
 double hang_m(const Groom& groom) {
-  // The loop begins at the neck, which is shown in any case.
+  // The search begins at the neck, 20 cm below the joint, which is shown in any case.
   float low = -0.2f;
   for (const Vec3f& p : groom.points) low = std::min(low, p.y());
   return -static_cast<double>(low);
@@ -79,7 +79,7 @@ void frame_all(std::span<const ViewedCharacter> viewed, View view, int width, in
   }
   const double aspect = static_cast<double>(width) / std::max(1, height);
   const Vec3 half = 0.5 * box.diagonal(), centre = box.center();
-  // The width counts by the picture's shape: a wide picture shows more at its sides.
+  // The width counts by the picture's shape: a wide picture shows more at its sides. 57.3 degrees make a radian.
   const double radius = std::max(half.y(), half.x() / aspect) + half.z() * std::tan(0.5 * OrbitCamera::kFov_deg / 57.3);
   camera.frame(centre.x() * camera.right() + centre.y() * camera.up() + centre.z() * backward, radius);
 }

@@ -9,7 +9,7 @@
 
 namespace hairnet::viewer {
 
-// The middle of a head in the world, m: what cameras look at and the mouse picks.
+// Returns the middle of a head in the world, m. Cameras look at this place, and the mouse picks a ball about it.
 Vec3 head_middle(const Pose& pose);
 
 // The direction from the head to the eye before a heading about +Y turns it; its length is about 1. All views look a

@@ -12,7 +12,8 @@ namespace hairnet::viewer {
 // points of a dense display.
 struct MouseInput {
   double x_px = 0, y_px = 0, right_px = 0, down_px = 0, wheel = 0;
-  bool left = false, middle = false, right = false;  // pressed now
+  // These buttons are pressed now.
+  bool left = false, middle = false, right = false;
   bool shift = false, ctrl = false;
   // The mouse is over controls, which get the input.
   bool elsewhere = false;

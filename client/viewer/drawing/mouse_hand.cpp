@@ -15,9 +15,10 @@ namespace {
 
 // The mouse has one hand with one shape, so all its holds and pins have one name.
 constexpr TouchKey kMouse{.toucher = 1, .number = 0};
-// Hair is thin: the reach is that of a fingertip, or a few pixels for hair far away.
+// Hair is thin, so a press need not meet it exactly: it may miss it by the width of a fingertip, or by a few pixels
+// where that is more.
 constexpr double kPickReach_px = 6, kPickReach_m = 0.008;
-// It is so small that the hand that holds hair pushes none aside.
+// The hand that holds hair has this radius: it is so small that the hand pushes no hair aside.
 constexpr double kFingertipRadius_m = 0.005;
 // So many points of a groom show where its hair is. A press must not wait for millions of them.
 constexpr std::size_t kPickedPointsMax = 20'000;

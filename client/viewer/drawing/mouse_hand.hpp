@@ -15,8 +15,10 @@ namespace hairnet::viewer {
 
 // Hair under the mouse.
 struct PickedHair {
-  std::uint64_t id = 0;       // names the character
-  Vec3 place = Vec3::Zero();  // world, m
+  // Is the id of the character (ViewedCharacter::id).
+  std::uint64_t id = 0;
+  // Is the place of the hair, world, m.
+  Vec3 place = Vec3::Zero();
 };
 
 // Finds the hair that is nearest to the ray's origin, and close to the ray: within 8 mm, or `reach_per_m` times its
@@ -32,7 +34,8 @@ class MouseHand {
  public:
   enum class Action : std::uint8_t { none, hold, stroke };
   static constexpr double kBallRadius_m = 0.04;
-  // Takes several contact points of hair at most levels: with a smaller radius a hold would often be empty.
+  // A hold takes the contact points of hair within this radius, which are several at most levels: with a smaller radius
+  // a hold would often be empty.
   static constexpr double kHoldRadius_m = 0.04;
   // The hand follows a faster mouse at this speed of the world, m/s: hair that is held is not torn away.
   static constexpr double kSpeedMax_m_per_s = 3;
@@ -58,14 +61,15 @@ class MouseHand {
   Action action_ = Action::none;
   // A button was down at the last call.
   bool is_pressed_ = false;
-  // The last tick had the hand.
+  // The world had the hand in its last tick.
   bool is_in_world_ = false;
   bool has_hold_ = false, has_touched_ = false;
   // Names the pressed character.
   std::uint64_t id_ = 0;
   // Is how far the plane is from the eye, along the view, m.
   double depth_m_ = 1;
-  Vec3 place_ = Vec3::Zero(), target_ = Vec3::Zero();  // world
+  // place_ is where the hand is after the last tick, target_ where the mouse wants it; world, m.
+  Vec3 place_ = Vec3::Zero(), target_ = Vec3::Zero();
 };
 
 // Lets all hair go that the mouse has pinned, of all characters.

@@ -7,7 +7,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// Radians; at the poles up and forward would be parallel.
+// The limit, in radians, is a little less than a right angle: at the poles up and forward would be parallel.
 constexpr double kPitchMax = 1.54;
 // Nearer than this the eye is in the hair; further away a head is less than a pixel.
 constexpr double kDistanceMin_m = 0.12, kDistanceMax_m = 500;

@@ -92,7 +92,7 @@ class LatticeDrawing {
     }
   }
 
-  // An attachment's weights sum to 1 (eq. 4): it draws a line from where the point rests to where it is.
+  // An attachment's weights sum to 1 (eq. 4). Draws a line from the attached point at rest to the point now.
   void draw_attachments(const Stiffeners& attachments) {
     for (std::size_t s = 0; s < attachments.count(); ++s) {
       Vec3f at = Vec3f::Zero();
@@ -131,6 +131,7 @@ class LatticeDrawing {
     float most = 0;
     for (const auto& q : model.drag) most = std::max(most, q[0] + q[3] + q[5]);
     if (!(most > 0)) return;
+    // The line of the strongest drag reaches 0.7 spacings of the lattice to each side of its node.
     const float reach_m = 0.7f * model.geometry.lattice.spacing.minCoeff();
     for (std::size_t i = 0; i < node_.size(); ++i) {
       const auto& q = model.drag[i];
@@ -150,7 +151,8 @@ class LatticeDrawing {
 
   const ViewedCharacter& viewed_;
   Drawing& drawing_;
-  std::vector<Vec3f> rest_, node_;  // head space, active order
+  // Are the active nodes at rest and now, in active order, head space, m.
+  std::vector<Vec3f> rest_, node_;
 };
 
 bool is_chosen(const ViewedCharacter& character, std::optional<std::uint64_t> chosen) {

@@ -62,8 +62,8 @@ LocalWorld local_world_of(const ViewOptions& options, const std::vector<Characte
     // Two characters with one groom may want different levels: both are in one set.
     std::shared_ptr<LevelSet>& set = sets[setup.groom];
     if (!set) set = std::make_shared<LevelSet>();
-    const LevelIndex level =
-        setup.level == LevelIndex::learnt ? LevelIndex::low : setup.level;  // nothing is learnt here
+    // Nothing is learnt in this process.
+    const LevelIndex level = setup.level == LevelIndex::learnt ? LevelIndex::low : setup.level;
     const auto index = static_cast<std::size_t>(level);
     // The level is built already for another character.
     if (!set->levels[index].rest.empty()) continue;

@@ -19,14 +19,15 @@
 namespace hairnet::viewer {
 namespace {
 
-// The same as the window's, so that both show hair alike.
+// The same as the window's (OrbitCamera::kFov_deg), so that both show hair alike.
 constexpr float kFieldOfView_deg = 26;
-// Scales the framed sphere.
+// The framed sphere gets this much room, as in the window (kFrameMargin in orbit_camera.cpp).
 constexpr double kMargin = 1.12;
 // The smallest part to frame, also of short hair: head and neck, head space, m.
 constexpr std::array<float, 2> kHeadSpan_y{-0.20f, 0.22f};
 
-// Centre and radius, head space, of the visible part of a groom at rest: the head, and strands as far as they hang.
+// Centre and radius, head space, m, of the visible part of a groom at rest: the head, 14 cm to each side at least, and
+// strands as far as they hang.
 struct Framing {
   explicit Framing(const Groom& groom) {
     float low = kHeadSpan_y[0], high = kHeadSpan_y[1], wide = 0.14f;

@@ -21,7 +21,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// Any toucher but the room is a hand, and only one script runs.
+// A toucher other than kRoomToucher has hands; the number is free, since only one script runs.
 constexpr ToucherId kScript = 1;
 constexpr TouchKey kHoldingHand{.toucher = kScript, .number = 0};
 // The hand takes hold at this time. The heads are upright and the hair is at rest until then, so a lock is where it is
@@ -40,6 +40,7 @@ std::optional<Holding> holding_of(TouchScript script) {
   return {};
 }
 
+// A place in the axes of scripted_bodies(): +X to the head's left, +Y up, +Z where the face looks, from the head joint.
 struct PathPoint {
   double time_s;
   Vec3 place;
@@ -61,7 +62,7 @@ std::vector<PathPoint> hold_path(const Vec3& lock) {
   const Vec3 aside = lock + Vec3(0.12, 0.03, 0.06);
   return {{-MotionTimeline::kLeadIn_s, lock + Vec3(0.25, 0.05, 0.1)},
           {kTakes_s, lock},
-          // A moment of rest: the hold begins with a tick.
+          // The hand rests for a moment, because the hold begins with a tick.
           {0.3, lock},
           {1.3, aside},
           {holding_of(TouchScript::hold)->until_s, aside},
@@ -86,6 +87,8 @@ TouchBody fingertips(const Vec3& place) {
 
 // A palm and five fingers that point at the head. They go round: down through the hair, and up again beside it.
 std::vector<TouchBody> stroking_hand(const HairToTouch& hair, double time_s) {
+  // A round takes kRound_s. The hand moves between kHigh_m and at most kLowest_m, heights over the head joint. Fingers
+  // are capsules of half length kFinger_m, kFingersApart_m from one to the next.
   constexpr double kRound_s = 3, kHigh_m = 0.12, kLowest_m = -0.35;
   constexpr double kFinger_m = 0.035, kFingersApart_m = 0.022;
   const double angle = 2 * std::numbers::pi * time_s / kRound_s;
@@ -138,7 +141,7 @@ class ScriptedTouch {
   void hold(double time_s) {
     const std::optional<Holding> holding = holding_of(script_);
     if (!holding) return;
-    // Once only, also where it finds nothing: a second hand would come too late for the script.
+    // The hand tries once only, also where it finds no hair: a later hold would come too late for the script.
     if (time_s >= kTakes_s && !std::exchange(has_tried_, true) &&
         world_.take_hair(id_, {kHoldingHand, Vec3::Zero(), MouseHand::kHoldRadius_m}) == 0)
       std::fputs("hairnet-view: the hand of --touch finds no hair that moves to hold\n", stderr);
@@ -158,7 +161,7 @@ class ScriptedTouch {
 }  // namespace
 
 HairToTouch::HairToTouch(const Groom& groom) {
-  // At the height of the shoulder, or just above the ends of shorter hair, in a band of this half height.
+  // The lock is searched in a band about a height 5 cm above the shoulder, or above the ends of shorter hair.
   constexpr double kShoulder_m = -0.25, kAboveEnds_m = 0.05, kHalfBand_m = 0.05;
   for (const Vec3f& p : groom.points) low_m = std::min(low_m, static_cast<double>(p.y()));
   const double height_m = std::max(low_m, kShoulder_m) + kAboveEnds_m;

@@ -15,8 +15,8 @@ namespace {
 
 // The loop's pause: poses are late by at most about this much.
 constexpr std::int64_t kLoop_ns = 1'000'000;
-// The longest interval between two pictures of a display. Play-out keeps its time by the calls, so they must come as
-// from a display.
+// Frames are played out at this interval, as for a display of 125 Hz. Play-out keeps its time by the calls, so they
+// must come as often as from a display.
 constexpr std::int64_t kPlayInterval_ns = 8'000'000;
 
 // A room that is streamed to without a window.
@@ -26,7 +26,7 @@ class Streamer {
   Streamer(const ViewOptions& options, const std::vector<CharacterSetup>& characters,
            const std::vector<double>& moment_times_s)
       : options_(options), moment_times_s_(moment_times_s), room_(options, characters, false) {
-    // Twice the picture rate, so that each picture of a fast video has its own time.
+    // The interval is half of the time of a picture, so that each picture of a fast video has its own time.
     if (options.output == Output::video)
       play_interval_ns_ = std::min(play_interval_ns_, static_cast<std::int64_t>(0.5e9 / options.frame_rate_hz));
   }
@@ -100,7 +100,8 @@ class Streamer {
     next_play_ns_ = now + play_interval_ns_;
     if (Result<void> played = room_.play(); !played) return played;
     const std::optional<double> time_s = room_.clip_time_s(now);
-    // More than one moment is due after a stall: these have the same late state, and a video keeps its speed.
+    // After a stall more than one moment may be due. All of these get the same late state, so that a video keeps its
+    // speed.
     for (std::size_t next = result_.moments.size();
          time_s && next < moment_times_s_.size() && *time_s >= moment_times_s_[next]; ++next) {
       // Own and other characters have the same moment.

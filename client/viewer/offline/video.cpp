@@ -19,7 +19,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// Lattices of a stream that are stored for a video: at most a gigabyte.
+// A stream may store so many lattices for a video, which take at most a gigabyte.
 constexpr std::size_t kKeptMax = 60'000;
 
 Result<std::unique_ptr<render::Renderer>> make_renderer() {
@@ -38,7 +38,7 @@ class VideoRecording {
       frame_all(viewed, options_.views.front(), options_.width, options_.height, camera_);
       framed_ = true;
     }
-    // The time of a picture, not of a clock: so the same options give the same camera.
+    // The camera moves by the time of a picture, not of a clock: so the same options give the same video.
     camera_.follow(middle_of(viewed), 1 / options_.frame_rate_hz);
     const Result<render::Image> image =
         renderer_.draw(characters_.show(viewed), camera_.camera(), render::Look{}, options_.width, options_.height);

@@ -6,7 +6,8 @@
 namespace hairnet::viewer {
 namespace {
 
-// In pictures; after a longer standstill, as when the window was minimized, missed pictures are not made up for.
+// A slow window repeats a picture up to so many times. After a longer standstill, as when the window was minimized, the
+// missed pictures are left out.
 constexpr std::uint64_t kCatchUpMax = 15;
 
 // A recording begins at the press of a key, so it must not replace a file.
@@ -75,7 +76,7 @@ Result<void> WindowRecorder::add_picture(std::span<const std::uint8_t> rgba, std
   for (std::size_t at = 0; at + row <= rgba.size(); at += row)
     std::copy_n(rgba.begin() + static_cast<std::ptrdiff_t>(at), row,
                 upright_.end() - static_cast<std::ptrdiff_t>(at + row));
-  // The number of pictures that a video of this length has.
+  // `due` is the number of pictures that a video of this length has.
   const auto due = static_cast<std::uint64_t>(1e-9 * static_cast<double>(now_ns - begun_ns_) * kRate_hz) + 1;
   const std::uint64_t missing = due > picture_count_ ? due - picture_count_ : 0;
   // After a long standstill the clock of the video is set forward, so that only one picture is added.

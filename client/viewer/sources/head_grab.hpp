@@ -12,7 +12,7 @@ class HeadGrab {
  public:
   // The largest offsets, which keep a head on its neck and in view.
   static constexpr double kTurnMax_rad = 1.9, kShiftMax_m = 1.5;
-  // Both stay below the limits of is_teleport, with room for the motion's own speed.
+  // Both stay below the limits of is_teleport (core/pose/pose.hpp), with room for the motion's own speed.
   static constexpr double kTurnSpeedMax_rad_per_s = 25, kShiftSpeedMax_m_per_s = 12;
 
   // Begins a drag, at the offset that is there.
@@ -39,8 +39,10 @@ class HeadGrab {
     void advance(double elapsed_s, double rate_per_s, double speed_max);
   };
   bool grabbed_ = false;
-  DampedValue turn_;   // as a rotation vector, world, rad
-  DampedValue shift_;  // m, world
+  // Is a rotation vector, world, rad.
+  DampedValue turn_;
+  // Is the offset of the whole body, world, m.
+  DampedValue shift_;
 };
 
 }  // namespace hairnet::viewer

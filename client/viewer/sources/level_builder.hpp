@@ -37,7 +37,8 @@ class LevelBuilder {
   };
   void work();
 
-  mutable std::mutex mutex_;  // guards the members below
+  // Guards the members below, except for stopping_.
+  mutable std::mutex mutex_;
   std::condition_variable wanted_;
   std::map<const Groom*, Built> built_;
   std::deque<std::shared_ptr<const Groom>> queue_;

@@ -23,10 +23,11 @@ constexpr std::int64_t kGroomsReady_ns_max = 600'000'000'000;
 constexpr std::int64_t kCoarser_ns = 3'000'000'000;
 // An error within this time has the reason why a groom was refused; waiting for it makes a better message.
 constexpr std::int64_t kRefusalDetail_ns = 500'000'000;
-// In periods of poses: poses later than that are skipped. After a stall the newest pose counts; sending all missed ones
-// would be a burst of old poses.
+// Poses that are late by more than so many periods of the pose rate are skipped. After a stall only the newest pose
+// counts; sending all missed ones would be a burst of old poses.
 constexpr double kLateMax = 4;
-// Ids from here on belong to others; own ones are small, and members' numbers have 32 bits.
+// Characters of others have this plus their member number as id. Own ids count from 1, and member numbers have 32 bits,
+// so the ids differ.
 constexpr std::uint64_t kOther = std::uint64_t{1} << 32;
 
 std::int64_t to_ns(double seconds) {
@@ -215,7 +216,7 @@ void LiveRoom::begin_when_ready(std::int64_t now_ns) {
   if (status_ == kWaiting) status_.clear();
 }
 
-// None before the begin is known; then negative during the lead-in.
+// The result is none before the begin is known, and negative during the lead-in.
 std::optional<double> LiveRoom::clip_time_s(std::int64_t now_ns) const {
   if (!zero_ns_) return {};
   return 1e-9 * static_cast<double>(now_ns - *zero_ns_) - paused_s_;
@@ -241,7 +242,7 @@ void LiveRoom::send_poses(std::int64_t now_ns) {
   std::vector<room::OwnPose> poses;
   for (std::size_t i = 0; i < own_characters_.size(); ++i) {
     OwnCharacter& own = own_characters_[i];
-    // A jump must be told: the hair would swing after a head that is suddenly elsewhere.
+    // A jump must be marked as a teleport: the hair would swing after a head that is suddenly elsewhere.
     const bool is_jump = own.timeline.teleports(last_pose_s_, to_s) || std::exchange(own.teleport_pending, false);
     poses.push_back({own.number, pose_of(i, to_s), is_jump});
   }
@@ -376,7 +377,7 @@ void LiveRoom::show(std::int64_t now_ns) {
     character.id = kOther + number;
     const std::string person = name_of(*member);
     character.name = (person.empty() ? member->groom->name : person) + ", member " + std::to_string(number);
-    // Both sides derive the default colour from the member's number.
+    // All clients derive the default colour from the member's number.
     character.hair_colour = default_hair_colour(number - 1);
     character.appearance = member->appearance;
   }

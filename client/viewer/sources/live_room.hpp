@@ -94,7 +94,8 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   struct OwnCharacter {
     OwnCharacter(const Motion& motion, double duration_s, Loop loop) : timeline(motion, duration_s, loop) {}
     MotionTimeline timeline;
-    std::uint32_t number = 0;  // in the room
+    // Is this client's own number for it in the room.
+    std::uint32_t number = 0;
     // As it was last in the room: between two servers its hair stays as it was, and the head goes on.
     std::shared_ptr<const room::Member> member;
     MaterialScale material;
@@ -147,21 +148,24 @@ class LiveRoom : public HairSource, private room::FrameObserver {
   std::vector<ViewedCharacter> viewed_;
   Wind wind_;
   bool paused_ = false;
-  // Is the total so far, taken off the time of the clips.
+  // Is the total time of pauses, which the clips' time leaves out.
   double paused_s_ = 0;
+  // Is the time of the last advance().
   std::optional<std::int64_t> advanced_ns_;
   std::string status_ = "connecting";
   // Names the transport of the last connection, so that a change is printed once.
   std::string transport_;
   double latency_ms_ = 0;
+  // Counts the calls of send_poses() that sent poses since poses_begun_ns_.
   std::uint64_t pose_count_ = 0;
   std::int64_t opened_ns_ = 0;
-  // pose_count_ poses have been sent since poses_begun_ns_, which a stall sets again.
+  // A stall sets poses_begun_ns_ again. The next pose is due at next_pose_ns_.
   std::int64_t poses_begun_ns_ = 0, next_pose_ns_ = 0;
   // Is the time at which the clips begin; none while lattices are awaited.
   std::optional<std::int64_t> zero_ns_;
   // Is the time of a refusal whose reason should still come.
   std::optional<std::int64_t> refused_ns_;
+  // Is the time of the clips at the last pose.
   double last_pose_s_ = -MotionTimeline::kLeadIn_s;
   std::vector<Vec3f> displacement_;
   std::mt19937 random_{1};

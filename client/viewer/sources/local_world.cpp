@@ -7,7 +7,8 @@
 namespace hairnet::viewer {
 namespace {
 
-// A machine that is too slow shows slow motion: catching up would take even longer for the next picture, and never end.
+// A picture advances the world by at most this time, so a machine that is too slow shows slow motion. Catching up would
+// take even longer for the next picture, and never end.
 constexpr double kCatchUpMax_s = 0.1;
 }  // namespace
 
@@ -39,8 +40,8 @@ std::uint64_t LocalWorld::add(LocalCharacter character) {
   simulated.id = next_id_++;
   // The character is owned by a pointer, so the reference stays good in the callback.
   simulated.played = played_->add([&simulated](double from_s, double to_s) {
-    // The played world also asks for the pose to show, with two equal times. A pending jump is for the next tick, and
-    // must not be used up by that.
+    // The played world also asks for the pose to show, with two equal times. Such a call must not use up a pending
+    // jump, which is for the next tick.
     const bool is_tick = to_s > from_s;
     const bool jumps =
         is_tick && (std::exchange(simulated.teleport_pending, false) || simulated.timeline.teleports(from_s, to_s));
@@ -114,8 +115,8 @@ void LocalWorld::step_once() {
 }
 
 Result<void> LocalWorld::advance(std::int64_t now_ns) {
+  // The first call and a clock that goes back advance nothing.
   const double elapsed_s =
-      // The first call and a clock that goes back advance nothing.
       std::clamp(1e-9 * static_cast<double>(now_ns - last_ns_.value_or(now_ns)), 0.0, kCatchUpMax_s);
   last_ns_ = now_ns;
   for (const auto& simulated : simulated_) simulated->grab.advance(elapsed_s);

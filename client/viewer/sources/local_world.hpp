@@ -125,7 +125,8 @@ class LocalWorld : public HairSource {
     MaterialScale material;
     LevelIndex level_wanted;
     HeadGrab grab;
-    bool aside = false, teleport_pending = false;  // by teleport()
+    // teleport() sets these: the character stands aside, and its next pose jumps.
+    bool aside = false, teleport_pending = false;
   };
   void begin();
   SimulatedCharacter* find(std::uint64_t id);
@@ -135,7 +136,7 @@ class LocalWorld : public HairSource {
   Def def_;
   BodiesAt bodies_;
   std::unique_ptr<local::PlayedWorld> played_;
-  // Pointers, since callbacks of the played world refer to each.
+  // The entries are pointers, because callbacks of the played world refer to each character.
   std::vector<std::unique_ptr<SimulatedCharacter>> simulated_;
   std::vector<ViewedCharacter> viewed_;
   // Ticks write to it: it stays where it is when this object is moved.

@@ -8,7 +8,8 @@
 namespace hairnet::viewer {
 namespace {
 
-// The end of a clip meets its beginning if it is closer than this. A jump so small does not disturb the hair.
+// The end of a clip meets its beginning if the head's place and rotation differ by less than this. A jump so small does
+// not disturb the hair.
 constexpr double kSeam_m = 0.02, kSeam_rad = 0.1;
 
 // Whether the clip itself contains a jump. It then continues at another place, and its drift cannot be measured.
@@ -26,7 +27,7 @@ MotionTimeline::MotionTimeline(const Motion& motion, double duration_s, Loop loo
   if (loops_smoothly_ || loop == Loop::plain || !(period_s_ > 0) || has_teleport(motion)) return;
   loops_smoothly_ = eases_seam_ = true;
   drift_m_per_s_ = (last.position - first.position) / period_s_;
-  // Only on the floor: height and turning are part of the motion.
+  // Only the way on the floor is taken off: height and turning are part of the motion.
   drift_m_per_s_.y() = 0;
 }
 

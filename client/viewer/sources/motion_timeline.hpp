@@ -18,6 +18,7 @@ class MotionTimeline {
  public:
   static constexpr double kLeadIn_s = 0.5;
   static constexpr double kEaseUpright_s = 1;
+  // The end of a smooth loop eases into its beginning over this time.
   static constexpr double kSeam_s = 0.8;
 
   // `motion` must have a pose, and must outlive this.
@@ -31,10 +32,12 @@ class MotionTimeline {
   [[nodiscard]] Pose clip(double time_s) const;
 
   const Motion& motion_;
+  // The clip repeats every period_s_ until duration_s_.
   double duration_s_, period_s_;
+  // The end of a round meets the beginning of the next one, by itself or because the seam is eased.
   bool loops_smoothly_;
   bool eases_seam_ = false;
-  // The travelled distance on the floor, removed from the motion.
+  // Is the mean velocity on the floor, which is taken off a clip whose seam is eased.
   Vec3 drift_m_per_s_ = Vec3::Zero();
 };
 

@@ -39,7 +39,9 @@ class StreamStatistics {
     // No frame is due before the character wakes.
     bool asleep = false;
   };
-  std::map<std::uint32_t, LastFrame> last_frame_;  // by member
+  // Holds each member's last frame.
+  std::map<std::uint32_t, LastFrame> last_frame_;
+  // Holds the last lattice of each own character, by its own number.
   std::map<std::uint32_t, Displaced> last_displacement_;
   static constexpr std::size_t kLatenciesMax = 100'000;
   // Is a ring once it is full.

@@ -9,9 +9,10 @@ namespace hairnet::viewer {
 // gradually, so that hair does not flicker between two qualities. One thread.
 class AdaptiveQuality {
  public:
-  // Between both times nothing changes, so that quality does not swing.
+  // Pictures that take longer than kSlow_ms (25 a second) lower the quality; pictures that take less than kFast_ms (50
+  // a second) raise it. Between both times nothing changes, so that the quality does not go up and down.
   static constexpr double kSlow_ms = 40, kFast_ms = 20;
-  // Even a slow machine shows some hair.
+  // Is the smallest factor: even a slow machine shows some hair.
   static constexpr double kMin = 0.02;
 
   // Takes the time of the last picture, ms. Returns the factor for the chosen quality from now on, kMin ... 1.
@@ -21,7 +22,7 @@ class AdaptiveQuality {
       // picture, as while a groom is uploaded.
       share_ *= std::max(0.6, std::pow(kSlow_ms / picture_ms, 0.4));
     else if (picture_ms < kFast_ms)
-      // Up more slowly than down: a single fast picture says little.
+      // The quality rises more slowly than it falls, 3 % a picture: a single fast picture says little.
       share_ *= 1.03;
     share_ = std::clamp(share_, kMin, 1.0);
     return share_;

@@ -11,7 +11,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// The same list is what H shows; take_keys() must agree with it.
+// The key H shows this list; take_keys() and the mouse's classes do what it says.
 constexpr const char* kKeys =
     "left drag on hair     hold it; let go with shift: pin it\n"
     "ctrl, drag on hair    stroke it with a ball\n"
@@ -158,6 +158,7 @@ void wind_controls(ViewState& state, Controls& controls) {
   if (!ImGui::CollapsingHeader(controls.room != nullptr ? "Wind of the room" : "Wind")) return;
   Wind wind = controls.source.wind();
   const Vec3& mean = wind.mean_m_per_s;
+  // 57.29577951 degrees make a radian.
   auto speed = static_cast<float>(mean.norm());
   auto towards_deg = speed > 0 ? static_cast<float>(std::atan2(mean.x(), mean.z()) * 57.29577951) : 0.0f;
   auto gust = static_cast<float>(wind.gust_ratio), rough = static_cast<float>(wind.turbulence_rms_m_per_s);
@@ -254,12 +255,12 @@ std::optional<std::uint64_t> cycled(std::span<const ViewedCharacter> viewed, std
                                     int by) {
   const auto count = static_cast<int>(viewed.size());
   // Before the first, or after the last, stands the entry for all.
-  int at = by > 0 ? -1 : count;  // all
+  int at = by > 0 ? -1 : count;
   for (int i = 0; i < count; ++i) {
     if (chosen == viewed[static_cast<std::size_t>(i)].id) at = i;
   }
   at += by;
-  // Beyond either end is that entry again.
+  // Beyond either end stands the entry for all again.
   if (at < 0 || at >= count) return {};
   return viewed[static_cast<std::size_t>(at)].id;
 }
@@ -297,7 +298,7 @@ void take_keys(std::span<const int> keys, ViewState& state, Controls& controls) 
     world->set_paused(true);
     world->step_once();
   }
-  // The speeds are those of the slider.
+  // The limits are those of the slider in time_controls().
   if (pressed(GLFW_KEY_EQUAL) || pressed(GLFW_KEY_KP_ADD)) world->set_speed(std::min(2.0, 1.25 * world->speed()));
   if (pressed(GLFW_KEY_MINUS) || pressed(GLFW_KEY_KP_SUBTRACT)) world->set_speed(std::max(0.05, 0.8 * world->speed()));
 }

@@ -33,7 +33,7 @@ struct ViewState {
   std::optional<std::uint64_t> chosen;
   // The camera follows the chosen character, or the mean place of all.
   bool follows = true;
-  // The user has moved the camera since it last framed all characters: it is not moved for newcomers then.
+  // The user has moved the camera since it last framed all characters: it then stays when characters come or go.
   bool camera_chosen = false;
   bool controls_shown = true, keys_shown = false;
   SceneList::Choice scene;

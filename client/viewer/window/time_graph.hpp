@@ -8,14 +8,17 @@ namespace hairnet::viewer {
 // The last kCount values of a measurement, for a graph: a ring, which ImGui can draw from any place. One thread.
 class TimeGraph {
  public:
+  // Is four seconds of pictures at 60 Hz.
   static constexpr std::size_t kCount = 240;
   void add(float value) {
     values_[next_] = value;
     next_ = (next_ + 1) % kCount;
   }
   [[nodiscard]] const float* values() const { return values_.data(); }
+  // Returns the index of the oldest value in values().
   [[nodiscard]] int oldest() const { return static_cast<int>(next_); }
   [[nodiscard]] float newest() const { return values_[(next_ + kCount - 1) % kCount]; }
+  // Returns the largest value, at least 0.
   [[nodiscard]] float most() const {
     float most = 0;
     for (const float value : values_) most = value > most ? value : most;

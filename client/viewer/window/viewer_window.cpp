@@ -24,8 +24,10 @@ namespace {
 // What a newcomer sees first: hair that shows its motion.
 constexpr const char* kFirstHair = "long_curly";
 constexpr const char* kFirstMotion = "dance";
+// The height of a head, as draw::kHead_m.
 constexpr double kHead_m = 0.24;
-// The margin around the view: servers do not simulate unseen hair, and hair that comes into view should move already.
+// Heads within this distance of the view count as seen: servers do not simulate unseen hair, and hair that comes into
+// view should move already.
 constexpr double kComingIntoView_m = 2;
 
 double ms_since(std::int64_t began_ns) {
@@ -36,7 +38,7 @@ Vec3f colour_of_level(const ViewedCharacter& character) {
   return level_colour(character.level);
 }
 
-// An unknown name is past the end; the caller's names exist.
+// The name must exist: an unknown one gives an index past the end.
 int index_of(const std::vector<std::string>& names, const char* name) {
   return static_cast<int>(std::max<std::ptrdiff_t>(0, std::find(names.begin(), names.end(), name) - names.begin()));
 }
@@ -301,8 +303,11 @@ class ViewerWindow {
   ViewState state_;
   WindowRecorder recorder_;
   LevelBuilder builder_;
+  // Is the character that was chosen at the last picture.
   std::optional<std::uint64_t> followed_last_;
+  // Counts the characters of the last picture.
   std::size_t framed_count_ = 0;
+  // last_ns_ is the time of the last picture. At counted_ns_ the connection had received counted_bytes_.
   std::int64_t last_ns_ = 0, counted_ns_ = 0;
   std::uint64_t counted_bytes_ = 0;
 };

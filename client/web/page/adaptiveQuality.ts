@@ -10,16 +10,18 @@ const kMax = 1.5;
 
 /** Lowers the drawing quality while pictures take too long, and raises it again. Changes gradually. */
 export class AdaptiveQuality {
-  /** null: automatic */
+  /** The quality that the user has chosen; null: this class chooses it. */
   chosen: number | null = null;
+  /** The start is below the full quality of 1, so that the first frames are smooth on slow machines, too. */
   #automatic = 0.7;
+  /** The times of the frames since the last decision, ms. */
   #frames: number[] = [];
 
   get value(): number {
     return this.chosen ?? this.#automatic;
   }
 
-  /** Milliseconds from one picture to the next. */
+  /** `frameMs`: the time from one picture to the next. */
   add(frameMs: number): void {
     if (document.visibilityState === "hidden") return;
     this.#frames.push(Math.min(frameMs, kFrameMsMax));

@@ -10,13 +10,15 @@ import { messageOf } from "./errorWords";
 export interface AvatarHost {
   readonly stage: { readonly scene: Scene };
   showError(detail: string): void;
-  /** A model was put on: a user without a character gets one, with hair. */
+  /** The user has put on a model. A user without a character gets one, with hair. */
   join(): void;
 }
 
+/** The slider of the hair's size goes from 1 - kSizeChange to 1 + kSizeChange times the measured size. */
 const kSizeChange = 0.4;
-/** of height and depth, m at the size of a person's head */
+/** The sliders of height and depth move hair by up to this, m on a head of a person's size; see `#unit`. */
 const kShiftM = 0.08;
+/** The list of the model's parts has at most this many lines. */
 const kMeshesShownMax = 60;
 
 /**
@@ -26,16 +28,19 @@ const kMeshesShownMax = 60;
 export class AvatarPanel {
   avatar: avatars.Avatar | null = null;
   readonly #fits = new RememberedFits();
+  /** The lights that the panel has added for a model; none where the scene has lights of its own. */
   readonly #lights: Object3D[] = [];
   readonly #name = make("p", { className: "note" });
   readonly #file = make("input", { type: "file", accept: ".vrm" });
   readonly #controls = make("div", { hidden: true });
+  /** The check boxes that hide parts of the model. */
   readonly #parts = make("ul");
   readonly #sliders: readonly Slider[];
   readonly #takeOff = make("button", { type: "button", textContent: "Take off", hidden: true });
+  /** The model's file, by its hash (`RememberedFits.keyOf`). */
   #key = "";
   #fit: RememberedFit = { ...kFitAsFound };
-  /** of the newest model that was asked for */
+  /** The number of the newest request for a model. A model that arrives for an older one is thrown away. */
   #request = 0;
 
   constructor(
@@ -67,6 +72,7 @@ export class AvatarPanel {
     await this.#load(file.name, async () => new Uint8Array(await file.arrayBuffer()));
   }
 
+  /** Removes the model. A model that is still loading is not put on either. */
   takeOff(): void {
     ++this.#request;
     this.avatar?.dispose();
@@ -84,7 +90,7 @@ export class AvatarPanel {
     return this.avatar?.update(character, groom, pose, dtS) ?? pose;
   }
 
-  /** Of the worn model's head joint above its feet, m; 0 without a model. */
+  /** The height of the model's head joint above its feet, m; 0 without a model. */
   get headHeight(): number {
     return this.avatar?.headHeight ?? 0;
   }
@@ -121,6 +127,7 @@ export class AvatarPanel {
       hasLight ||= "isLight" in object;
     });
     if (hasLight || this.host.stage.scene.environment) return;
+    // The lights are a warm one from the front and above, a cold one from behind, and soft light from all around.
     const key = new DirectionalLight(0xfff4e6, 2.4);
     key.position.set(-1, 2.2, 2);
     const rim = new DirectionalLight(0xdfe8ff, 1.6);
@@ -187,7 +194,8 @@ export class AvatarPanel {
     return { row: line, refresh };
   }
 
-  // The range of shifts grows with the model's head.
+  // Sliders of shifts show metres on a head of the groom's size. This is the model's size over the groom's, without the
+  // change by hand: the range of the shifts grows with the model's head.
   #unit(name: Setting): number {
     return name === "size" ? 1 : (this.avatar?.vrmHair.size ?? 1) / this.#fit.size;
   }

@@ -2,7 +2,7 @@ import type { Vector3 } from "three";
 import type { Place } from "./framing";
 import type { Shown } from "./focus";
 
-/** Seconds over which the speed of a head is averaged. */
+/** The speed of a head is averaged over this time, s. */
 const kCalmS = 1;
 /** The speed of a head counts as distance from the middle: 1 m/s as much as this number of metres. */
 const kMovingM = 3;
@@ -15,20 +15,25 @@ const kComingS = 0.5;
 
 interface Head {
   readonly position: Vector3;
-  /** m/s */
+  /** The average of the last second or so, m/s; see kCalmS. */
   speed: number;
 }
 
 /** Chooses the person of the first view: oneself, or else the calmest and most central one. */
 export class CentralPerson {
+  /** All heads in the room, by member number. */
   readonly #heads = new Map<number, Head>();
+  /** The member number of the last choice. */
   #person: number | null = null;
+  /** How long hair of others can be drawn and that of the chosen person cannot, s; see kWaitS. */
   #waitedS = 0;
+  /** How long the first choice has waited for people without a pose, s; see kComingS. */
   #gatheredS = 0;
 
   /**
-   * Call it before each picture, with everyone who has a pose, and how many have none yet. Returns null when nobody is
-   * there, or who is there does not tell yet where the middle is.
+   * Call it before each picture. `shown`: everyone who has a pose; `comingCount`: how many people have no pose yet.
+   * Returns null when nobody is there. It also returns null while the first poses of others are awaited, since the
+   * middle of the people depends on them.
    */
   choose(shown: readonly Shown[], comingCount: number, dtS: number): Shown | null {
     this.#watch(shown, dtS);
@@ -53,6 +58,7 @@ export class CentralPerson {
     return chosen;
   }
 
+  /** Measures how fast each head moves, as a running average, and forgets people who have left. */
   #watch(shown: readonly Shown[], dtS: number): void {
     const present = new Set(shown.map(({ member }) => member.member));
     for (const person of this.#heads.keys()) if (!present.has(person)) this.#heads.delete(person);
@@ -67,6 +73,7 @@ export class CentralPerson {
     }
   }
 
+  /** How far a person is from the middle on the ground, m, where motion counts as distance. */
   #distance({ member, character: { position } }: Shown, middle: Place): number {
     const away = Math.hypot(position.x - middle.x, position.z - middle.z);
     return away + kMovingM * (this.#heads.get(member.member)?.speed ?? 0);

@@ -2,9 +2,13 @@ import { isolated } from "./isolated";
 
 // Errors in plain words: what happened, and what helps.
 
+/** How the client library begins the line of a connection that the server has ended, before the server's own words. */
 const kGoodbye = /^the server says goodbye:? ?/;
 
-/** A connection that could not be made, or has ended, and is tried again in `waitS`. `server`: its address. */
+/**
+ * What the page says of a connection that could not be made, or has ended, and that it tries again in `waitS` seconds.
+ * `server`: the server's address; `detail`: the client library's line.
+ */
 export function closedWords(server: string, detail: string, waitS: number): string {
   const again = `The page tries again in ${Math.ceil(waitS)} s.`;
   if (kGoodbye.test(detail))
@@ -12,7 +16,10 @@ export function closedWords(server: string, detail: string, waitS: number): stri
   return `The server does not answer at ${addressOf(server)}. ${again}`;
 }
 
-/** A request that the server refuses now and would refuse again. */
+/**
+ * What the page says of a request that the server refuses now and would refuse again. `detail`: the library's line, in
+ * which words tell what the server means; `hasToken`: the page's address has a token.
+ */
 export function refusedWords(detail: string, hasToken: boolean): string {
   const error = detail.replace(kGoodbye, "");
   if (/taken over|another connection/i.test(error)) return `${sentence(error)} Reload this page to come back.`;
@@ -27,11 +34,12 @@ export function refusedWords(detail: string, hasToken: boolean): string {
   return `The token in this address is not valid${/ /.test(error) ? `: ${error}` : ""}. ${kNew}`;
 }
 
-/** Files of other programs of which no hairstyle could be made; `error` is the importer's line. */
+/** What the page says of files of other programs of which no hairstyle could be made. `error`: the importer's line. */
 export function foreignFileWords(fileNames: readonly string[], error: string): string {
   const scene = fileNames.find((name) => /\.(ass|fbx|blend|ma|mb|max|c4d|hip)$/i.test(name));
   if (scene) return `The page does not read ${isolated(scene)}: export its hair as .abc or .usd, and give that.`;
-  // The page guesses how hair lies; who knows better says so to the program.
+  // The importer's line may name flags of a program, such as --up. The page has no such flags and always guesses how
+  // hair lies, so a user who knows it must run the program.
   const cure = /--\w/.test(error) ? ` (flags of hairnet-groom import, which makes a .groom file of it)` : "";
   return `${isolated(error)}${cure}`;
 }
@@ -41,6 +49,7 @@ function addressOf(server: string): string {
   return server.replace(/^\w+:\/\//, "").replace(/\/(ws)?$/, "");
 }
 
+/** The line as a sentence: with a capital, spaces in place of "_" between letters, and a full stop. */
 function sentence(line: string): string {
   const text = line.trim().replaceAll(/(?<=[a-z])_(?=[a-z])/g, " ");
   if (!text) return "The server gave no reason.";

@@ -1,15 +1,17 @@
 import type { Size } from "./framing";
 
-/** The first pictures have at most about so many pixels. */
+/** The first pictures have at most about this many pixels: few enough for a machine where software plays the GPU. */
 const kPixels = 640 * 360;
 /** A machine that draws this number of frames in a row, each within kFastMs, can draw all pixels. */
 const kFastPictures = 5;
+/** The same limit as kSlowMs of adaptiveQuality.ts: 36 frames a second. */
 const kFastMs = 28;
 /** The hairstyles of other people wait at most this long for the first hair, ms. */
 const kHoldMs = 6000;
 /** Frames get all their pixels this long after the first hair, also while some people have no hair yet, ms. */
 const kCoarseMs = 8000;
 
+/** What was in a picture; `FirstPictures.add` explains each. */
 interface PictureOf {
   readonly hasPeople: boolean;
   readonly hasHair: boolean;
@@ -21,11 +23,13 @@ interface PictureOf {
  * pixels come as soon as frames are fast, or everyone has hair.
  */
 export class FirstPictures {
+  /** How many frames in a row were fast up to now. */
   #fast = 0;
   /** The time since somebody was in the room. */
   #heldMs = 0;
   /** The time since the first frame with hair. */
   #shownMs = 0;
+  /** Frames have all their pixels from now on. */
   #isOver = false;
 
   /** No picture had hair yet. */
@@ -33,7 +37,10 @@ export class FirstPictures {
     return this.#shownMs === 0;
   }
 
-  /** What arrives before the hair of the first view would only delay it. */
+  /**
+   * The page asks only for the groom of the person in the first view. Other grooms that arrive before would only delay
+   * that person's hair.
+   */
   get holdsOthers(): boolean {
     return this.isBeforeHair && this.#heldMs < kHoldMs;
   }
@@ -50,7 +57,7 @@ export class FirstPictures {
     if (!isWaiting || this.#fast >= kFastPictures || this.#shownMs >= kCoarseMs) this.#isOver = true;
   }
 
-  /** The share of the pixels on each side; `px`: of the whole picture. */
+  /** The factor on the picture's width and height, at most 1. The argument is the whole picture in device pixels. */
   share({ width, height }: Size): number {
     return this.#isOver ? 1 : Math.min(Math.sqrt(kPixels / (width * height)), 1);
   }

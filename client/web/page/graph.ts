@@ -1,8 +1,11 @@
+/** Two samples a second for a minute (kFiguresEveryMs of viewer.ts). */
 const kSamples = 120;
 
 /** Latency (line, left scale) and bandwidth (area, right scale) of the last minute, on a small canvas. */
 export class Graph {
+  /** Milliseconds; NaN where the latency is not known, which leaves a gap in the line. */
   readonly #delays: number[] = [];
+  /** Kilobytes a second. */
   readonly #rates: number[] = [];
 
   constructor(private readonly canvas: HTMLCanvasElement) {}
@@ -28,6 +31,8 @@ export class Graph {
     const context = canvas.getContext("2d");
     if (!context) return;
     context.clearRect(0, 0, width, height);
+    // The scales end at 50 ms and 10 kB/s at least, so that noise of a quiet connection does not fill the graph. The
+    // largest value has 0.9 of the height.
     const delayMax = nice(Math.max(50, ...this.#delays.filter(Number.isFinite)));
     const rateMax = nice(Math.max(10, ...this.#rates));
     const x = (n: number) => width * (1 - (this.#rates.length - 1 - n) / (kSamples - 1));
@@ -59,6 +64,7 @@ export class Graph {
   }
 }
 
+/** The smallest of 1, 2, 5 and 10 times a power of ten that is not below `most`: the end of a scale. */
 function nice(most: number): number {
   const unit = 10 ** Math.floor(Math.log10(most));
   return [1, 2, 5, 10].map((n) => n * unit).find((n) => n >= most) ?? most;

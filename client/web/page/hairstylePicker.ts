@@ -7,22 +7,31 @@ import { hairstyleName } from "./roomDetails";
 import { kHeadInVrM } from "./stage";
 import { messageOf } from "./errorWords";
 
+/** Characters stand at least about this far apart: shoulders have room beside each other. */
 const kPlaceApartM = 0.6;
-/** The server announces the members shortly after the welcome. */
+/**
+ * A user joins this long after the room was entered. By then the server has usually announced the members, whose names,
+ * hairstyles and places the user's own must differ from.
+ */
 const kAcquaintedMs = 700;
 
 /** The hairstyles that the user can choose, and the one that the user's own character has. */
 export class HairstylePicker {
   own: OwnCharacter | null = null;
-  /** The room's members are known: who is not there yet joins later. */
+  /** The room's members are known by now, so a room without members is empty. */
   isAcquainted = false;
   #room: People | null = null;
+  /** The user's choice, which outlives the room; null: the user only watches. */
   #wanted: Hairstyle | null = null;
+  /** Ends when `isAcquainted` becomes true. */
   #acquainted: Promise<void> = Promise.resolve();
+  /** The server's own hairstyles. */
   #listed: Hairstyle[] = [];
+  /** Hairstyles of files that the user has given. */
   #files: Hairstyle[] = [];
+  /** All hairstyles, in the order of the select's options after the first one. */
   #offered: Hairstyle[] = [];
-  /** of the newest files */
+  /** The number of the newest request to read files. An older request that ends later changes nothing. */
   #request = 0;
   /** The user wants to join, and no hairstyle is known yet. */
   #joinsLater = false;
@@ -70,8 +79,9 @@ export class HairstylePicker {
   }
 
   /**
-   * Chooses the hairstyle that the fewest in the room have: of the server's own ones if there are any. Where none is
-   * known yet, the first that comes. Who has one keeps it.
+   * Chooses the hairstyle that the fewest people in the room have: one of the server's own hairstyles if there are any.
+   * Where no hairstyle is known yet, the user joins when `offer` lists the first ones. A user who has a hairstyle keeps
+   * it.
    */
   join(): void {
     if (this.#wanted) return;
@@ -82,6 +92,10 @@ export class HairstylePicker {
     else this.#joinsLater = true;
   }
 
+  /**
+   * Gives the user this hairstyle, in this room and in later ones; null: the user only watches. In a room the own
+   * character is replaced: it joins as soon as the members are known.
+   */
   async choose(hairstyle: Hairstyle | null): Promise<void> {
     this.#wanted = hairstyle;
     this.#joinsLater = false;
@@ -111,7 +125,10 @@ export class HairstylePicker {
     }
   }
 
-  /** Chooses the hairstyle of files, unless others come meanwhile. `onRead` gets what was guessed; nothing after an error. */
+  /**
+   * Chooses the hairstyle of files, unless the user gives other files meanwhile. `onRead` gets lines of what the
+   * importer guessed, and no line after an error.
+   */
   async takeFiles(files: readonly File[], onRead: (remarks: readonly string[]) => void): Promise<void> {
     const request = ++this.#request;
     try {
@@ -140,13 +157,15 @@ export class HairstylePicker {
     if (this.#joinsLater) this.join();
   }
 
-  // Finds a free place beside the other characters.
+  // Finds a free place beside the other characters, at their mean height. It tries x = 0, -0.6, 0.6, -1.2 m and so on.
+  // After 200 places, which is 60 m to each side, the head stays where it is.
   #takePlace(room: People): void {
     const others = [...room.members.values()].flatMap(({ own, pose }) => (pose && !own ? [pose] : []));
     const height = others.length > 0 ? others.reduce((sum, pose) => sum + pose[5], 0) / others.length : kHeadInVrM;
     for (let n = 0; n < 200; ++n) {
       const side = n % 2 === 0 ? 1 : -1;
       const place = new Vector3(side * Math.ceil(n / 2) * kPlaceApartM, height, 0);
+      // pose[4] and pose[6] are the head's x and z. 5 cm less are enough: a head that sways a little takes one place.
       if (others.some((pose) => Math.hypot(pose[4] - place.x, pose[6] - place.z) < kPlaceApartM - 0.05)) continue;
       this.head.placeAt(place, 0);
       return;

@@ -7,19 +7,20 @@ import { hairstyleName } from "./roomDetails";
 /** A hairstyle that the user can choose. */
 export interface Hairstyle {
   readonly label: string;
-  /** its files; or a member with this hair */
+  /** Gets the files of the hairstyle, or a member of the room who has this hair. */
   readonly get: () => Promise<HairFiles | Member>;
 }
 
+/** The bytes of a hairstyle's files. */
 export interface HairFiles {
   readonly groom: Uint8Array;
-  /** for a browser that simulates it, where there is one beside the groom */
+  /** The .levels file, for a browser that simulates the hair itself; absent where there is none beside the groom. */
   readonly levels?: Uint8Array;
 }
 
 /**
- * Files beside the page: `grooms/index.json` is a list of names, or of {name, file}; a missing list is no error.
- * `withLevels`: the files of their levels are wanted, too.
+ * The hairstyles beside the page. `grooms/index.json` lists file names, or objects {name, file}; a missing list is no
+ * error. `withLevels`: the files of their levels are wanted, too.
  */
 export async function listedHairstyles(withLevels: boolean): Promise<Hairstyle[]> {
   let listed: unknown;
@@ -41,7 +42,7 @@ export async function listedHairstyles(withLevels: boolean): Promise<Hairstyle[]
 }
 
 async function listedFiles(address: string, withLevels: boolean): Promise<HairFiles> {
-  // Without them they are built.
+  // A page without the file of levels builds them itself.
   const noLevels = () => undefined;
   const levels = withLevels ? download(address.replace(/groom$/, "levels")).catch(noLevels) : undefined;
   return { groom: await download(address), levels: await levels };
@@ -55,7 +56,7 @@ async function download(address: string): Promise<Uint8Array> {
   return new Uint8Array(await answer.arrayBuffer());
 }
 
-/** Each groom of the room once. */
+/** The grooms of a room's members, each once. */
 export function roomHairstyles(members: Iterable<Member>): Hairstyle[] {
   const byGroom = new Map<string, Member>();
   for (const member of members) if (member.groom && !byGroom.has(member.groomKey)) byGroom.set(member.groomKey, member);
@@ -72,8 +73,8 @@ export interface FileHairstyle {
 }
 
 /**
- * Of what the user chose or dropped: a groom, or the files of one head that another program has written. Throws a
- * one-line `HairnetError` when they make no hairstyle.
+ * Makes a hairstyle of the files that the user chose or dropped: a .groom file, or the files of one head that another
+ * program has written. Throws a one-line `HairnetError` when they make no hairstyle.
  */
 export async function fileHairstyle(files: readonly HairFile[]): Promise<FileHairstyle> {
   const whole = files.find(({ name }) => /\.groom$/i.test(name));

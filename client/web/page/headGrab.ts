@@ -2,11 +2,12 @@ import { Sphere, Vector3 } from "three";
 import type { OwnHead } from "./head/ownHead";
 import type { Stage } from "./stage";
 
+/** A press within this distance of the head's middle grabs the head: a head with some hair. */
 const kHeadRadiusM = 0.15;
 
 /**
- * Drags on the own head turn it, unless `isTaken`: something else is dragged; all other drags orbit the camera. Keys
- * move the head while the view has the focus.
+ * Drags on the own head turn it, unless `isTaken` says that something else is dragged. Other drags orbit the camera.
+ * Keys move the head while the view has the focus. `isShown`: the user has a head in the room.
  */
 export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boolean, isTaken: () => boolean): void {
   const { canvas } = stage;
@@ -20,6 +21,7 @@ export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boole
       canvas.setPointerCapture(pointer);
       head.grab();
     },
+    // The listener must come before the orbit's own one, which would turn the camera with the same press.
     { capture: true },
   );
   canvas.addEventListener("pointermove", (event) => {
@@ -42,6 +44,7 @@ export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boole
 }
 
 function isOnHead(stage: Stage, head: OwnHead, event: PointerEvent): boolean {
+  // The position is the head joint's, and the middle of a head is about 8 cm above it.
   const middle = head.position.clone().add(new Vector3(0, 0.08, 0));
   return stage.rayAt(event).intersectsSphere(new Sphere(middle, kHeadRadiusM));
 }

@@ -1,8 +1,8 @@
 import type { WebGLRenderer } from "three";
 
 /**
- * Shows a button that enters and leaves immersive VR; hidden without a headset. A refusal calls `onError` with one
- * line.
+ * Shows the button that enters and leaves immersive VR. Without a headset the button stays hidden. `onError` gets one
+ * line when the headset refuses.
  */
 export async function offerHeadset(
   button: HTMLButtonElement,

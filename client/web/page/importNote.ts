@@ -1,8 +1,12 @@
 import { isolated } from "./isolated";
 
+/** The line about files that were read disappears after this time; the details stay. */
 const kLineShownMs = 12_000;
 
-/** What the page tells of files of hair: that it reads them, then in one line how the hair was taken to lie, and all else. */
+/**
+ * What the page says of files of hair that the user gives: first that it reads them, then in one line how the hair was
+ * taken to lie. All remarks of the importer are in the details below.
+ */
 export class ImportNote {
   #timer: ReturnType<typeof setTimeout> | undefined;
 

@@ -1,4 +1,4 @@
-/** Keys that a keyboard on the screen does not send to a picture. */
+/** Keys of a real keyboard. A keyboard on the screen sends none of these to a canvas. */
 const kRealKey = /^(Arrow|Shift$|Tab$|Escape$|Home$)/;
 
 /**

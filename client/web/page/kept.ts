@@ -1,4 +1,4 @@
-/** What the page has kept in this browser; "": nothing. */
+/** The text that `keep` has stored under this key in this browser, maybe for an earlier page; "": none. */
 export function kept(key: string): string {
   try {
     return localStorage.getItem(key) ?? "";
@@ -7,10 +7,11 @@ export function kept(key: string): string {
   }
 }
 
+/** Stores a text in this browser for later pages. */
 export function keep(key: string, value: string): void {
   try {
     localStorage.setItem(key, value);
   } catch {
-    // It lasts as long as the page.
+    // Storage is switched off or full. The caller's value lasts as long as the page.
   }
 }

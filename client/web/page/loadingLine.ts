@@ -3,18 +3,21 @@ import type { Downloads } from "../src/index";
 /** What the page waits for before everyone is in the picture. */
 export interface Waiting {
   readonly isConnected: boolean;
-  /** people without and with a hairstyle that has arrived, and those who can be drawn */
+  /** All people who are awaited; those whose hairstyle has arrived; and those who can be drawn. */
   readonly people: number;
   readonly withGroom: number;
   readonly ready: number;
   readonly downloads: Downloads;
-  /** how far the building of levels is, 0 to 1; null: none are being built */
+  /** How far the building of levels is, 0 to 1; null: no levels are being built. */
   readonly building: number | null;
 }
 
 export const kConnecting = { text: "Connecting to the room", share: null };
 
-/** One line of what the page does, and the part of it that is done, 0 to 1, if known; null: nothing to wait for. */
+/**
+ * A line that says what the page does, and the share of this that is done: 0 to 1, or null where it is not known. No
+ * line (null) means that the page waits for nothing.
+ */
 export function loadingWords(waiting: Waiting): { text: string; share: number | null } | null {
   const { isConnected, people, withGroom, ready, downloads, building } = waiting;
   if (!isConnected) return kConnecting;
@@ -49,7 +52,7 @@ export class LoadingLine {
     return !this.line.hidden;
   }
 
-  /** null: the page waits for nothing. */
+  /** Shows the result of `loadingWords`; null hides the line. */
   show(words: { text: string; share: number | null } | null): void {
     this.line.hidden = words === null;
     if (!words) return;

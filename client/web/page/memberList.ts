@@ -3,14 +3,17 @@ import type { HairCharacter } from "../src/scene/index";
 import type { People } from "../src/index";
 import { personName } from "./roomDetails";
 
-/** The people of the room: a button shows one of them, the swatch has the colour of its hair. */
+/**
+ * The list of the people in the room. Each has a button that shows the person, and a swatch with the colour of the
+ * person's hair. The user's own swatch changes the colour for everyone, and the others for this page alone.
+ */
 export class MemberList {
   readonly #rows = new Map<number, { row: HTMLLIElement; swatch: HTMLInputElement; button: HTMLButtonElement }>();
 
   constructor(
     private readonly list: HTMLUListElement,
     private readonly onChoose: (member: number) => void,
-    /** the colour of the user's own hair, sRGB, 0xrrggbb */
+    /** Gets the new colour of the user's own hair, sRGB, 0xrrggbb. */
     private readonly onOwnColour: (hairRoot: number) => void,
   ) {}
 
@@ -43,7 +46,7 @@ export class MemberList {
     this.#rows.clear();
   }
 
-  /** The current label of each: its name, and what it waits for. `shown`: the person that the camera shows. */
+  /** Shows the name of each person, and what its hair waits for. `shown`: the person whom the camera shows. */
   refresh(room: People, characters: ReadonlyMap<number, HairCharacter>, shown: number | null): void {
     for (const [number, { swatch, button }] of this.#rows) {
       const member = room.members.get(number);

@@ -3,20 +3,27 @@ import { portraitOf, type Size } from "./framing";
 import type { Shown } from "./focus";
 import { givenName } from "./roomDetails";
 
+/** People further from the camera than this have no label. */
 const kFarM = 12;
+/** A label is this far above the hair. */
 const kAboveHairM = 0.05;
+/** Two labels overlap when they are nearer to each other than this in both directions. */
 const kWidthPx = 150;
 const kHeightPx = 26;
-/** of a head with hair, m */
+/** The radius of a head with hair, which hides labels behind it, m. */
 const kHeadRadiusM = 0.13;
 
 /** Names over heads, as elements that follow them. Screen readers read the list of people instead. */
 export class NameLabels {
   readonly #labels = new Map<number, HTMLElement>();
 
+  /** `place`: the element that gets the labels; it lies over the picture. */
   constructor(private readonly place: HTMLElement) {}
 
-  /** Call it after each picture. Shows the nearest of labels that would overlap, and none in front of a nearer head. */
+  /**
+   * Call it after each picture. Of labels that would overlap it shows the nearest, and no label in front of a nearer
+   * head. `free`: the part of the `view` that no controls cover, at its left and top.
+   */
   update(shown: readonly Shown[], camera: PerspectiveCamera, free: Size, view: Size): void {
     const here = new Set<number>();
     const taken: { x: number; y: number }[] = [];
@@ -37,6 +44,7 @@ export class NameLabels {
       const { x, y } = toPx(at);
       const isHidden = heads.some((head) => Math.hypot(head.x - x, head.y - y) < head.radius);
       const radius = (kHeadRadiusM * one.character.scale.y * pxAtOneM) / Math.max(distance(one, eye), 0.1);
+      // A projected z above 1 is behind the camera or beyond its far plane.
       if (at.z <= 1) heads.push({ ...toPx(one.character.position.clone().project(camera)), radius });
       const isFree = x > 0 && x < free.width && y > kHeightPx && y < free.height;
       const overlaps = taken.some((other) => Math.abs(other.x - x) < kWidthPx && Math.abs(other.y - y) < kHeightPx);

@@ -2,6 +2,7 @@ import { keep, kept } from "./kept";
 
 const kFirst = ["Amber", "Juniper", "Indigo", "Hazel", "Saffron", "Cobalt", "Olive", "Coral", "Sienna", "Teal"];
 const kLast = ["Otter", "Finch", "Lynx", "Heron", "Fox", "Wren", "Marten", "Crane", "Hare", "Robin"];
+/** The key of the user's name in the browser's storage. */
 const kKey = "hairnet.name";
 
 /** The name that the user has had here before, or a new one that nobody in the room has. */
@@ -20,7 +21,7 @@ export function keepName(name: string): void {
   keep(kKey, name);
 }
 
-/** The choice that the fewest have; the first of them. `used`: how many have each. */
+/** The choice that the fewest people have, the first of several; null: there is no choice. `used`: how many have it. */
 export function leastUsed<Choice>(choices: readonly Choice[], used: (choice: Choice) => number): Choice | null {
   const counts = choices.map(used);
   return choices[counts.indexOf(Math.min(...counts))] ?? null;

@@ -12,16 +12,16 @@ import type { Stage } from "./stage";
 export interface PageHost {
   readonly stage: Stage;
   readonly focus: Focus;
-  /** the user's own head, worn or not */
+  /** The user's own head, also while the user has no character. */
   readonly head: OwnHead;
   readonly query: Query;
   readonly room: People | null;
   readonly hair: HairScene | null;
-  /** null: the user only watches */
+  /** The user's own character; null: the user only watches. */
   readonly own: OwnCharacter | null;
-  /** Of the own hair, now and later. */
+  /** Sets the material of the own hair, also of the hairstyles that the user chooses later. */
   setMaterial(scale: MaterialScale): void;
-  /** Of the room, for everyone. */
+  /** Sets the wind of the room, for everyone. */
   setWind(wind: WindOptions): void;
   /** Shows one line of what went wrong and what helps. */
   showError(detail: string): void;

@@ -4,6 +4,7 @@ import type { Query } from "./query";
 
 export type PersistentRoomState = "connecting" | "connected" | "reconnecting" | "closed" | "refused";
 
+/** The wait before the next attempt grows from the first of these to the second, by a factor of 1.6 each time. */
 const kWaitMinS = 1;
 const kWaitMaxS = 10;
 
@@ -12,9 +13,9 @@ const kWaitMaxS = 10;
  * again when the server has closed the session for a temporary reason. It stops after a permanent refusal.
  */
 export class PersistentRoom {
-  /** a server's */
+  /** The room of a server; null: there is none now, or the page simulates the hair itself. */
   served: Room | null = null;
-  /** of this browser alone */
+  /** The room that this browser simulates alone; null: the page uses a server. */
   local: LocalRoom | null = null;
   #waitS = kWaitMinS;
   #timer: ReturnType<typeof setTimeout> | undefined;
@@ -22,7 +23,7 @@ export class PersistentRoom {
   constructor(
     private readonly query: Query,
     private readonly onRoom: (room: People) => void,
-    /** `detail`: the client library's line; `waitS`: until the next attempt, in the states "closed" and "reconnecting" */
+    /** `detail`: the client library's line; `waitS`: until the next attempt, when "closed" or "reconnecting" */
     private readonly onState: (state: PersistentRoomState, detail: string, waitS: number) => void,
     private readonly onError: (detail: string) => void,
   ) {}
@@ -31,6 +32,7 @@ export class PersistentRoom {
     return this.served ?? this.local;
   }
 
+  /** Makes one attempt to join. Call it once; further attempts follow by themselves. */
   async start(): Promise<void> {
     clearTimeout(this.#timer);
     this.onState("connecting", "", 0);

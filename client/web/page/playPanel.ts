@@ -6,7 +6,10 @@ import { inviteLink, inviteNote } from "./play/invite";
 import { Mirror } from "./play/mirror";
 import { kPresets, type Preset } from "./play/presets";
 
-/** Where the view goes to see mirror and head, from the head, in its own axes, m. */
+/**
+ * Where the camera goes to see both the mirror and the own head: behind the right shoulder, in the axes of the head, m.
+ * +Z is out of the face, +X to the head's left.
+ */
 const kBehindShoulder = new Vector3(-0.42, 0.22, -0.75);
 
 /** Things to play with: presets, ways to turn the head, first person, a mirror, an invitation. */
@@ -31,7 +34,8 @@ export class PlayPanel {
     this.#mirrorButton = button("Mirror", "Puts a mirror before your face.", () => this.#toggleMirror());
     section.append(row("View", this.#firstPersonButton, this.#mirrorButton));
     section.append(host.query.local ? aloneNote() : this.#invitation());
-    // Escape leads out of one thing at a time: the camera goes back to whom it showed, not to everyone.
+    // Escape leaves first person only: the camera goes back to where it was. The page's own listener, which would then
+    // show everyone, does not get the key.
     const leave = (event: KeyboardEvent) => {
       if (event.key !== "Escape" || !this.#firstPerson) return;
       event.stopImmediatePropagation();
@@ -53,6 +57,7 @@ export class PlayPanel {
   /** Call it before each drawing. */
   beforeDraw(): void {
     const pose = this.host.own?.newestPose ?? null;
+    // Without an own character there is no head to look out of, and none for the mirror.
     if (!pose && this.#firstPerson) this.#toggleFirstPerson();
     if (!pose && this.#mirror) this.#toggleMirror();
     if (pose) this.#firstPerson?.follow(pose);
@@ -65,6 +70,7 @@ export class PlayPanel {
     });
   }
 
+  /** Turns the head by another source. `which`: the index of the chosen option, where 1 is the device's sensor. */
   async #chooseSource(which: number): Promise<void> {
     const { head } = this.host;
     head.source?.stop();
@@ -107,6 +113,7 @@ export class PlayPanel {
   #lookIntoMirror(): void {
     const { stage, head } = this.host;
     stage.isMoved = true;
+    // The camera looks at a point between mirror and head, nearer to the mirror.
     stage.orbit.target.copy(this.#mirror!.position).lerp(head.position, 0.35);
     stage.camera.position.copy(kBehindShoulder).applyAxisAngle(stage.camera.up, head.heading).add(head.position);
     stage.orbit.update();
@@ -149,6 +156,7 @@ function noteOf(text: string): HTMLElement {
   return note;
 }
 
+/** The error of the things that need an own head. */
 const kJoinFirst = "Choose a hairstyle first: this needs a head of your own.";
 
 function button(label: string, about: string, onClick: () => void): HTMLButtonElement {

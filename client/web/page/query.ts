@@ -1,17 +1,17 @@
 /** The settings in the page's address. */
 export interface Query {
-  /** empty: the lobby */
+  /** The name of the room; empty: the lobby. */
   readonly room: string;
-  /** by default the one that the page names, see `pageServer`, or else the one that served the page */
+  /** The server's address. By default it is what the page names (`pageServer`), or else the server of the page. */
   readonly server: string;
   readonly token: string;
-  /** watch only */
+  /** The user only watches, and has no hair. */
   readonly observe: boolean;
-  /** this browser simulates the hair: there is no server */
+  /** This browser simulates the hair itself, without a server. */
   readonly local: boolean;
 }
 
-/** What a page names that needs no server. */
+/** What a page names in place of a server when it simulates the hair itself. */
 const kNone = "none";
 
 /**

@@ -3,6 +3,7 @@ import { isolated } from "./isolated";
 
 // What a room tells about its people, in words for people.
 
+/** The built-in hairstyles by their names in `hairnet-groom make`. */
 const kHairstyleNames: Readonly<Record<string, string>> = {
   long_straight: "Long straight hair",
   long_curly: "Long ringlets",
@@ -29,7 +30,10 @@ export function personName(member: Pick<Member, "tagText" | "groom" | "member" |
   return member.own ? `${name} (you)` : name;
 }
 
-/** How the page talks with the server; null: it does not now. `fallbackReason`: why not by WebTransport. */
+/**
+ * How the page talks with the server, in words. `transport` null: there is no connection now. `fallbackReason`: why it
+ * is not WebTransport, or null where that was not tried.
+ */
 export function transportName(transport: Transport | null, fallbackReason: string | null): string {
   if (transport === null) return "no connection";
   if (transport === "webtransport") return "WebTransport";

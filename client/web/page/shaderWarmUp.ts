@@ -3,14 +3,15 @@ import { Groom } from "../src/hair/groom";
 import { rigidPose } from "../src/hair/pose";
 import { HairScene, type HairSceneOptions } from "../src/scene/index";
 
-/** The file of a groom: a strand of 1 cm, and a body of four triangles. */
+/** A .groom file in base64: a strand of 1 cm, and a body of four triangles. It needs no download. */
 const kGroom =
   "MAEAABAAAABITkdaCAAMAAQACAAIAAAAFAIAAAQAAAANAQAAdZA/S8NgEIefi1HkxaGIYAfBQgJ16ODkH/pSx0oRKdLRwcGhLk46uPkN" +
   "onPHSHHI4CAoJe1Q2y0dnN5FwY/gkk3EISlqm/7guTvufhzH5SxoAPuH1SOoEdIBHnkg4J47mpxywjGblJilDVwKrJFnhRxLLGJTA54n" +
   "eAPyAlqg/oeGwOrT6267NSgr41RuL9+3gmFxG9gDGEUHFWV83W4Nyl4/1iUBV6Ag07eMoqirjB96/Vgr4/SUcUKvH4fjOnFd95Rxuh/A" +
   "mE/gC4C5f/tcAFvEsucXRCxr1g808M10WM8IWXKTdANeCgKS8qvlNHuQWCYkgJXRC4bFHeovVWV8DYIAdjprpvXF2fkVwA8AAAA=";
-/** It is too small for a pixel. */
+/** The scale of that groom in the picture: it is then smaller than a pixel. */
 const kScale = 1e-4;
+/** The hair is this far in front of the camera. */
 const kAheadM = 2;
 
 /**
@@ -21,6 +22,7 @@ const kAheadM = 2;
 export class ShaderWarmUp {
   readonly #hair: HairScene;
   #groom: Groom | null = null;
+  /** The shaders are made, or cannot be: `draw` does nothing any more. */
   #isOver = false;
 
   constructor(
@@ -41,7 +43,7 @@ export class ShaderWarmUp {
     const ahead = this.camera.getWorldDirection(new Vector3());
     this.#hair.position.copy(this.camera.position).addScaledVector(ahead, kAheadM);
     this.#hair.update(this.camera);
-    // The worker makes the geometry meanwhile.
+    // Until the worker has made the geometry there is nothing to draw.
     this.#isOver = [...this.#hair.characters.values()].every((one) => one.isReady);
     if (!this.#isOver) return;
     this.scene.add(this.#hair);

@@ -1,21 +1,25 @@
 import type { MaterialScale, Wind, WindOptions } from "../src/index";
 
+/** What a slider shows. `least` and `most` are its ends, in the unit of its value. */
 interface Slider {
   readonly label: string;
-  /** one line of what it does */
+  /** One line that says what the slider does. */
   readonly note: string;
   readonly least: number;
   readonly most: number;
   readonly start: number;
-  /** of the slider's scale: most useful values are near 1 */
+  /** The scale is logarithmic: most useful values are near 1, and factors of 2 and 1/2 are equally far from it. */
   readonly isLogarithmic?: boolean;
-  /** the value with its unit */
+  /** Writes a value with its unit. */
   readonly words: (value: number) => string;
 }
 
 const times = (value: number) => `× ${value < 1 ? value.toFixed(2) : value.toFixed(1)}`;
+/** The sliders of factors, which start at 1: the hair as its maker made it. */
 const kScale = { isLogarithmic: true, start: 1, words: times };
 
+// The ends lie within those of servers (`MaterialScale` of src/room/materials.ts): factors from 0.01 to 100, and gel up
+// to 10 000 per square second.
 const kMaterial: Record<keyof MaterialScale, Slider> = {
   stiffness: { label: "Stiffness", note: "How strongly hair keeps its shape.", least: 0.05, most: 20, ...kScale },
   damping: { label: "Damping", note: "How soon a swinging lock stops.", least: 0.05, most: 20, ...kScale },
@@ -49,6 +53,7 @@ const kMaterial: Record<keyof MaterialScale, Slider> = {
     words: (value) => (value < 1 ? "none" : `${value.toFixed(0)} /s²`),
   },
 };
+/** The wind in the words of `WindOptions` (src/room/wind.ts), where `bearing` is `from`. */
 const kWind = {
   speed: {
     label: "Wind",
@@ -84,6 +89,7 @@ const kWind = {
   },
 } satisfies Record<string, Slider>;
 
+/** The bearing that a wind comes from, -180 to 180 degrees, in words: 0 is the front, 90 the right of the picture. */
 function bearingWords(value: number): string {
   const names = [
     "behind",
@@ -146,6 +152,7 @@ export class Sliders {
 class SliderGroup<Name extends string> {
   readonly #sliders: Record<Name, Slider>;
   readonly #rows = new Map<Name, { input: HTMLInputElement; output: HTMLElement }>();
+  /** A change has been made and is not yet told: `show` must not undo it. */
   #isWaiting = false;
 
   constructor(place: HTMLElement, sliders: Record<Name, Slider>, resetLabel: string, onInput: () => void) {
@@ -167,6 +174,7 @@ class SliderGroup<Name extends string> {
     return Object.fromEntries(read) as Record<Name, number>;
   }
 
+  /** Moves the sliders to these values, but for a slider that the user is moving. */
   show(values: Readonly<Record<Name, number>>): void {
     if (this.#isWaiting) return;
     for (const [name, { input }] of this.#rows) if (!input.matches(":active")) this.#put(name, values[name]);
@@ -201,7 +209,8 @@ class SliderGroup<Name extends string> {
     this.#put(name, slider.start);
   }
 
-  // Tells a few times a second, which is enough for a server.
+  // Calls `onInput` at most once in 120 ms, with the newest values. A moving slider has many more events than a server
+  // needs.
   #tell(onInput: () => void): void {
     if (this.#isWaiting) return;
     this.#isWaiting = true;
@@ -227,11 +236,12 @@ class SliderGroup<Name extends string> {
   }
 }
 
-/** The value at a place from 0 to 1 of the slider. */
+/** The value of a slider whose thumb is at `at`, from 0 at its left end to 1 at its right end. */
 function valueAt({ isLogarithmic, least, most }: Slider, at: number): number {
   return isLogarithmic ? least * (most / least) ** at : least + at * (most - least);
 }
 
+/** Where the thumb is for a value, 0 to 1: the inverse of `valueAt`. */
 function placeOf({ isLogarithmic, least, most }: Slider, value: number): number {
   const within = Math.min(Math.max(value, least), most);
   return isLogarithmic ? Math.log(within / least) / Math.log(most / least) : (within - least) / (most - least);

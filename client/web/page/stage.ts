@@ -17,15 +17,19 @@ import { type Covered, distanceFor, freePart, type Size } from "./framing";
 import { ShaderWarmUp } from "./shaderWarmUp";
 import { fadeBust, type Standing, Surroundings } from "./surroundings";
 
+/** At most this many device pixels are drawn for each CSS pixel on a side. */
 const kPixelRatioMax = 2;
+/** The height of a standing person's head joint above the floor, m. */
 export const kHeadInVrM = 1.6;
-/** Slightly above the heads: the ground is in the picture. */
+/** The camera looks down by this angle, from slightly above the heads, so that the ground is in the picture. */
 export const kViewHeightRad = 0.1;
 
 /** Renderer, camera, and what is around the people. */
 export class Stage {
   readonly renderer: WebGLRenderer;
   readonly scene = new Scene();
+  // The field of view is narrow, 30 degrees, as for a portrait. With the near plane at 2 cm, hair before the eyes is in
+  // the picture of first person.
   readonly camera = new PerspectiveCamera(30, 1, 0.02, 100);
   /** Carries the camera in VR: the place of its floor. */
   readonly rig = new Group();
@@ -35,19 +39,21 @@ export class Stage {
   readonly motion: CameraMotion;
   readonly surroundings = new Surroundings();
   readonly firstPictures = new FirstPictures();
+  /** The browser has taken the WebGL context away; nothing can be drawn until it is back. */
   isLost = false;
   /** The user has turned or moved the view. */
   isMoved = false;
+  /** The mean height of the heads in the room, world, m. */
   #headY = kHeadInVrM;
-  /** of the pixels on each side of the picture */
+  /** The factor on the picture's width and height that the first pictures have (`FirstPictures.share`). */
   #share = 1;
-  /** What the last picture without people depended on. */
+  /** What the last picture without people depended on (`#backdropOf`), or "" when the next picture must be drawn. */
   #backdrop = "";
   #warmUp: ShaderWarmUp | null = null;
 
   constructor(
     readonly canvas: HTMLCanvasElement,
-    /** the pixels at the right and the bottom that controls cover */
+    /** Returns the CSS pixels at the right and the bottom of the view that controls cover. */
     private readonly covered: () => Covered,
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
@@ -60,6 +66,7 @@ export class Stage {
     this.orbit = new OrbitControls(this.camera, canvas);
     this.orbit.target.set(0, kHeadInVrM, 0);
     this.orbit.enableDamping = true;
+    // Nearer than 25 cm the camera would be in the hair, and beyond 40 m heads are hardly seen.
     this.orbit.minDistance = 0.25;
     this.orbit.maxDistance = 40;
     // Below the ground there is nothing to see.
@@ -85,17 +92,20 @@ export class Stage {
     return { width: innerWidth, height: innerHeight };
   }
 
-  /** The detail of hair at all pixels, `quality`, in a picture of fewer pixels. */
+  /**
+   * The quality for `HairScene` at which hair has the detail that `quality` means for all pixels, although the picture
+   * has fewer pixels now.
+   */
   detailFor(quality: number): number {
     return this.renderer.xr.isPresenting ? quality : quality / this.#share;
   }
 
-  /** What a pixel of the window spans in the picture's middle. */
+  /** The angle that a CSS pixel spans in the picture's middle, rad. */
   get radPerPx(): number {
     return (2 * Math.tan((this.camera.fov / 2) * MathUtils.DEG2RAD)) / this.size.height;
   }
 
-  /** What a pointer points at, world. */
+  /** The ray from the camera through a pointer, world. */
   rayAt({ clientX, clientY }: Pick<PointerEvent, "clientX" | "clientY">): Ray {
     const { width, height } = this.size;
     const caster = new Raycaster();
@@ -103,7 +113,7 @@ export class Stage {
     return caster.ray;
   }
 
-  /** The part of the view that the controls leave free: at its left and top. */
+  /** The size of the part of the view that no controls cover, which is at its left and top. */
   get free(): Size {
     return freePart(this.size, this.covered());
   }
@@ -131,6 +141,8 @@ export class Stage {
   frame(heads: readonly Vector3[]): void {
     if (heads.length === 0) return;
     const middle = heads.reduce((sum, head) => sum.add(head), new Vector3()).divideScalar(heads.length);
+    // `across` is to the right in the picture and `ahead` towards the camera, m from the middle of the heads. Hair and
+    // shoulders need 0.5 m more in width and 0.8 m in height, and the middle of head and bust is 6 cm below the joint.
     const { bearing } = this.motion.view;
     const across = heads.map(({ x, z }) => (x - middle.x) * Math.cos(bearing) - (z - middle.z) * Math.sin(bearing));
     const ahead = heads.map(({ x, z }) => (x - middle.x) * Math.sin(bearing) + (z - middle.z) * Math.cos(bearing));
@@ -158,7 +170,10 @@ export class Stage {
     return this.firstPictures.share({ width: this.#pixelRatio * width, height: this.#pixelRatio * height });
   }
 
-  /** Makes the shaders of hair; call it before pictures without people, while the first hair is on its way. */
+  /**
+   * Compiles the shaders of hair by drawing a tiny hairstyle (shaderWarmUp.ts). Call it before pictures without people,
+   * while the first hair is on its way; after the first hair it does nothing.
+   */
   warmUpShaders(): void {
     if (!this.firstPictures.isBeforeHair) return;
     this.#warmUp ??= new ShaderWarmUp(this.renderer, this.scene, this.camera, { onMaterial: fadeBust });
@@ -175,7 +190,8 @@ export class Stage {
     if (people.length > 0) {
       this.#backdrop = "";
       if (!this.firstPictures.isBeforeHair) return this.picture.render(this.scene, this.camera, hair);
-      // The first hair comes sooner with grain.
+      // The first picture with hair is not averaged: it has grain, and comes sooner. The warm-up's hair has kept the
+      // shaders until now, and is not needed any more.
       this.renderer.render(this.scene, this.camera);
       this.#warmUp?.dispose();
       this.#warmUp = null;
@@ -185,7 +201,7 @@ export class Stage {
     const backdrop = this.#backdropOf(hair, free);
     if (backdrop !== "" && backdrop === this.#backdrop) return;
     this.#backdrop = backdrop;
-    // Without hair there is no grain. Averages before do not count any more.
+    // Without hair there is no grain to average away. The average of earlier pictures ends here.
     this.picture.cut();
     this.renderer.render(this.scene, this.camera);
   }
@@ -195,7 +211,7 @@ export class Stage {
     const { camera, canvas, rig, scene, surroundings } = this;
     const isAlone = scene.children.every((child) => child === rig || child === surroundings || child === hair);
     if (!isAlone || this.renderer.xr.isPresenting) return "";
-    // The backdrop is the same all around.
+    // The backdrop is the same in all bearings, so only the camera's pitch counts.
     const up = camera.getWorldDirection(new Vector3()).y.toFixed(3);
     return [canvas.width, canvas.height, free.width, free.height, up].join();
   }

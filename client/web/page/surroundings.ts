@@ -18,8 +18,9 @@ import type { LightRig } from "../src/scene/lightRig";
 
 /** A bust's height below its head joint, m: it ends above the ground. */
 export const kBustHeightM = 0.375;
+/** The ground ends at this distance from the middle of the people. */
 const kGroundRadiusM = 9;
-/** Shadows of the nearest people. */
+/** The ground has the shadows of at most this many people, the nearest to the camera. */
 const kShadowsMax = 16;
 /** A bust darkens below the first of these heights in head space, and ends at the second, m. */
 const kFadeFromM = -0.13;
@@ -58,7 +59,10 @@ const kBackdropFragment = /* glsl */ `
   }
 `;
 
-/** A pool of light with a soft shadow below each person, which ends in the backdrop. */
+/**
+ * The ground: a pool of light about `middle` (x, z) that fades into the backdrop towards `radius`, m. Each person has a
+ * soft shadow below: a Gaussian of that radius, which takes `strength` of the light in its middle.
+ */
 const kGroundVertex = /* glsl */ `
   varying vec2 place;
   void main() {
@@ -85,11 +89,11 @@ const kGroundFragment = /* glsl */ `
   }
 `;
 
-/** Someone in the picture. */
+/** Where a person stands, for the shadow and the height of the ground. */
 export interface Standing {
-  /** the head joint, world, m */
+  /** The place of the head joint, world, m. */
   readonly head: Vector3;
-  /** of the head joint above the ground, m */
+  /** The height of the head joint above the ground on which the person stands, m. */
   readonly height: number;
 }
 
@@ -123,6 +127,7 @@ export class Surroundings extends Group {
     super();
     this.name = "surroundings";
     const backdrop = new Mesh(new SphereGeometry(1, 32, 16), this.#backdrop);
+    // The backdrop is drawn first, behind everything.
     backdrop.renderOrder = -10;
     backdrop.frustumCulled = false;
     // The ground is transparent at its edge, and other transparent things stand on it.
@@ -132,8 +137,9 @@ export class Surroundings extends Group {
   }
 
   /**
-   * `rig`: of the hair; null: not known yet. `people`: all who are visible. `middlePx`: the middle of the free part of the view, device
-   * pixels.
+   * Call it before each picture. `rig`: the lights of the hair; null: not known yet. `people`: all who are visible;
+   * without people there is no ground. `middlePx`: the middle of the free part of the view, device pixels;
+   * `viewPx`: the smaller side of that part.
    */
   update(
     camera: PerspectiveCamera,
@@ -152,20 +158,22 @@ export class Surroundings extends Group {
     const sum = heads.reduce((total, head) => total.add(head), new Vector3()).divideScalar(heads.length);
     middle.value.set(sum.x, sum.z);
     const spread = heads.reduce((most, head) => Math.max(most, Math.hypot(head.x - sum.x, head.z - sum.z)), 0);
+    // The light reaches 3.2 m beyond the outermost person. The ground is as low as the lowest person needs it.
     radius.value = Math.min(3.2 + spread, kGroundRadiusM);
     const ground = Math.min(...people.map(({ head, height }) => head.y - height));
     this.#floor.position.set(sum.x, ground, sum.z);
     const near = [...heads].sort((a, b) => a.distanceTo(camera.position) - b.distanceTo(camera.position));
     for (const [n, shadow] of (shadows.value as Vector4[]).entries()) {
       const head = near[n];
-      // A higher head has a softer shadow.
+      // A higher head has a wider, softer shadow, of 0.8 strength. A place without a person has the strength 0.
       const height = head ? head.y - ground : 0;
       if (head) shadow.set(head.x, head.z, 0.14 + 0.35 * height, 0.8);
       else shadow.set(0, 0, 1, 0);
     }
   }
 
-  // Ordinary materials get the light that hair gets.
+  // Ordinary materials, such as an avatar's, get the light that hair gets. The colours of a rig are those after the
+  // division by pi (src/scene/lightRig.ts) that three.js makes where light meets a surface: so the intensity is pi.
   #light(rig: LightRig): void {
     for (const [n, light] of this.#lights.entries()) {
       light.position.copy(rig.towards[n]).multiplyScalar(10);
@@ -179,8 +187,8 @@ export class Surroundings extends Group {
 }
 
 /**
- * Busts end below the shoulders. Each falls into shadow there, and its last centimetres are transparent, instead of
- * showing its cut. For `HairSceneOptions`.
+ * Changes the shader of busts, which end below the shoulders. Each falls into shadow there, and its last centimetres
+ * are transparent, so that its cut does not show. For `onMaterial` of `HairSceneOptions`.
  */
 export function fadeBust(material: RawShaderMaterial, part: HairPart): void {
   if (part !== "body") return;

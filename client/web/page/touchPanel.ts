@@ -2,9 +2,10 @@ import { keep, kept } from "./kept";
 import type { Touching, TouchHost } from "./touching";
 import { audienceOf, WhoMay } from "./touch/whoMay";
 
+/** The key of the user's choice in the browser's storage. */
 const kKey = "hairnet.touch";
 
-/** Who may touch the user's own hair, and what ends pins. */
+/** The section of the panel in which the user chooses who may touch the own hair, and ends pins. */
 export class TouchPanel {
   readonly #whoMay = new WhoMay(audienceOf(kept(kKey)));
 

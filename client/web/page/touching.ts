@@ -9,17 +9,17 @@ import { pickHair } from "./touch/pick";
 import { PointerTouch } from "./touch/pointerTouch";
 import { ShownHands } from "./touch/shownHands";
 
-/** How near to a hair a press on it is. */
+/** A press means a hair within this many CSS pixels. A finger is less exact than a mouse. */
 const kMousePx = 6;
 const kFingerPx = 14;
-/** A hand of which nothing has come for half a second is gone, and pictures may be seldom. */
+/** Hands are gone half a second after their last message. A timer sends them also when pictures are rare. */
 const kSentEveryMs = 100;
-/** Heads whose scales differ by less are of one size. */
+/** An own head whose scale differs from 1 by more is drawn at another size than in the room, by an avatar. */
 const kSameSize = 0.01;
 
 /** What touching needs of the page. */
 export interface TouchHost extends Pick<PageHost, "stage" | "query" | "own"> {
-  /** null: there is none, or no server */
+  /** The room of a server; null: the page is in none, or has no server. */
   readonly served: Room | null;
 }
 
@@ -29,6 +29,7 @@ export class Touching {
   readonly #pointer = new PointerTouch(this.#holds);
   readonly #headset = new HeadsetTouch(this.#holds);
   readonly #shown = new ShownHands();
+  /** The last message to the server had hands, so the next one must say that they are gone. */
   #hasHands = false;
 
   constructor(
@@ -40,7 +41,7 @@ export class Touching {
     setInterval(() => this.#pointer.isPressed && this.#push(this.#pointer.hands(performance.now())), kSentEveryMs);
   }
 
-  /** A press is of hair: the camera and the own head stay. */
+  /** A pointer is down that was pressed on hair. Its moves turn neither the camera nor the own head. */
   get isPressed(): boolean {
     return this.#pointer.isPressed;
   }
@@ -49,6 +50,7 @@ export class Touching {
     return this.#holds.hasPinned;
   }
 
+  /** The page has entered this room: what was held in another one is forgotten. */
   enter(room: Room): void {
     this.#pointer.forget();
     this.#headset.forget();
@@ -57,14 +59,14 @@ export class Touching {
     room.on("held", ({ member, hand, pointCount }) =>
       this.#pointer.onHeld(member, hand, pointCount, performance.now()),
     );
-    // The server has let all hair go: a press begins anew.
+    // A server lets all hair go when the connection breaks, so the user must press again.
     room.on("state", () => {
       this.#pointer.forget();
       this.#headset.forget();
     });
   }
 
-  /** Lets all hair fall that this user has pinned, and all of the own head. */
+  /** Ends this user's pins in all hair, and everyone's pins in the user's own hair, which then falls. */
   unpin(): void {
     const { served, own } = this.host;
     if (served) this.#holds.unpin(served, own?.member ?? null);
@@ -78,7 +80,7 @@ export class Touching {
       this.#push(tracked?.map(({ hand }) => hand) ?? this.#pointer.hands(performance.now()));
       this.#headset.update(tracked ?? [], room);
     }
-    // The own ones only where they are the user's real hands.
+    // The user sees the own hands only in a headset, where they are real hands. A mouse has its pointer.
     this.#shown.show([...(room?.hands.values() ?? [])].flat().concat((tracked ?? []).map(({ hand }) => hand)));
     if (this.#shown.children.length === 0) this.#shown.removeFromParent();
     else stage.scene.add(this.#shown);
@@ -96,7 +98,7 @@ export class Touching {
     return this.host.query.observe || this.host.query.local;
   }
 
-  /** Null: there is no headset. */
+  /** The hands that the headset tracks in this frame; null: the user wears no headset. */
   #tracked(): TrackedHand[] | null {
     const { xr } = this.host.stage.renderer;
     if (!xr.isPresenting) return null;
@@ -110,11 +112,12 @@ export class Touching {
     this.#hasHands = hands.length > 0;
   }
 
-  // A press elsewhere is left to those who listen later: the own head and the camera.
+  // A press that meets no hair is left to the listeners of the own head and of the camera, which come later.
   #listen(): void {
     const { stage } = this.host;
     const { canvas, orbit } = stage;
     let pointer: number | null = null;
+    // Whether the orbit was enabled before the press, which disables it.
     let orbited = true;
     const down = (event: PointerEvent) => {
       if (this.isPressed && event.pointerType === "touch") this.#pointer.pinLater();
@@ -138,7 +141,7 @@ export class Touching {
     canvas.addEventListener("pointercancel", end);
   }
 
-  /** Returns true if there is hair that the user may touch. */
+  /** Takes the hair at a press. Returns false if there is no hair that the user may touch. */
   #press(event: PointerEvent): boolean {
     const { served: room, stage } = this.host;
     if (room?.state !== "connected") return false;

@@ -8,7 +8,8 @@ namespace hairnet::fleet_plan {
 namespace {
 
 constexpr std::size_t kDayMinutes = 1440;
-constexpr std::size_t kTailMinutes = 20 * kDayMinutes;  // sessions that last longer are left out of the mean
+// Sessions of more than 20 days are left out of the mean number of people.
+constexpr std::size_t kTailMinutes = 20 * kDayMinutes;
 
 std::size_t minute_of_day(double time_s) {
   return static_cast<std::size_t>(std::max(0.0, time_s) / 60) % kDayMinutes;
@@ -26,18 +27,20 @@ Demand::Demand(const Settings& s)
       rate_(kDayMinutes),
       people_(kDayMinutes) {
   for (std::size_t m = 0; m < kDayMinutes; ++m) {
+    // The curve is a squared cosine bell: 1 at the peak hour, night_share twelve hours later.
     const double phase = 2 * std::numbers::pi * (static_cast<double>(m) / 60 - s.peak_hour) / 24;
     const double height = (1 + std::cos(phase)) / 2;
     rate_[m] = s.night_share + (1 - s.night_share) * height * height;
   }
-  // How much of a minute's arrivals is there, by minutes later: P(session > u) = erfc(ln(u / median) / (sigma sqrt 2))
-  // / 2.
+  // In a minute with one arrival per second 60 people come. `stay[u]` says how many of them are there u minutes later,
+  // modulo a day: 60 times the share of sessions longer than u, erfc(ln(u / median) / (sigma sqrt 2)) / 2.
   std::vector<double> stay(kDayMinutes, 0);
   for (std::size_t u = 0; u < kTailMinutes; ++u) {
     const double age_s = (static_cast<double>(u) + 0.5) * 60;
     const double share = sigma_ > 0 ? std::erfc((std::log(age_s) - mu_) / (sigma_ * std::numbers::sqrt2)) / 2
                                     : (std::log(age_s) < mu_ ? 1.0 : 0.0);
     stay[u % kDayMinutes] += share * 60;
+    // What is left adds nothing that could be seen among 100 000 people.
     if (share < 1e-9) break;
   }
   for (std::size_t m = 0; m < kDayMinutes; ++m)
@@ -61,7 +64,8 @@ double Demand::mean_people(double time_s) const {
 
 double Demand::session_s(Random& random) const {
   const double radius = std::sqrt(2 * exponential(random)), angle = 2 * std::numbers::pi * random.unit();
-  return std::exp(mu_ + sigma_ * radius * std::cos(angle));  // Box and Muller's normal numbers
+  // `radius * cos(angle)` has the standard normal distribution, by the method of Box and Muller.
+  return std::exp(mu_ + sigma_ * radius * std::cos(angle));
 }
 
 std::uint32_t Demand::room(Random& random) const {

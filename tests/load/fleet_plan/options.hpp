@@ -9,8 +9,10 @@ namespace hairnet::fleet_plan {
 
 struct Options {
   Settings settings;
-  std::string json, page;  // files, or empty
-  std::string command;     // as given
+  // The files for the results; no file is written for an empty name.
+  std::string json, page;
+  // The command line as it was given.
+  std::string command;
 };
 
 // The options, or the exit status when there is nothing more to do.

@@ -5,7 +5,10 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-constexpr double kSmallRoom = 8, kLargeRoom = 32, kLearntRoom = 4;  // in which the figures were measured
+// The figures of ServerCosts were measured in rooms of so many people, who all see each other.
+constexpr double kSmallRoom = 8, kLargeRoom = 32, kLearntRoom = 4;
+
+// The straight line through the values in the small and in the large room, at a room of `observed` people.
 
 double line_through(double small, double large, double observed) {
   return std::max(0.0, small + (large - small) / (kLargeRoom - kSmallRoom) * (observed - kSmallRoom));
@@ -13,7 +16,8 @@ double line_through(double small, double large, double observed) {
 
 }  // namespace
 
-// Learnt hair was measured in crowds only: what its step saves there, it saves in rooms.
+// Learnt hair was measured only in a crowd that one client observes. There its step takes less time than the low
+// level's; the same difference is subtracted from the low level's time in rooms.
 double ServerCosts::cpu_s(HairLevel level, double observed) const {
   const double low_ms = line_through(low_cpu_8_ms, low_cpu_32_ms, observed);
   switch (level) {

@@ -14,9 +14,9 @@ struct Settings {
 
   // People: a daily curve of how many are there at once, and how long each stays (log-normal).
   double peak = 100'000, night_share = 0.25, peak_hour = 20;
-  // Are the mean, and the standard deviation of its logarithm.
+  // The mean length of a session in minutes, and the standard deviation of the length's logarithm.
   double session_min = 30, session_sigma = 1;
-  // A person waits so long for a place.
+  // A person waits so long for a place in the chosen room, and then goes away.
   double patience_s = 60;
 
   // Rooms: the one of rank k is chosen with a probability in proportion to k^-zipf.
@@ -24,47 +24,49 @@ struct Settings {
   double zipf = 0.9;
   // Limits the people of a room; zero allows any number.
   std::uint32_t room_cap = 256;
-  // Limits the rooms that a person asks for, while they are full, before it goes away.
+  // A person who finds this many rooms full goes away.
   std::uint32_t room_tries = 3;
-  // Limits the members whose hair a client gets.
+  // A client gets the hair of at most so many members of its room.
   std::uint32_t observe = 32;
-  // People wear them, all equally often.
+  // The number of different hairstyles. Each person has one of them, all with the same probability.
   std::uint32_t hairstyles = 100;
 
   HairLevel level = HairLevel::low;
 
   // Servers.
-  // Work may take budget_share of the cores' time.
+  // The steps of characters may take budget_share of the time of a server's cores; that is the server's budget.
   double cores = 4, budget_share = 0.7;
-  // Detail can be lowered no further at so many times the budget.
+  // A server above its budget lowers detail. At so many times the budget detail cannot be lowered further, and the
+  // server takes nobody more.
   double overload_max = 4;
   // Limits the characters of a server.
   std::uint32_t characters_max = 4096;
   double lease_s = 9;
-  // Servers that are short of time give up rooms.
+  // Servers above their budget give rooms to others (server/fleet/README.md, Balancing).
   bool balance = true;
-  // Is the mean time of a server between kills; zero means none.
+  // The mean time until a server is killed; zero means never. The default is 30 days.
   double mtbf_h = 720;
-  // Lies between one rolling update and the next, the first after half of it; zero means none.
+  // The time from one rolling update to the next; the first one comes after half of it. Zero means no updates.
   double deploy_h = 24;
-  // Is the share of servers that are replaced at a time.
+  // A rolling update replaces this share of the servers at a time.
   double deploy_share = 0.1;
 
   // Autoscaling.
-  // Is a fixed number; zero means autoscaling.
+  // The fleet has this fixed number of servers; zero means autoscaling.
   std::uint32_t servers = 0;
   // Autoscaling keeps at least so many.
   std::uint32_t servers_min = 2;
-  // Is added to the needed servers, as a share of them.
+  // Autoscaling keeps more servers than the load needs, by this share.
   double buffer = 0.25;
   // A server takes so long to start, with its machine.
   double start_s = 90;
-  // Servers must be too many for so long before some are stopped.
+  // Autoscaling stops servers only after there have been too many of them for so long.
   double scale_in_s = 600;
 
   ServerCosts costs;
 
-  // Worker-seconds a second that a server's characters may take at their level.
+  // The processor time in seconds that a server's characters may take in a second before it must lower detail: the
+  // server's budget.
   [[nodiscard]] double capacity() const { return cores * budget_share; }
 };
 

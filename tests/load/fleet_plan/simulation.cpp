@@ -11,9 +11,11 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-// A run has so many samples at most.
+// Limits the samples of a run, which are the points of the page's plots. With the default of two days a sample covers
+// five minutes.
 constexpr double kSampleIntervals = 576;
-// Sessions that begin within it before the start may still last.
+// The simulation looks for people who are there at the start among the arrivals of the day before. With the default
+// lengths of sessions (mean 30 minutes, log-normal with sigma 1) less than one in 100 000 lasts longer than a day.
 constexpr std::int64_t kPastSeconds = 86'400;
 
 }  // namespace
@@ -29,7 +31,8 @@ Simulation::Simulation(const Settings& settings) : settings_(settings), demand_(
   fill();
 }
 
-// The people of the day before who are still there, and servers for them.
+// Makes the people who came on the day before and are still there, and servers for them. The levels of their hairstyles
+// are in memory already, and etcd's work for this is not counted.
 void Simulation::fill() {
   for (std::int64_t second = -kPastSeconds; second < 0; ++second) {
     const double rate = demand_.arrivals_per_s(static_cast<double>(second + kPastSeconds));
@@ -56,7 +59,8 @@ void Simulation::fill() {
     update_load(room);
     cpu_s += rooms_[room].cpu_s;
   }
-  cpu_s_ = cpu_s;  // for target()
+  // target() computes the number of servers from cpu_s_; own() then adds each room to cpu_s_ again.
+  cpu_s_ = cpu_s;
   const std::size_t servers = target();
   cpu_s_ = 0;
   for (std::size_t i = 0; i < servers; ++i) make_ready(start_server(0));
@@ -95,6 +99,7 @@ PersonId Simulation::add_person(std::int64_t since_s) {
 void Simulation::step() {
   HAIRNET_ASSERT(!is_done());
   take_starts_and_ends();
+  // The number of servers is decided every 15 s, which is also the default of Kubernetes' HorizontalPodAutoscaler.
   if (now_s_ % 15 == 0) scale();
   deploy();
   take_departures();
@@ -137,7 +142,8 @@ void Simulation::seek_room(PersonId id) {
   double delay_s = 0;
   if (room.state == Room::State::unowned) {
     if (!place(room_id)) {
-      if (room.state == Room::State::unowned) {  // no server takes it now
+      // No server takes rooms now. The room tries again in the next second.
+      if (room.state == Room::State::unowned) {
         room.state = Room::State::away;
         room.try_at_s = now_s_ + 1;
       }
@@ -156,7 +162,8 @@ void Simulation::wait_for(RoomId room, PersonId id) {
   set_pending(room);
 }
 
-// The room's server has a place. `delay_s`: what the person has waited in addition to whole seconds.
+// Makes the person a member, since the room's server has a place. `delay_s` is what the person has waited in addition
+// to the whole seconds since the arrival.
 void Simulation::admit(RoomId room_id, PersonId id, double delay_s) {
   Room& room = rooms_[room_id];
   Person& person = people_[id];
@@ -167,6 +174,7 @@ void Simulation::admit(RoomId room_id, PersonId id, double delay_s) {
   ++member_count_;
   update_load(room_id);
   ++servers_[room.owner].people;
+  // The departures of this second are over, so a session ends in the next second at the earliest.
   const double stays_s = static_cast<double>(now_s_) + 1 + demand_.session_s(random_);
   if (stays_s < static_cast<double>(departures_.size())) departures_[static_cast<std::size_t>(stays_s)].push_back(id);
   delay_s += static_cast<double>(now_s_ - person.since_s) + connect_s(count(Server::State::ready)) +
@@ -174,7 +182,8 @@ void Simulation::admit(RoomId room_id, PersonId id, double delay_s) {
   outcome_.join.record(std::llround(delay_s * 1e9));
 }
 
-// A person asks any server first, so one in `ready_servers` is the right one.
+// Returns the time to connect. A person asks a random server first: with a chance of 1 / `ready_servers` this is the
+// owner, else the server redirects the person, who connects a second time.
 double Simulation::connect_s(std::size_t ready_servers) {
   const double once_s = settings_.costs.connect_s();
   const bool is_redirected = random_.unit() * static_cast<double>(ready_servers) >= 1;
@@ -229,6 +238,7 @@ void Simulation::account() {
                                                           server.people * settings_.costs.session_kb * 1e3);
   }
   const double mean_cpu_s = ready > 0 ? cpu_s_ / static_cast<double>(ready) : 0;
+  // The histogram takes nanoseconds. A ratio of 1 is recorded as 1e6 of them and so reads as one millisecond.
   if (mean_cpu_s > 0) o.balance.record(std::llround(cpu_max_s / mean_cpu_s * 1e6));
   const auto people_now = static_cast<double>(people()), running = static_cast<double>(active_.size());
   o.seconds += 1;
@@ -301,6 +311,7 @@ std::string Simulation::fault() const {
       own_people += rooms_[room].members.size();
     }
     if (server.state != Server::State::ready) continue;
+    // Loads are sums that many arrivals and departures have changed, so rounding errors remain.
     if (std::abs(own_s - server.cpu_s) > 1e-6) return "a server's load is not the sum of its rooms'";
     if (own_people != server.people) return "a server's people are not the sum of its rooms'";
   }

@@ -25,66 +25,78 @@ inline constexpr unsigned kSlotBits = 20;
 inline constexpr std::uint64_t kSlotMask = (1u << kSlotBits) - 1;
 inline constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
+// One user. A person arrives, asks for rooms, waits for a place in one, and is then a member until the session ends.
 struct Person {
   RoomId room = kNone;
-  // Indexes its room's members.
+  // The person is `members[place]` of the room.
   std::uint32_t place = 0;
+  // The hairstyle is below Settings::hairstyles. A server must load its levels before it can simulate the person.
   std::uint32_t hairstyle = 0;
-  // Counts the rooms asked for.
+  // Counts the full rooms that have refused the person; Settings::room_tries is the limit.
   std::uint32_t tries = 0;
-  // Is when it arrived.
+  // The second of the arrival; it is negative for people who came before the start of the simulation.
   std::int64_t since_s = 0;
-  // Is false while it waits.
+  // It is false while the person is in the room's `waiting`.
   bool is_member = false;
 };
 
 struct Room {
   enum class State : std::uint8_t {
+    // Nobody is in the room, and etcd has no key of it.
     unowned,
-    // Its owner serves it.
+    // The owner sends frames to the members.
     owned,
-    // Its people wait for a server.
+    // The room has people but no server sends frames: it was given up, its server was killed, or no server takes it.
     away,
   };
   State state = State::unowned;
-  // Is the server whose key etcd has; of a room that is away, a server that was killed.
+  // The server that etcd names as the owner. A killed server stays the owner of a room that is away until its lease
+  // has ended.
   ServerSlot owner = kNone;
-  // Indexes its owner's rooms.
+  // The room is `rooms[place]` of its owner.
   std::uint32_t place = 0;
+  // Members have a place in the room; waiting people want one, in the order of their arrival.
   std::vector<PersonId> members, waiting;
-  // Is when its owner got it.
+  // The second in which the present owner claimed the room.
   std::int64_t since_s = 0;
-  // Add up what the members take.
+  // The processor time in seconds, and the bytes sent, that all members take in a second.
   double cpu_s = 0, bytes_per_s = 0;
-  // Is when it next tries to find a server, in `away`.
+  // A room that is away looks for a server no earlier than in this second.
   std::int64_t try_at_s = 0;
-  // Is when frames stopped for members; below zero nobody had frames.
+  // The second in which the members lost their frames; it is negative when no member has lost any.
   double away_since_s = -1;
+  // The reason of the room's last move.
   MoveCause cause = MoveCause::deploy;
+  // The second in which the room last became empty; it is negative once somebody has come again.
   std::int64_t empty_since_s = -1;
-  // Is true when it was ever more than one server's budget.
+  // It stays true once the room has taken more than Settings::capacity(), so that Outcome counts the room once.
   bool has_been_overloaded = false;
-  // Is true while it is listed as away, or with people who wait.
+  // It is true while the room is in Simulation::pending_.
   bool is_pending = false;
 };
 
 struct Server {
+  // A dead server was killed, and etcd still has its keys until its lease has ended. An ended server has no keys.
   enum class State : std::uint8_t { starting, ready, dead, ended };
   State state = State::starting;
+  // The lower kSlotBits bits are the server's slot.
   std::uint64_t id = 0;
-  // Is true until the rolling update replaces it.
+  // A rolling update marks all servers as old when it begins, and replaces each of them.
   bool is_old = false;
+  // `lease_ends_s` counts for dead servers alone.
   std::int64_t ready_at_s = 0, lease_ends_s = 0;
+  // The time of the random kill, and the time of the next keep-alive of the lease.
   double fails_at_s = 0, keep_alive_at_s = 0;
-  // Is when the thread that reads levels is free.
+  // One thread loads levels, one hairstyle after another. It is free from this time on.
   double loader_free_at_s = 0;
-  // Is when a hairstyle's levels are in memory; infinite when it is not asked for.
+  // The time at which the levels of each hairstyle are in memory. It is infinite while nobody has asked for them.
   std::vector<double> hairstyle_at_s;
-  // Counts those in memory.
+  // Counts the hairstyles that are in memory or being loaded.
   std::uint32_t hairstyles = 0;
   std::vector<RoomId> rooms;
+  // Counts the members of all its rooms.
   std::uint32_t people = 0;
-  // Adds up what its rooms take in a second.
+  // The processor time in seconds that its rooms take in a second.
   double cpu_s = 0;
   server::Balance balance;
 };
@@ -95,7 +107,8 @@ class Simulation {
  public:
   explicit Simulation(const Settings& settings);
 
-  void step();  // one second
+  // Simulates one second.
+  void step();
   [[nodiscard]] bool is_done() const { return now_s_ >= end_s_; }
   [[nodiscard]] std::int64_t now_s() const { return now_s_; }
   [[nodiscard]] const Outcome& outcome() const { return outcome_; }
@@ -104,15 +117,16 @@ class Simulation {
   [[nodiscard]] std::size_t waiting() const { return waiting_count_; }
   [[nodiscard]] const std::vector<Room>& rooms() const { return rooms_; }
   [[nodiscard]] const std::vector<Server>& servers() const { return servers_; }
-  // Empty when the state agrees with itself: each room is in its owner's list alone, members and loads add up, nobody
-  // is lost. Else one line. For tests; walks everything.
+  // Tests call this after each step. It looks at every room and server, and returns one line about a contradiction:
+  // a room in two lists, members or loads that do not add up, a person who is lost. It is empty when all is consistent.
   [[nodiscard]] std::string fault() const;
-  // For tests: kill -9, and a drain as at SIGTERM.
+  // Ends the server as `kill -9` does, so that its rooms wait for the end of its lease.
   void kill(ServerSlot slot);
+  // Ends the server as SIGTERM does: it gives its rooms up at once. `cause` is what the statistics name as the reason.
   void drain(ServerSlot slot, MoveCause cause);
 
  private:
-  // People.
+  // People. `fill` makes those who are there at the start, `admit` makes a person a member of a room that has an owner.
   void fill();
   void take_arrivals();
   void take_departures();
@@ -125,7 +139,7 @@ class Simulation {
   double level_wait_s(Server& server, std::uint32_t hairstyle);
   [[nodiscard]] double connect_s(std::size_t ready_servers);
 
-  // Rooms.
+  // Rooms. `own` and `disown` set and remove the owner's key in etcd; `stop_serving` ends the frames and keeps the key.
   bool place(RoomId room);
   void own(RoomId room, ServerSlot slot);
   void disown(RoomId room);
@@ -166,32 +180,39 @@ class Simulation {
   std::vector<Person> people_;
   std::vector<PersonId> free_people_;
   std::size_t member_count_ = 0, waiting_count_ = 0;
-  std::vector<std::vector<PersonId>> departures_;  // by second
-  double until_arrival_ = 0;                       // in mean numbers of arrivals
+  // The people who leave in each second of the run.
+  std::vector<std::vector<PersonId>> departures_;
+  // Arrivals are a Poisson process. The next person comes once the arrival rates of the coming seconds add up to this.
+  double until_arrival_ = 0;
 
   std::vector<Room> rooms_;
   std::vector<std::string> room_names_;
+  // The rooms that are away, or that people wait for.
   std::vector<RoomId> pending_;
-  // Holds when rooms became empty, in order.
+  // The second in which each room became empty, the earliest first. A room that fills again stays in this list.
   std::deque<std::pair<std::int64_t, RoomId>> empty_;
+  // Counts the rooms that take more than Settings::capacity() in this second.
   std::size_t overloaded_now_ = 0;
 
   std::vector<Server> servers_;
-  // Holds all but those that have ended.
+  // The slots of all servers that have not ended.
   std::vector<ServerSlot> active_;
-  // Are as etcd has them.
+  // The entries of the servers in etcd, which every server knows at once.
   std::vector<server::ServerStatus> statuses_;
-  // Holds the servers of `statuses_`.
+  // `statuses_[i]` is the entry of the server in slot `status_slots_[i]`.
   std::vector<ServerSlot> status_slots_;
+  // The second since which there are more servers than target(); it is negative while there are not.
   std::int64_t too_many_since_s_ = -1;
+  // It is true from the beginning of a rolling update until no old server is left.
   bool is_deploying_ = false;
 
-  // Add up all rooms that are served.
+  // The processor time in seconds, and the bytes, that all owned rooms take in a second.
   double cpu_s_ = 0, bytes_per_s_ = 0;
-  // Is etcd's work in this second.
+  // The requests that etcd has had in the present second.
   EtcdCounts second_;
-  // Adds up what came since the last sample.
+  // The sums since the last sample of Outcome::samples; account() divides them by the seconds.
   Sample interval_;
+  // A sample covers so many seconds.
   std::int64_t interval_seconds_ = 0;
 };
 

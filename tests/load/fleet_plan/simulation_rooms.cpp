@@ -9,14 +9,17 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-constexpr std::int64_t kRoomGrace_s = 10;  // server.room_grace_s
-// A room that is handed over waits so long, as in server/fleet/etcd_rooms.
+// An empty room keeps its owner so long: the default of Config::room_grace_ns.
+constexpr std::int64_t kRoomGrace_s = 10;
+// A server that hands a room over waits so long before it sends the clients on, so that the other servers know of the
+// release: kCopyLag_ns in server/fleet/etcd_rooms.cpp.
 constexpr double kCopyLag_s = 0.05;
 
 }  // namespace
 
-// Lets the servers' placement choose, and the chosen server claim. False when there is none; or when it is dead, and
-// its lease not over: then the room is away until that time.
+// Lets the servers' placement choose a server, which then claims the room. Returns false when no server takes rooms.
+// It also returns false when the chosen server is dead: the room is then away until the end of that server's lease,
+// since the others do not know of the death earlier.
 bool Simulation::place(RoomId room_id) {
   const auto chosen = server::choose_server(room_names_[room_id], statuses_);
   if (!chosen) return false;
@@ -44,6 +47,7 @@ void Simulation::own(RoomId room_id, ServerSlot slot) {
   cpu_s_ += room.cpu_s;
   bytes_per_s_ += room.bytes_per_s;
   write(EtcdWrite::claim);
+  // The rest is statistics of a move, which has interrupted the frames of members.
   const double since_s = std::exchange(room.away_since_s, -1);
   if (since_s < 0) return;
   const auto cause = static_cast<std::size_t>(room.cause);
@@ -60,7 +64,7 @@ void Simulation::own(RoomId room_id, ServerSlot slot) {
   }
 }
 
-// The room's key is gone.
+// Removes the room from its owner's list, because etcd has no key of it any more.
 void Simulation::disown(RoomId room_id) {
   Room& room = rooms_[room_id];
   Server& server = servers_[room.owner];
@@ -71,7 +75,7 @@ void Simulation::disown(RoomId room_id) {
   room.owner = kNone;
 }
 
-// The owner stops to send frames; the key stays.
+// The owner stops sending frames. Its key stays in etcd until disown(). The room looks for a server from `try_at_s` on.
 void Simulation::stop_serving(RoomId room_id, MoveCause cause, std::int64_t try_at_s) {
   Room& room = rooms_[room_id];
   Server& server = servers_[room.owner];
@@ -86,7 +90,8 @@ void Simulation::stop_serving(RoomId room_id, MoveCause cause, std::int64_t try_
   set_pending(room_id);
 }
 
-// Gives the room up for that server. One that is dead does not claim it: then placement decides.
+// Hands the room over to server `to`. If that server is dead, it claims nothing, and placement decides later
+// (take_pending).
 void Simulation::move_room(RoomId room, ServerSlot to) {
   stop_serving(room, MoveCause::balance, now_s_);
   disown(room);
@@ -94,7 +99,7 @@ void Simulation::move_room(RoomId room, ServerSlot to) {
   if (servers_[to].state == Server::State::ready) own(room, to);
 }
 
-// After members have come or gone.
+// Computes the room's load again after members have come or gone, and corrects the sums of its owner and of the fleet.
 void Simulation::update_load(RoomId room_id) {
   Room& room = rooms_[room_id];
   const auto members = static_cast<double>(room.members.size());
@@ -121,7 +126,8 @@ void Simulation::set_pending(RoomId room_id) {
   if (!std::exchange(rooms_[room_id].is_pending, true)) pending_.push_back(room_id);
 }
 
-// Rooms that are away find servers, people who wait find places, or lose patience.
+// Looks for servers for rooms that are away, and admits people who wait, in the order of their arrival. Those who have
+// waited for Settings::patience_s leave.
 void Simulation::take_pending() {
   std::vector<RoomId> later;
   for (const RoomId room_id : std::exchange(pending_, {})) {
@@ -137,6 +143,7 @@ void Simulation::take_pending() {
     }
     std::vector<PersonId> waiting;
     for (const PersonId id : std::exchange(room.waiting, {})) {
+      // Somebody in `waiting` has waited longer than this person, and must be admitted first.
       if (room.state == Room::State::owned && waiting.empty() && !is_full(servers_[room.owner])) {
         --waiting_count_;
         admit(room_id, id, settings_.costs.claim_ms / 1e3);
@@ -152,7 +159,8 @@ void Simulation::take_pending() {
     if (room.state == Room::State::away || !room.waiting.empty()) {
       room.is_pending = true;
       later.push_back(room_id);
-    } else if (room.members.empty()) {  // all have lost patience
+    } else if (room.members.empty()) {
+      // All who waited have lost patience, or the members have left meanwhile.
       room.empty_since_s = now_s_;
       empty_.emplace_back(now_s_, room_id);
     }
@@ -165,6 +173,7 @@ void Simulation::release_empty() {
     const auto [since_s, room_id] = empty_.front();
     empty_.pop_front();
     Room& room = rooms_[room_id];
+    // Somebody has come meanwhile, or the room has lost its owner.
     if (room.empty_since_s != since_s || room.state != Room::State::owned || !room.members.empty()) continue;
     if (!room.waiting.empty()) continue;
     disown(room_id);

@@ -9,11 +9,13 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-// Free shares are told in so many steps, as in server/fleet/etcd_entry.
+// Servers announce their free share rounded to 1/32, as in server/fleet/etcd_entry.cpp, so that small changes are no
+// writes to etcd.
 constexpr double kAnnouncedShareSteps = 32;
-// Is fleet.own_server_share.
+// A room that takes more than this share of a server should be alone there: the default of
+// FleetConfig::own_server_share.
 constexpr double kOwnServerShare = 0.5;
-// Limits the share of servers that are stopped at a time.
+// Autoscaling stops at most this share of the servers at a time, so that few rooms move at once.
 constexpr double kScaleInShare = 0.05;
 
 }  // namespace
@@ -22,6 +24,7 @@ ServerSlot Simulation::start_server(std::int64_t ready_at_s) {
   const auto slot = static_cast<ServerSlot>(servers_.size());
   HAIRNET_ASSERT(slot < 1u << kSlotBits);
   Server& server = servers_.emplace_back();
+  // The bit above the slot is always set, so the id is never 0, which would be no server.
   server.id = (random_.next() | 1u << kSlotBits) >> kSlotBits << kSlotBits | slot;
   server.ready_at_s = ready_at_s;
   server.hairstyle_at_s.assign(settings_.hairstyles, std::numeric_limits<double>::infinity());
@@ -30,7 +33,8 @@ ServerSlot Simulation::start_server(std::int64_t ready_at_s) {
   return slot;
 }
 
-// The server gets its lease, and tells the fleet of itself.
+// The server gets its lease, and puts its entry into etcd. The first keep-alive comes at a random time within a third
+// of the lease, so that the keep-alives of servers that start together are spread out.
 void Simulation::make_ready(ServerSlot slot) {
   Server& server = servers_[slot];
   server.state = Server::State::ready;
@@ -53,7 +57,8 @@ void Simulation::take_starts_and_ends() {
   }
 }
 
-// The last keep-alive was answered up to a third of the lease ago.
+// Keep-alives come at every third of the lease, so the last one was up to that long ago, and the lease ends after two
+// thirds of its time or more. The rooms wait until then.
 void Simulation::kill(ServerSlot slot) {
   Server& server = servers_[slot];
   HAIRNET_ASSERT(server.state == Server::State::ready);
@@ -64,7 +69,7 @@ void Simulation::kill(ServerSlot slot) {
   server.state = Server::State::dead;
 }
 
-// SIGTERM: the fleet hears of it, and the rooms are given up at once.
+// The server marks its entry as draining, so that no room is placed there, and gives its rooms up at once.
 void Simulation::drain(ServerSlot slot, MoveCause cause) {
   Server& server = servers_[slot];
   HAIRNET_ASSERT(server.state == Server::State::ready);
@@ -77,7 +82,8 @@ void Simulation::drain(ServerSlot slot, MoveCause cause) {
   ++outcome_.servers_stopped;
 }
 
-// The lease is over: the server's keys are gone.
+// Removes all keys of the server from etcd. When the lease of a dead server ends, the watches of the others hear of
+// each of its rooms; a drained server has released its rooms before.
 void Simulation::end(ServerSlot slot) {
   Server& server = servers_[slot];
   const auto at = std::ranges::find(status_slots_, slot) - status_slots_.begin();
@@ -97,7 +103,7 @@ std::size_t Simulation::count(Server::State state) const {
       std::ranges::count_if(active_, [&](ServerSlot slot) { return servers_[slot].state == state; }));
 }
 
-// How many servers there should be.
+// Returns how many servers there should be: as many as all rooms need, those without a server included, and a buffer.
 std::size_t Simulation::target() const {
   if (settings_.servers != 0) return settings_.servers;
   double cpu_s = cpu_s_;
@@ -112,6 +118,7 @@ void Simulation::scale() {
                     there = ready + count(Server::State::starting);
   for (std::size_t i = there; i < wanted; ++i)
     start_server(now_s_ + static_cast<std::int64_t>(std::llround(settings_.start_s)));
+  // A rolling update has more servers than are needed, on purpose.
   if (there <= wanted || ready <= wanted || is_deploying_) {
     too_many_since_s_ = -1;
     return;
@@ -129,7 +136,8 @@ void Simulation::scale() {
   }
 }
 
-// A rolling update: new servers start, and as many old ones are drained when they are ready.
+// A rolling update: new servers start, and as many old ones are drained when the new ones are ready. The first update
+// begins after half of Settings::deploy_h.
 void Simulation::deploy() {
   if (settings_.deploy_h <= 0) return;
   const auto period_s = static_cast<std::int64_t>(settings_.deploy_h * 3600);
@@ -158,7 +166,8 @@ void Simulation::deploy() {
     start_server(now_s_ + static_cast<std::int64_t>(std::llround(settings_.start_s)));
 }
 
-// As the servers tell it: measured_load (server/app/fleet), and a share in steps (EtcdEntry::tell).
+// Returns the load as a server announces it: measured_load in server/app/fleet.cpp, with the free share rounded as in
+// EtcdEntry::tell. Servers announce a small free share while they can still lower detail, and 0 only at overload_max.
 server::ServerLoad Simulation::load_of(const Server& server) const {
   server::ServerLoad load;
   const double used_share = server.cpu_s / settings_.capacity();
@@ -198,7 +207,7 @@ bool Simulation::is_big(const Room& room) const {
   return room.cpu_s > kOwnServerShare * settings_.capacity();
 }
 
-// Writes that change keys, which every server's watch hears of.
+// Counts writes that change keys. Each ready server watches all keys, so each gets an event of each write.
 void Simulation::write(EtcdWrite kind, std::size_t writes) {
   second_.writes[static_cast<std::size_t>(kind)] += writes;
   second_.watch_events += writes * count(Server::State::ready);

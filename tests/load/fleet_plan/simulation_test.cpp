@@ -11,11 +11,13 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-// People come and go in this fleet at a constant rate. No server is killed or replaced.
+// A fleet of `servers` servers with `peak` people on average, who come and go at a constant rate for six hours. No
+// server is killed, replaced, started or stopped.
 Settings calm(double peak, std::uint32_t servers) {
   Settings s;
   s.peak = peak;
-  s.night_share = 1;  // as many at every hour
+  // The night has as many people as the peak hour.
+  s.night_share = 1;
   s.servers = servers;
   s.rooms = 200;
   s.days = 0.25;
@@ -24,8 +26,10 @@ Settings calm(double peak, std::uint32_t servers) {
   return s;
 }
 
-// Servers of this fleet are killed every 3 h on average and replaced every 4 h. Servers and rooms are small, and the
-// number of people follows the hour, so that every reason to move a room occurs within half a day.
+// A fleet in which every reason to move a room (MoveCause) occurs within the simulated half day. Each server is killed
+// after 3 h on average, and all are replaced every 4 h. A server has half a core, so 3000 people need several servers.
+// The peak comes at 6 h, in the middle of the run, so that autoscaling starts and stops servers. Rooms of at most 40
+// people are full at times.
 Settings stormy(std::uint64_t seed) {
   Settings s;
   s.seed = seed;
@@ -49,6 +53,7 @@ TEST(FleetPlan, an_empty_fleet_only_keeps_its_leases_alive) {
   EXPECT_EQ(o.egress_bytes, 0);
   // Each of the 20 servers renews its lease three times in the time of a lease.
   const double expected = 20 * o.seconds * 3 / s.lease_s;
+  // Each server may have one keep-alive more or fewer, since the first one comes at a random time.
   EXPECT_NEAR(static_cast<double>(o.etcd.of(EtcdWrite::keep_alive)), expected, 20) << "one each, at the ends";
   EXPECT_EQ(o.etcd.total(), o.etcd.of(EtcdWrite::keep_alive)) << "nothing changes, so nothing is told";
   EXPECT_EQ(o.etcd.watch_events, 0u);
@@ -59,10 +64,13 @@ TEST(FleetPlan, busy_servers_tell_their_status_once_a_second_unless_as_many_have
   s.session_min = 2;
   s.characters_max = 100'000;
   const Outcome o = simulate(s);
-  // Arrivals and departures are Poisson: they are equal with Skellam's probability exp(-2 mu) I0(2 mu).
+  // An announced load includes the number of people, so a server writes its status unless this number is as before.
+  // `mu` is the mean number of arrivals, and of departures, for each server in a second. Both are Poisson, and they are
+  // equal with Skellam's probability exp(-2 mu) I0(2 mu).
   const double mu = s.peak / (s.session_min * 60) / 4;
   const double unchanged = std::exp(-2 * mu) * std::cyl_bessel_i(0, 2 * mu);
   const double expected = 4 * o.seconds * (1 - unchanged);
+  // The formula takes equal servers, but rooms differ in size and so servers in people. The bound of 2 % allows for it.
   EXPECT_NEAR(static_cast<double>(o.etcd.of(EtcdWrite::status)), expected, 0.02 * expected) << "rooms are not even";
   const std::uint64_t changes = o.etcd.total() - o.etcd.of(EtcdWrite::keep_alive);
   EXPECT_EQ(o.etcd.watch_events, 4 * changes) << "every server hears of every change of a key";
@@ -70,13 +78,15 @@ TEST(FleetPlan, busy_servers_tell_their_status_once_a_second_unless_as_many_have
 
 TEST(FleetPlan, mean_people_are_the_arrival_rate_times_the_mean_length) {
   Settings s = calm(2000, 20);
+  // No room refuses anybody, and four days give a small statistical error.
   s.room_cap = 0;
   s.days = 4;
   for (const double sigma : {0.0, 1.0}) {
     s.session_sigma = sigma;
     const Outcome o = simulate(s);
     const double rate = static_cast<double>(o.arrived) / o.seconds, people = o.people_sum_s / o.seconds;
-    // Sums over T / (two mean lengths) nearly independent stretches, each Poisson.
+    // The run is like so many independent samples of the number of people, which is Poisson: stretches of two mean
+    // lengths of a session, longer where lengths differ much (sigma).
     const double stretches = o.seconds / (2 * s.session_min * 60 * std::exp(sigma * sigma));
     const double deviation = std::sqrt(s.peak / stretches);
     EXPECT_NEAR(people, rate * s.session_min * 60, 5 * deviation);
@@ -88,14 +98,19 @@ TEST(FleetPlan, mean_people_are_the_arrival_rate_times_the_mean_length) {
 TEST(FleetPlan, one_server_takes_all_and_redirects_nobody) {
   const Settings s = calm(1000, 1);
   const Outcome o = simulate(s);
+  // The number of people is Poisson around 1000, so its standard deviation is 32.
   EXPECT_GT(o.people_max, 900);
   // The balance is the largest load over the mean load. The histogram of times also holds this ratio, as
   // milliseconds.
   EXPECT_DOUBLE_EQ(o.balance.max_ms(), 1) << "the largest load is the mean one";
   for (const std::uint64_t moved : o.rooms_moved) EXPECT_EQ(moved, 0u);
+  // The median person connects once, to a room that has its server and levels already. One bin of the histogram is
+  // 0.5 % wide, 0.6 ms here.
   EXPECT_NEAR(o.join.quantile_ms(0.5), s.costs.connect_s() * 1e3, 1);
 }
 
+// The simulation keeps many counts and lists twice, for speed. A move that forgets one of them would give wrong figures
+// without a visible failure, so Simulation::fault compares everything after each second.
 TEST(FleetPlan, nobody_is_lost_and_no_room_has_two_owners_whatever_happens) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     Simulation simulation(stormy(seed));
@@ -114,6 +129,7 @@ TEST(FleetPlan, nobody_is_lost_and_no_room_has_two_owners_whatever_happens) {
 
 TEST(FleetPlan, rooms_of_a_killed_server_wait_for_its_lease_and_all_come_back) {
   Simulation simulation(calm(1000, 5));
+  // Some people come and go before the accident. Any of the five servers could be the victim.
   for (int i = 0; i < 100; ++i) simulation.step();
   std::set<RoomId> lost;
   for (const RoomId room : simulation.servers()[2].rooms)
@@ -137,6 +153,7 @@ TEST(FleetPlan, rooms_of_a_killed_server_wait_for_its_lease_and_all_come_back) {
     EXPECT_TRUE(room.members.empty() || room.state == Room::State::owned);
   }
   EXPECT_EQ(simulation.fault(), "");
+  // The bounds are those of the lease's rest, 6 to 10 s, in milliseconds.
   const auto& outage = simulation.outcome().room_outage[static_cast<std::size_t>(MoveCause::failure)];
   EXPECT_GE(outage.min_ms(), 6000);
   // The claim by the next server and the redirect of the clients take less than 100 ms after the lease.
@@ -151,6 +168,7 @@ TEST(FleetPlan, rooms_of_a_drained_server_are_away_for_a_claim_and_a_redirect) {
   const Outcome& o = simulation.outcome();
   EXPECT_GT(o.rooms_moved[static_cast<std::size_t>(MoveCause::deploy)], 0u);
   const ServerCosts costs;
+  // Element 0 is MoveCause::deploy.
   EXPECT_NEAR(o.room_outage[0].max_ms(), costs.claim_ms + costs.redirect_ms, 1);
   EXPECT_TRUE(simulation.servers()[1].rooms.empty());
   EXPECT_EQ(simulation.fault(), "");
@@ -158,6 +176,7 @@ TEST(FleetPlan, rooms_of_a_drained_server_are_away_for_a_claim_and_a_redirect) {
 
 TEST(FleetPlan, a_capped_room_refuses_what_is_above_its_cap) {
   Settings s = calm(1000, 10);
+  // 1000 people want to be in the only room, which takes 100. Nobody asks twice.
   s.rooms = 1;
   s.room_cap = 100;
   s.room_tries = 1;
@@ -170,6 +189,7 @@ TEST(FleetPlan, a_capped_room_refuses_what_is_above_its_cap) {
   s.room_cap = 0;
   o = simulate(s);
   EXPECT_EQ(o.refused_by_caps, 0u);
+  // Without a cap all are in the room: 1000 on average, with a standard deviation of 32.
   EXPECT_GT(o.room_people_max, 900);
 }
 
@@ -177,7 +197,8 @@ TEST(FleetPlan, a_room_above_a_servers_budget_overloads_it) {
   Settings s = calm(1000, 10);
   s.rooms = 1;
   s.room_cap = 0;
-  // All 1000 people are in one room, which a server with one core cannot carry.
+  // All 1000 people are in one room and each observes 32 of them (Settings::observe), which takes 1.33 s of processor
+  // time in a second (ServerCosts::low_cpu_32_ms). The budget is 0.7 s with one core, and 5.6 s with eight.
   s.cores = 1;
   const Outcome o = simulate(s);
   EXPECT_EQ(o.rooms_overloaded, 1u);
@@ -193,6 +214,8 @@ TEST(FleetPlan, people_beyond_the_last_server_wait_and_lose_patience) {
   s.room_cap = 0;
   const Outcome o = simulate(s);
   EXPECT_GT(o.turned_away_no_server, 0u);
+  // Some people get a place after a wait. Nobody waits longer than the patience of 60 s, beside the time to connect and
+  // to load levels, for which 5 s are enough.
   EXPECT_GT(o.join.max_ms(), 1000);
   EXPECT_LE(o.join.max_ms(), 1e3 * (s.patience_s + 5));
 }
@@ -209,6 +232,7 @@ TEST(FleetPlan, autoscaling_follows_the_day) {
     most = std::max(most, sample.servers_running);
     EXPECT_GE(sample.servers_running, sample.servers_needed) << "the buffer is enough, at hour " << sample.hour;
   }
+  // The peak has four times the people of the night (Settings::night_share is 0.25).
   EXPECT_GT(most, 2 * least);
 }
 
@@ -222,11 +246,15 @@ TEST(FleetPlan, a_fleet_that_grows_keeps_its_servers_in_their_budget_by_balancin
   s.balance = false;
   const Outcome unbalanced = simulate(s);
   constexpr auto kCause = static_cast<std::size_t>(MoveCause::balance);
+  // The shares are those of people's time on servers above their budget. The bounds are wide, since the real ones
+  // differ by far more: README.md has 42 % and 0.0016 % for a larger fleet.
   EXPECT_EQ(unbalanced.rooms_moved[kCause], 0u);
   EXPECT_GT(unbalanced.coarse_people_sum_s, 0.05 * unbalanced.people_sum_s);
   EXPECT_LT(balanced.coarse_people_sum_s, 0.01 * balanced.people_sum_s);
+  // There are 300 rooms, so fewer than two moves for each room in half a day.
   EXPECT_GT(balanced.rooms_moved[kCause], 10u);
   EXPECT_LT(balanced.rooms_moved[kCause], 500u) << "rooms do not go back and forth";
+  // A server that hands a room over waits for 50 ms (kCopyLag_s in simulation_rooms.cpp) before the claim and redirect.
   EXPECT_NEAR(balanced.room_outage[kCause].max_ms(), s.costs.claim_ms + s.costs.redirect_ms + 50, 1);
 }
 
@@ -254,6 +282,7 @@ TEST(FleetPlan, the_page_and_the_table_name_every_figure) {
       EXPECT_TRUE(std::isfinite(figure.value)) << figure.name;
     }
   }
+  // The command must be escaped in the page, and no plot may be without data.
   EXPECT_EQ(page.find("<>"), std::string::npos);
   EXPECT_EQ(page.find("nothing to show"), std::string::npos);
 }

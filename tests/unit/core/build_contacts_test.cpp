@@ -47,7 +47,8 @@ TEST(Skin, gradient_is_the_slope_of_the_distance) {
   const SkinDistanceField& field = skin->front();
   const double cell = static_cast<double>(field.cell_m);
   for (int n = 0; n < 50; ++n) {
-    // Within a cell, where the trilinear function is smooth.
+    // The place lies within one cell, where the trilinear function is smooth; multiples of 0.37 spread the 50 places
+    // over the cell.
     const Vec3 at =
         field.origin.cast<double>() + cell * Vec3(3.05 + 0.9 * (0.37 * n - std::floor(0.37 * n)), 4.4 + n % 5, 5.6);
     Vec3 gradient;
@@ -73,6 +74,8 @@ TEST(Skin, a_groom_without_a_body_has_none_and_no_contact) {
   EXPECT_EQ(build_level(groom, kLevelSpecs[2])->contacts.count(), 0u);
 }
 
+// kLevelSpecs[2] is the low level, with at most 230 contact points. They must span at least 80 % of the hair's extent
+// on each axis.
 TEST(ContactPoints, are_as_many_as_asked_for_at_most_and_spread_over_the_hair) {
   const Groom groom = make_groom_with_body();
   const auto level = build_level(groom, kLevelSpecs[2]);

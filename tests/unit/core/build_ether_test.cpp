@@ -153,6 +153,7 @@ TEST(Ether, groups_keep_their_own_materials) {
   EXPECT_GT(in_fringe, 10u);
   EXPECT_GT(in_tail, 10u);
   const double hair = sum(filled.lumped.mass);
+  // Half of the hair has an ether of 0.9 times its mass, and the other half the default of 0.5.
   EXPECT_NEAR(sum(filled.nodes.mass), hair * (1 + 0.5 * (0.9 + 0.5)), 1e-5 * hair);
 }
 

@@ -58,6 +58,7 @@ TEST(FitLattice, contains_every_point_of_odd_grooms_at_every_size) {
 TEST(FitLattice, gives_points_without_extent_a_cell_of_its_own_size) {
   const std::vector<Vec3f> one{{0.1f, 0.2f, 0.3f}};
   const Lattice lattice = fit_lattice(one, {5, 5, 5});
+  // The smallest spacing is kSpacingMin = 1 cm, stored as a float.
   EXPECT_GE(lattice.spacing.minCoeff(), 0.0099f);
   EXPECT_NEAR((Grid(lattice).from_head(one[0]) - Vec3(2, 2, 2)).norm(), 0, 1e-5);
   EXPECT_GT(fit_lattice({}, {3, 3, 3}).spacing.minCoeff(), 0);
@@ -202,7 +203,7 @@ TEST(CutPoints, a_vertex_on_a_plane_is_one_cut) {
 // Cells are a quarter as long along y as along x. The strand crosses more planes of y, but is longer in metres along x,
 // so x decides.
 TEST(CutPoints, the_axis_run_most_along_is_measured_in_metres) {
-  // Steeper in cells along y, yet longer in metres along x.
+  // The strand goes 3 cells along x and 4 along y, which are 3 m and 1 m.
   const Grid grid = unit_grid(8, Vec3f(1, 0.25f, 1));
   const auto cuts = cuts_of(grid, {{0.5f, 0.3f, 2.5f}, {3.5f, 1.3f, 2.5f}});
   ASSERT_EQ(cuts.size(), 5u);

@@ -11,7 +11,7 @@
 namespace hairnet {
 namespace {
 
-// These are the values of one hair.
+// The stiffnesses are those of one hair of the default Material; the damping time is about its own for hair of 30 cm.
 constexpr double kAxial_n = 4e-4, kAttachment_n_per_m = 6e-3, kDampingTime_s = 0.008;
 
 struct Built {
@@ -109,6 +109,7 @@ TEST(Stiffening, damping_is_stiffness_times_the_time_constant) {
     EXPECT_NEAR(built.springs.damping[s] / built.springs.stiffness[s], kDampingTime_s, 1e-9);
   }
   for (std::size_t s = 0; s < built.attachments.count(); ++s) {
+    // Each strand of make_head_of_hair() stands for 20 hairs.
     EXPECT_NEAR(built.attachments.stiffness[s], 20 * kAttachment_n_per_m, 1e-9);
     EXPECT_NEAR(built.attachments.damping[s] / built.attachments.stiffness[s], kDampingTime_s, 1e-9);
   }
@@ -119,6 +120,7 @@ TEST(Stiffening, a_short_strand_is_no_stiffer_than_a_tenth_of_a_cell) {
   lattice.dims = {4, 4, 4};
   const Grid grid(lattice);
   StiffenerList springs;
+  // The chord is 1 mm long in cells of 1 m, so the length that counts is a tenth of a metre.
   add_spring(grid, Vec3(1.5, 1.5, 1.5), Vec3(1.501, 1.5, 1.5), kAxial_n, kDampingTime_s, 0, springs);
   ASSERT_EQ(springs.count(), 1u);
   EXPECT_NEAR(springs.stiffness[0], kAxial_n / 0.1, 1e-9);
@@ -129,6 +131,7 @@ TEST(Stiffening, a_chord_without_length_gives_no_spring) {
   lattice.dims = {4, 4, 4};
   StiffenerList springs;
   add_spring(Grid(lattice), Vec3(1.5, 1.5, 1.5), Vec3(1.5, 1.5, 1.5), kAxial_n, kDampingTime_s, 0, springs);
+  // A chord of 5 micrometres is below kLengthMin = 1e-5 m.
   add_spring(Grid(lattice), Vec3(1.5, 1.5, 1.5), Vec3(1.5 + 5e-6, 1.5, 1.5), kAxial_n, kDampingTime_s, 0, springs);
   EXPECT_EQ(springs.count(), 0u);
   EXPECT_TRUE(springs.entries.empty());

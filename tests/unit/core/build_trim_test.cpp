@@ -99,6 +99,7 @@ TEST(Trim, every_combination_is_bounded_and_near) {
       const Combination c = combination_of(geometry, t);
       EXPECT_LE(c.amplification, kAmplificationMax + 1e-5);
       EXPECT_LE(c.sum, 1 + 1e-5);
+      // A combination takes the nearest 8, 16 or at most 32 nodes (combination() in trim.cpp).
       EXPECT_LE(c.count, 32u);
       EXPECT_EQ(c.count == 0, nodes_to_nearest_active(geometry, geometry.trimmed_nodes[t]) > kTrimReach);
     }

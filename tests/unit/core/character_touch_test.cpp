@@ -95,6 +95,8 @@ TEST(CharacterTouch, is_absent_where_nothing_is_near) {
   EXPECT_FALSE(c.touch);
 }
 
+// Each toucher has two bodies at the head: number 7 touches only hair of its own person (`only_own`), number 1 whatever
+// the rule allows. The last rule names the room, the owner, one toucher twice, and touchers who are not there.
 TEST(CharacterTouch, exactly_the_bodies_are_met_that_may_touch_and_the_others_of_the_room_counted) {
   std::vector<TouchBody> bodies;
   for (const ToucherId toucher : {kRoomToucher, ToucherId{3}, ToucherId{4}, kOwner, ToucherId{9}}) {
@@ -164,6 +166,8 @@ TEST(CharacterTouch, hands_are_pushed_out_of_the_skin_and_props_are_not) {
     }
     return deepest_m;
   };
+  // A ball is moved out along one normal, which leaves less than 2 mm. For a capsule only the deepest of three places
+  // counts, so 4 mm may remain. The prop stays more than 2 cm deep.
   EXPECT_LT(depth_m(ball(kHead + Vec3(0.02, 0.07, 0.01))), 0.002);
   TouchBody finger = ball(kHead + Vec3(0.08, 0.05, 0));
   finger.shape = capsule(0.04, 0.01);

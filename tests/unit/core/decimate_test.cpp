@@ -21,6 +21,7 @@ using support::grid_of;
 using support::springs_of;
 using support::weight_matrix;
 
+// Makes a grid of n nodes an axis, 1 m apart, with the first node at the origin.
 Grid grid_of_cells(int n) {
   Lattice lattice;
   lattice.dims = {n, n, n};
@@ -112,6 +113,7 @@ double spread(const Grid& grid, const StiffenerList& list, const std::vector<Cho
 class Decimating : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(Decimating, leaves_exactly_the_count_asked_for) {
+  // Each of the 300 strands has one attachment, so fewer than 300 are asked for below.
   const Groom groom = support::make_head_of_hair(300);
   const Grid grid = grid_of(groom, 7);
   StiffenerList springs = springs_of(groom, grid), attachments = attachments_of(groom, grid);

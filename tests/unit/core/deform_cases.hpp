@@ -14,6 +14,8 @@ namespace hairnet::deform_cases {
 
 inline constexpr support::Named<FfdKind> kFfdKinds[] = {{"quadratic", FfdKind::quadratic}, {"linear", FfdKind::linear}};
 
+// Makes a lattice whose first node is at (-10, -30, -15) cm; cells are 3, 5 and 4 cm long. The sizes differ, so that a
+// test finds axes that are mixed up.
 inline Lattice make_lattice(std::array<int, 3> dims) {
   return {Vec3f(-0.1f, -0.3f, -0.15f), Vec3f(0.03f, 0.05f, 0.04f), dims};
 }
@@ -44,8 +46,8 @@ struct Points {
   }
 };
 
-// Everywhere in the grid, crowded and sparse; on nodes; on cells' borders; just within and beyond the grid's; a head's
-// width outside.
+// Makes points everywhere in the grid and in a crowd at its centre. Others lie on nodes and in the middle between
+// nodes, just within and beyond the border, and up to one and a half times the grid's size outside.
 inline Points make_points(const Lattice& lattice, unsigned seed) {
   std::mt19937 random(seed);
   Points points;

@@ -48,6 +48,7 @@ TEST_P(DeformTangents, of_the_reference_are_the_derivative_of_the_deformed_curve
         (at(s).tangent - reference_deform(lattice, GetParam().value, unblended, displacements).tangent).norm());
     ++compared;
   }
+  // Few of the 400 places lie at a corner of the field, so nearly all of them must be compared.
   EXPECT_GT(compared, 380);
   // The term (d delta / ds) u is large here, so a tangent without it would be found.
   EXPECT_GT(of_blend_max, 0.3);
@@ -72,6 +73,7 @@ TEST_P(DeformTangents, of_a_groom_agree_with_the_chords_of_the_drawn_hair) {
   // Chords cut the corners of the linear field.
   const double allowed = GetParam().value == FfdKind::quadratic ? 0.01 : 0.2;
   for (std::size_t p = 1; p + 1 < strand.size(); ++p) {
+    // The points are 0.5 mm apart along the strand at rest, so two segments are 1 mm of arc.
     const Vec3f chord = (moved[p + 1] - moved[p - 1]) / 0.001f;
     EXPECT_LT((tangents[p] - chord).norm(), allowed) << p;
   }
@@ -89,6 +91,8 @@ TEST(RestTangents, follow_strands_threads_and_both_edges_of_cards) {
   const RestTangents rest = rest_tangents(groom, blend);
   for (std::size_t p = 0; p < 6; ++p) EXPECT_LT((rest.direction[p] - Vec3f(0, -1, 0)).norm(), 1e-6f) << p;
   for (std::size_t p = 6; p < 10; ++p) EXPECT_LT((rest.direction[p] - Vec3f(0, 0, 1)).norm(), 1e-6f) << p;
+  // The points 0 to 5 are the strand and the thread, and 6 to 9 the card. The strand's points are one lambda_0 = 2 cm
+  // apart: its root has a one-sided difference of delta (eq. 7), its second point a central one.
   EXPECT_NEAR(rest.blend_slope[0], (1 - std::exp(-1.0)) / 0.02, 1e-3);
   EXPECT_NEAR(rest.blend_slope[1], (1 - std::exp(-4.0)) / 0.04, 1e-3);
   EXPECT_EQ(rest.blend_slope[6], 0);
@@ -108,6 +112,8 @@ TEST(RestTangents, are_zero_and_finite_where_no_line_leads) {
   groom.add_cloth(std::vector<Vec3f>{{0, 0, 0}, {0.1f, 0, 0}, {0, 0.1f, 0}}, cloth);
   const RestTangents rest = rest_tangents(groom, root_blend(groom));
   for (std::size_t p = 0; p < groom.points.size(); ++p) {
+    // The last strand has the points 4 to 6. Each end has one neighbour and so a direction; the neighbours of point 5
+    // lie at one place, so it has none.
     const bool has_line = p == 4 || p == 6;
     EXPECT_NEAR(rest.direction[p].norm(), has_line ? 1 : 0, 1e-6f) << p;
     EXPECT_TRUE(std::isfinite(rest.blend_slope[p])) << p;

@@ -41,8 +41,8 @@ INSTANTIATE_TEST_SUITE_P(AllTargets, WideDeformCases,
                          testing::Combine(testing::ValuesIn(kFfdKinds), testing::ValuesIn(instruction_sets())),
                          support::CaseName());
 
-// Rounding of x itself, and of t: some 1e-7 of a cell for every cell from the origin, times the difference of u across
-// a cell. Both grow with the extrapolation.
+// The allowed error is the rounding of x itself and that of t. The latter is some 1e-7 of a cell for every cell from
+// the origin, times the difference of u across a cell. Both grow with the extrapolation outside the grid (reach()).
 TEST_P(WideDeformCases, agrees_with_the_reference_wherever_the_point_is) {
   constexpr float kDisplaced_m = 0.05f;
   for (const std::array<int, 3> dims : {std::array{3, 3, 3}, {6, 5, 4}, {10, 10, 10}}) {
@@ -139,6 +139,9 @@ TEST_P(WideDeformCases, a_point_has_the_same_bits_in_any_order_and_any_company) 
   }
 }
 
+// The kernel handles whole vectors, and may read kDeformOverhang = 64 entries beyond the end. All numbers of points up
+// to 70 end at every place within a vector. The entry before the output and the one after it must stay untouched. Node
+// 21 of 4 x 4 x 4 is the inner node (1, 1, 1).
 TEST_P(WideDeformCases, writes_all_points_and_nothing_else_for_any_number) {
   const Lattice lattice = make_lattice({4, 4, 4});
   const std::vector<Vec3f> displacements = random_displacements(lattice, 0.05f, 13);

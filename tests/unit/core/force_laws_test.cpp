@@ -27,6 +27,8 @@ Mat3 finite_difference(const std::function<Vec3(const Vec3&)>& f, const Vec3& x,
   return derivative;
 }
 
+// The springs of these tests have k = 3 N/m, q = 0.02 N s/m and a rest length of 3 cm, unless a case gives others. The
+// arguments of spring_force() are k, q, the rest length, epsilon and its rate.
 TEST(Spring, exact_jacobian_is_the_finite_difference_of_its_force) {
   std::mt19937 random(1);
   for (int trial = 0; trial < 100; ++trial) {
@@ -81,6 +83,7 @@ TEST(Spring, force_is_minus_the_slope_of_its_energy_on_every_branch) {
 }
 
 TEST(Spring, tension_is_the_papers_at_small_strain_continuous_and_convex) {
+  // An elongation of 0.5 mm is a strain of 1.7 %, within kStiffStrain = 2 % and kBucklingStrain = 5 %.
   EXPECT_EQ(spring_tension(3, 0.03, 0.0005), 3 * 0.0005);
   EXPECT_EQ(spring_tension(3, 0.03, -0.0005), -3 * 0.0005);
   for (const double bend : {kStiffStrain * 0.03, -kBucklingStrain * 0.03})
@@ -99,6 +102,8 @@ TEST(Contact, force_is_minus_the_slope_of_a_metaballs_potential) {
   const auto potential = [&](double p) { return U * std::pow(p / kContactDepth_m, 3); };
   for (double p = 0.0005; p < 0.008; p += 0.0005) {
     const double slope = (potential(p + 1e-7) - potential(p - 1e-7)) / 2e-7;
+    // In a step of 1 s the limit of recovery (kContactRecovery_m_per_s) allows 40 cm, so it does not act at these
+    // depths.
     EXPECT_NEAR(contact_law(U, p, p, 1).force, slope, 1e-6);
   }
 }
@@ -119,7 +124,8 @@ TEST(Contact, pushes_no_farther_in_a_step_than_hair_may_come_out) {
 }
 
 TEST(Contact, what_comes_in_is_stopped_at_the_limit) {
-  // Off by 2 mm, on its way 3 mm in: without load the linear law ends at the limit.
+  // The point is 2 mm outside its limit, and its velocity would bring it 3 mm inside. Without any other load, the
+  // linear law must end the step just at the limit.
   const ContactLaw law = contact_law(0.03, -0.002, 0.003, 1.0 / 50);
   EXPECT_GT(law.stiffness, 0);
   EXPECT_NEAR(law.force / law.stiffness, -0.002, 1e-12);

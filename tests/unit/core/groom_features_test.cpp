@@ -200,6 +200,7 @@ TEST(RootLengths, vary_smoothly_over_regions) {
   float before = root_length_at(lengths, Vec3f(0, -0.2f, 0));
   for (float y = -0.2f; y < 0.2f; y += 1e-3f) {
     const float here = root_length_at(lengths, Vec3f(0.01f, y, 0));
+    // Neighbours are 1 mm apart. A step at the border of a region would be one to four centimetres.
     EXPECT_NEAR(here, before, 0.003f);
     EXPECT_GE(here, 0.01f - 1e-6f);
     EXPECT_LE(here, 0.06f + 1e-6f);

@@ -44,6 +44,7 @@ Vec3f direction_after_tilt(const Groom& groom, const Level& level, double tilt_d
   std::vector<Vec3f> grid(level.geometry.lattice.node_count()), points(groom.points.size());
   expand_displacements(level.geometry, state.displacement, grid);
   Deformer(groom, level.geometry.lattice, FfdKind::linear).deform(grid, points);
+  // Strand 4 is the middle one of the nine.
   const Vec3 lock = (points[groom.strand_begin[5] - 1] - points[groom.strand_begin[4]]).cast<double>();
   return input.to.head().vector(lock).cast<float>();
 }

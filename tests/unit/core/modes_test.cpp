@@ -24,6 +24,7 @@ void last_first(std::size_t count, const std::function<void(std::size_t)>& body)
 
 class HairModes : public testing::Test {
  protected:
+  // 400 strands save time: modes describe the lattice, which hardly depends on the number of strands.
   static void SetUpTestSuite() {
     HairstyleOptions options;
     options.strand_count = 400;
@@ -71,6 +72,8 @@ TEST_F(HairModes, move_the_hair_by_the_length_of_their_coefficients) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const std::vector<float> c = some_coefficients(seed);
     const double expected = std::inner_product(c.begin(), c.end(), c.begin(), 0.0);
+    // The modes are orthonormal on a sample of the hair's points and rounded to 16 bits, while this mean is over all
+    // points, so 5 % are allowed.
     EXPECT_NEAR(mean_square_m2(displacements(c)), expected, 0.05 * expected);
   }
 }
@@ -86,6 +89,7 @@ TEST_F(HairModes, are_orthonormal_in_the_metric_of_the_hair) {
       using Nodes = Eigen::Map<const Eigen::Matrix3Xf>;
       const auto size = static_cast<Eigen::Index>(a.size());
       const float product = (Nodes(a[0].data(), 3, size) * metric).cwiseProduct(Nodes(b[0].data(), 3, size)).sum();
+      // The rounding of the modes to 16 bits must cost no more than 2 %.
       EXPECT_NEAR(product, i == k ? 1 : 0, 0.02) << i << " and " << k;
     }
   }
@@ -93,6 +97,7 @@ TEST_F(HairModes, are_orthonormal_in_the_metric_of_the_hair) {
 
 TEST_F(HairModes, come_with_the_largest_deviation_first) {
   EXPECT_TRUE(std::ranges::is_sorted(modes_->basis.deviation_m, std::greater{}));
+  // The last mode must matter far less than the first, or leaving out the last ones would save nothing.
   EXPECT_GT(modes_->basis.deviation_m.front(), 20 * modes_->basis.deviation_m.back());
 }
 
@@ -196,6 +201,8 @@ TEST_F(HairModes, span_a_dance_that_they_were_not_learnt_from) {
   add_errors(*groom_, levels_, *modes_, poses, errors);
   // Over the 90 ticks, hair must move by more than 1 cm RMS, or there is nothing to represent.
   ASSERT_GT(errors.motion, 90 * 0.01 * 0.01);
+  // These are squares: 32 coefficients must take away at least 60 % of the squared error that 8 leave, and all
+  // coefficients 60 % of the rest.
   EXPECT_LT(errors.first[1], 0.4 * errors.first[0]);
   EXPECT_LT(errors.first[2], 0.4 * errors.first[1]);
   // All modes together must show the dance to 15 % of its motion.
@@ -232,6 +239,7 @@ TEST_F(HairModes, are_as_many_as_the_wanted_error_needs) {
 TEST_F(HairModes, show_unseen_motion_about_as_well_as_the_validation_error_says) {
   const double said = static_cast<double>(modes_->validation_error.back());
   const double error = unseen_error(*groom_, levels_, *modes_);
+  // The two errors come from other motions, so they may differ by half.
   EXPECT_GT(error, 0.5 * said);
   EXPECT_LT(error, 1.5 * said);
 }
@@ -266,6 +274,8 @@ TEST_F(HairModes, of_hair_that_does_not_move_are_valid) {
 
 TEST_F(HairModes, bring_coarse_levels_nearer_to_the_finest_on_the_mean) {
   Errors errors;
+  // Training has no motion with such a number. The learnt maps must err at least 10 % less (squared) than moving the
+  // coarse lattice to the finest nodes does.
   for (std::uint32_t number = 1000; number < 1008; ++number) {
     add_errors(*groom_, levels_, *modes_, make_training_motion(number, groom_->body, 1.0 / 30, 121).poses, errors);
   }
@@ -315,6 +325,8 @@ TEST(LeadingEigenvectors, are_those_of_a_dense_solver) {
   for (Eigen::Index row = 0; row < x.rows(); ++row)
     for (Eigen::Index column = 0; column < x.cols(); ++column)
       x(row, column) = static_cast<float>(random.symmetric() * std::pow(0.8, row));
+  // Each row is 0.8 times as large as the one before, so the eight largest of 60 eigenvalues are well apart. The dense
+  // solver sorts them ascending.
   const Eigen::MatrixXf found = leading_eigenvectors(x, 8, {});
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> dense((x * x.transpose()).cast<double>());
   ASSERT_EQ(found.cols(), 8);

@@ -5,6 +5,7 @@
 namespace hairnet {
 namespace {
 
+// Takes at most 200 bytes of the text, and escapes single quotes.
 std::string written(std::string_view text) {
   return shown_text(text, 200, '\'');
 }
@@ -34,6 +35,7 @@ TEST(ShownText, bytes_that_are_not_utf8_are_written_as_their_numbers) {
 TEST(ShownText, is_cut_between_two_characters) {
   EXPECT_EQ(written(std::string(199, 'a') + "\u00e4"), std::string(199, 'a'));
   EXPECT_EQ(written(std::string(300, '\xff')).size(), 4 * 200u);
+  // shown() takes 40 bytes, and each of these two characters has three: the first one already does not fit.
   EXPECT_EQ(shown(std::string(38, 'a') + "\u65e5\u672c"), std::string(38, 'a') + "...");
   EXPECT_EQ(shown("\u65e5\u672c"), "\u65e5\u672c");
 }

@@ -16,6 +16,7 @@ using support::make_random_level;
 using support::make_random_state;
 using support::turned;
 
+// A step ends earlier when it has converged to the rounding of floats, so this number is only an upper limit.
 constexpr SolverSettings kConverged{.iterations = 400};
 
 float largest(std::span<const Vec3f> nodes) {
@@ -57,6 +58,7 @@ TEST(Step, agrees_with_the_double_reference_from_the_same_state) {
     input.to = moved(0.1 * seed + 0.08, {0.02, -0.01, 0.03}, 0.2);
     const Environment windy{.wind = WindField({.mean_m_per_s = {1, 0.2, -0.5}})};
     input.environment = &windy;
+    // Contact is switched off by 0, 20, 40 or 60 %.
     input.contact_release = 0.2 * (seed % 4);
     WorldLattice reference = to_world(level, input.from.head(), state);
     reference_step(level, input, reference, 1e-12);
@@ -104,6 +106,7 @@ TEST(Step, springs_alone_conserve_momentum_and_angular_momentum) {
   StepScratch scratch;
   ASSERT_TRUE(step(level, input, kConverged, scratch, state));
   const Momentum of_step = momentum_change(level, before, to_world(level, input.to.head(), state));
+  // The step computes in floats, so its rounding may be a hundred times as large.
   EXPECT_LT(of_step.linear.norm(), 1e-7);
   EXPECT_LT(of_step.angular.norm(), 1e-7);
 }
@@ -120,6 +123,8 @@ TEST(Step, the_upright_design_is_the_equilibrium_exactly) {
   EXPECT_EQ(largest(state.velocity), 0.0f);
 }
 
+// Gravity is turned into the axes of the head, which rounds, so hair moves by less than a nanometre and not by exactly
+// zero.
 TEST(Step, facing_another_way_changes_nothing) {
   const Level level = make_random_level();
   LatticeState state;
@@ -218,6 +223,8 @@ TEST(Step, stiff_springs_and_few_iterations_stay_bounded_under_wild_poses) {
                  support::random_vec(random, 1).cast<double>(), support::random_vec(random, 0.2f).cast<double>());
       input.to = rigid_pose(input.from.head() * jolt);
       ASSERT_TRUE(step(level, input, {.iterations = iterations}, scratch, state));
+      // The level itself would allow 10 m (Level::displacement_max_m), so it is the solver that must keep hair within 3
+      // m.
       ASSERT_LT(largest(state.displacement), 3.0f) << "tick " << tick << ", " << iterations << " iterations";
     }
   }
@@ -230,6 +237,7 @@ TEST(Step, no_stiffness_and_no_number_of_iterations_adds_energy) {
     for (const int iterations : {1, 2, 3, 5, 9, 16}) {
       for (const double step_s : {1.0 / 90, 1.0 / 25, 1.0 / 5}) {
         const Level level = make_random_level({.spring_stiffness = stiffness, .drag = false, .contacts = false});
+        // Nodes start up to 15 cm off on each axis, at up to 5 m/s.
         LatticeState state = make_random_state(level, 0.15f, 5, 3);
         StepScratch scratch;
         StepInput input;
@@ -311,6 +319,7 @@ TEST(Step, steady_wind_ends_where_drag_and_ether_balance) {
   StepInput input;
   const Environment windy{.wind = WindField({.mean_m_per_s = {4, 0, 1}})};
   input.environment = &windy;
+  // The 100 s of the loop are ample for hair to come to rest.
   for (int tick = 0; tick < 3000; ++tick) ASSERT_TRUE(step(level, input, {}, scratch, state));
   const Vec3f wind(4, 0, 1);
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
@@ -380,8 +389,8 @@ TEST(StepDeathTest, a_node_that_the_level_lacks_stops_the_program) {
 }
 #endif
 
-// Hair is thrown at a skull of 8 cm. At 9 m/s it goes 18 cm in a step, so it is on the other side unless contact looks
-// at the way.
+// A point of hair 4 cm in front of a ball of 4 cm radius is thrown at it. At 9 m/s the point goes 18 cm in a step, so
+// it would be behind the ball if contact looked only at the place where the step ends.
 TEST(Step, hair_does_not_pass_through_the_skull_however_fast) {
   Level level =
       make_random_level({.spring_count = 0, .attachment_count = 0, .ether = false, .drag = false, .contacts = false});

@@ -124,7 +124,7 @@ TEST(StrandLengths, a_stretched_strand_follows_its_curve_around_a_corner) {
   const Strands strands = straight(5, 0.01f);
   const StrandLengths lengths(strands.points, strands.begin);
   const Vec3f root = strands.points.front();
-  // Twice as long, with a right angle in the middle.
+  // The strand is twice as long as at rest, with a right angle in the middle.
   std::vector<Vec3f> points{root, root + Vec3f(0, -0.02f, 0), root + Vec3f(0, -0.04f, 0),
                             root + Vec3f(0.02f, -0.04f, 0), root + Vec3f(0.04f, -0.04f, 0)};
   lengths.limit(points);
@@ -150,6 +150,8 @@ TEST(StrandLengths, a_compressed_strand_stays_as_it_is) {
   EXPECT_EQ(points, compressed);
 }
 
+// The first five segments are half as long as at rest and the other five half as long again. No point is farther from
+// the root along the strand than at rest, so nothing may move.
 TEST(StrandLengths, a_stretch_that_makes_up_for_a_compressed_one_stays) {
   const Strands strands = straight(11, 0.01f);
   std::vector<Vec3f> points = strands.points;

@@ -131,7 +131,7 @@ TEST_F(TouchHair, a_held_lock_stays_in_the_hand_while_the_head_turns_and_falls_b
   const auto pinch = [&](const Vec3& place) {
     return std::vector<TouchBody>{{fingers, sphere(0.01), {Quat::Identity(), place}}};
   };
-  // Beside the left shoulder, where hair hangs.
+  // The hand takes the hair's point that is nearest to a place beside the left shoulder.
   const std::vector<Vec3> rest = rest_points();
   Vec3 start(0.1, -0.25, 0.02);
   start = *std::ranges::min_element(rest, {}, [&](const Vec3& point) { return (point - start).norm(); });
@@ -159,7 +159,7 @@ TEST_F(TouchHair, a_held_lock_stays_in_the_hand_while_the_head_turns_and_falls_b
 
 TEST_F(TouchHair, hair_lies_on_a_chair_back_and_comes_to_rest) {
   const std::vector<Vec3> rest = rest_points();
-  // A board behind the neck that reaches 3 cm into where the hair hangs.
+  // The chair back is a board behind the neck that reaches 3 cm into the place where the hair hangs.
   double back_z = 0;
   for (const Vec3& point : rest) back_z = std::min(back_z, point.y() < -0.2 ? point.z() : 0.0);
   const std::vector<TouchBody> chair{
@@ -171,6 +171,7 @@ TEST_F(TouchHair, hair_lies_on_a_chair_back_and_comes_to_rest) {
     tick(chair, turned_head(0.3 * std::sin(2 * std::numbers::pi * i / 60.0)));
     if (i >= 60) deep += count_deep(chair, points());
   }
+  // The first 60 of 360 ticks, in which the board pushes hair out, do not count.
   EXPECT_LT(static_cast<double>(deep) / 300, 0.01 * static_cast<double>(rest.size()));
   for (int i = 0; i < 20 * 30 && !world_.lattice(id_).asleep; ++i) tick(chair);
   EXPECT_TRUE(world_.lattice(id_).asleep);

@@ -85,6 +85,7 @@ TEST_F(UntangleTest, unfolds_a_lattice_that_its_springs_would_keep_folded) {
     for (const Vec3f& d : world.lattice(id).displacement) max_m = std::max(max_m, d.norm());
     return max_m;
   };
+  // In the first 0.8 s untangling has not begun (kAfter_s = 1 s), and the springs keep the hair folded.
   for (int tick = 0; tick < 25; ++tick) world.step();
   EXPECT_GT(farthest_m(), 0.05f);
   for (int tick = 0; tick < 30 * 10; ++tick) world.step();

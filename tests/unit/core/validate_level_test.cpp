@@ -43,6 +43,7 @@ TEST(ValidateLevel, refuses_what_no_solver_may_run) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinite = std::numeric_limits<float>::infinity();
   const std::vector<Corruption> corruptions{
       {"no lattice", [](Level& l) { l.geometry.lattice.dims[1] = 0; }},
+      // The low level has 5 x 5 x 5 nodes, so 124 is the last one.
       {"an active node beyond the grid", [](Level& l) { l.geometry.active_nodes.back() = 125; }},
       {"no bound", [](Level& l) { l.displacement_max_m = kNan; }},
       {"a node elsewhere", [](Level& l) { l.rest[3][1] += 1e-3f; }},

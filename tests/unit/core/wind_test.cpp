@@ -121,6 +121,7 @@ TEST(Wind, turbulence_changes_over_no_less_than_its_scale) {
       slope_squares += (next - last).squaredNorm() / (4 * step * step);
       bend_squares += (next - 2 * here + last).squaredNorm() / (step * step * step * step);
     }
+    // The RMS of the whole vector is sqrt(3) times that of one component.
     const double own = std::sqrt(3.0) * wind.turbulence_rms_m_per_s;
     // The 2 % allow for the error of sampling.
     EXPECT_LT(std::sqrt(slope_squares / kSamples), 1.02 * own / scale);

@@ -183,6 +183,7 @@ TEST(LearntLevel, over_several_ticks_takes_the_poses_between_as_well) {
     world.set_pose(id, to);
     world.step();
     if (!world.lattice(id).stepped) continue;
+    // The first turn covers one tick, and each later one two, so the network also sees the pose in the middle.
     if (tick > 1) expected.step(interpolate(from, to, 0.5));
     EXPECT_EQ(coefficients(world, id), expected.step(to)) << tick;
     from = to;

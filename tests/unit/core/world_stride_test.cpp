@@ -136,6 +136,8 @@ TEST(Stride, comes_close_to_what_every_tick_comes_to) {
         }
       }
     }
+    // The limits hold for this gentle motion, and at the turns themselves. Lively motion differs by more
+    // (core/README.md, Strides).
     EXPECT_LT(std::sqrt(error[1] / motion[1]), 0.03) << kLevelNames[static_cast<std::size_t>(level)];
     EXPECT_LT(std::sqrt(error[2] / motion[2]), 0.06) << kLevelNames[static_cast<std::size_t>(level)];
   }
@@ -271,6 +273,7 @@ TEST(Suspended, released_on_a_moving_head_hair_is_not_jerked) {
   world.set_suspended(id, true);
   walk(0.1, 30);
   world.set_suspended(id, false);
+  // In the first tick after a suspension the hair only moves along with the head.
   walk(0.1, 1);
   walk(0.1, 10);
   for (const Vec3f& d : world.lattice(id).displacement) EXPECT_LT(d.norm(), 1e-5f);

@@ -39,6 +39,8 @@ Pose shaken(std::uint32_t character, int tick) {
   return rounded_to_wire(pose);
 }
 
+// Moves 40 characters, spread over all levels, for 19 ticks, and returns the hash of the world after each. These levels
+// have no learnt hair, so a character that asks for the learnt level stays rigid.
 std::vector<std::uint64_t> hashes_of_a_run(const ParallelFor& parallel_for,
                                            const std::shared_ptr<const LevelSet>& levels) {
   WorldDef def;
@@ -58,6 +60,8 @@ std::vector<std::uint64_t> hashes_of_a_run(const ParallelFor& parallel_for,
   return hashes;
 }
 
+// A loop that runs its bodies in a random order stands for threads, which finish in any order. State that batches
+// shared by mistake would make the hashes differ.
 TEST(World, gives_the_same_bits_in_any_order_of_characters) {
   const auto levels = make_levels();
   const auto forwards = hashes_of_a_run({}, levels);
@@ -73,6 +77,8 @@ TEST(World, gives_the_same_bits_in_any_order_of_characters) {
   EXPECT_NE(forwards.front(), forwards.back());
 }
 
+// Characters of one level are stepped in one batch, one lane each. A step that mixed lanes would change the character
+// in company.
 TEST(World, a_character_does_not_depend_on_other_characters) {
   const auto levels = make_levels();
   World alone({}), crowded({});
@@ -211,6 +217,7 @@ TEST(World, many_changes_of_level_at_once_are_what_each_in_turn_is) {
     }
     world.remove(ids[7]);
     std::vector<LevelChange> changes{{{77, 9}, LevelIndex::low}};
+    // Number 4 is the learnt level, which these levels lack, so such a change must do nothing.
     for (std::size_t i = 0; i < ids.size(); ++i) changes.push_back({ids[i], static_cast<LevelIndex>(i % 5)});
     for (std::size_t i = 0; i < ids.size(); i += 3) changes.push_back({ids[i], LevelIndex::medium});
     if (at_once) {
@@ -339,6 +346,7 @@ TEST(World, a_still_character_sleeps_and_wakes_by_motion_wind_and_change_of_leve
     }
     return -1;
   };
+  // A tick lasts 1/30 s. One tick less is left for the rounding of the sum of ticks.
   EXPECT_GE(until_asleep(), static_cast<int>(kSleepAfter_s * 30) - 1);
   EXPECT_TRUE(world.lattice(id).asleep);
   const LatticeState asleep = world.state(id);
@@ -378,6 +386,7 @@ TEST(World, sleep_does_not_move_hair) {
   }
   ASSERT_TRUE(world.lattice(id).asleep);
   for (std::size_t i = 0; i < before.size(); ++i) {
+    // A node that counts as still has at most 1 mm/s (kStillSpeed_m_per_s in character.cpp), that is 0.03 mm in a tick.
     EXPECT_LT((world.lattice(id).displacement[i] - before[i]).norm(), 1e-4f);
   }
 }
@@ -394,6 +403,7 @@ TEST(World, the_rigid_level_is_eased_into) {
     return most;
   };
   const float start = largest();
+  // The head has jumped by 20 cm in one tick, so there must be hair to ease.
   ASSERT_GT(start, 0.02f);
   ASSERT_TRUE(world.set_level(id, LevelIndex::rigid));
   float last = start;
@@ -485,6 +495,7 @@ TEST(World, nothing_makes_a_lattice_run_away_and_everything_comes_home) {
                           reach * support::random_vec(random, 1).cast<double>());
       for (RigidTransform& bone : pose.bones) bone = bone * jolt;
       if (step % 7 == 0) pose[Bone::left_shoulder].position += 0.1 * support::random_vec(random, 1).cast<double>();
+      // The random walk starts again from one place, so that it does not leave the range in which floats are fine.
       if (step % 50 == 0) pose = rounded_to_wire(rigid_pose({pose.head().rotation.normalized(), {0, 1, 0}}));
       for (RigidTransform& bone : pose.bones) bone.rotation.normalize();
       world.set_pose(id, pose, uniform(0, 1) < 0.02);

@@ -19,7 +19,8 @@ constexpr Appearance kLook{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}, 10};
 // it, in bytes.
 struct Carrier {
   const char* name;
-  std::size_t tag_slot, appearance_slot;  // in the vtable, bytes
+  // Both count bytes from the start of the vtable.
+  std::size_t tag_slot, appearance_slot;
   std::function<Message(std::string)> make;
 };
 
@@ -127,6 +128,7 @@ TEST(Appearance, comes_with_a_tag_of_at_most_256_bytes_of_any_kind) {
   for (const Carrier& carrier : carriers()) {
     for (const std::size_t bytes : {1u, 255u, 256u})
       EXPECT_EQ(decode_packet(Packet(carrier, bytes).bytes).error, DecodeError::none) << carrier.name << ' ' << bytes;
+    // The smallest tag that is too long has kTagBytesMax + 1 bytes.
     for (const std::size_t bytes : {257u, 1000u, 65'536u}) {
       const DecodedPacket got = decode_packet(Packet(carrier, bytes).bytes);
       EXPECT_EQ(got.error, DecodeError::invalid) << carrier.name << ' ' << bytes;

@@ -26,6 +26,7 @@ TEST(ClockEstimate, knows_nothing_before_the_first_envelope) {
 TEST(ClockEstimate, keeps_the_least_delay_under_jitter) {
   constexpr std::int64_t kOffset_ns = -1234 * kSecond, kDelayMin_ns = 20 * kMs;
   std::mt19937 random(1);
+  // The mean is one over the rate, 10 ms.
   std::exponential_distribution<double> jitter_ms(0.1);
   ClockEstimate clock(kWindow_ns);
   std::int64_t min_seen_ns = std::numeric_limits<std::int64_t>::max();
@@ -110,6 +111,7 @@ TEST(ClockEstimate, bears_any_clock) {
     for (const std::int64_t now_ns : {std::int64_t{0}, kFar}) {
       ClockEstimate clock(kWindow_ns);
       clock.observe(peer_ns, now_ns);
+      // Numbers may be wrong at the ends, but an earlier time must not come after a later one.
       EXPECT_LE(clock.to_local(-kFar), clock.to_local(kFar)) << "order survives where numbers cannot";
     }
   }

@@ -156,6 +156,7 @@ TEST_F(Coefficients, come_back_within_half_a_step) {
       const std::vector<float> c = draw(lively);
       const std::vector<float> got = decode(encode(c, step).bytes).coefficients;
       const float half_m = std::ldexp(kFinestStep_m, static_cast<int>(step)) / 2;
+      // The factor allows for the rounding of floats.
       for (std::size_t k = 0; k < kModes; ++k) ASSERT_NEAR(got[k], c[k], 1.001f * half_m) << step << ", " << k;
     }
   }
@@ -195,6 +196,8 @@ TEST_F(Coefficients, of_calm_hair_take_few_bits) {
   const std::size_t lively = encode(draw(1)).bytes.size(), calm = encode(draw(0.05)).bytes.size();
   const std::size_t still = encode(std::vector<float>(kModes)).bytes.size();
   EXPECT_LT(calm, 0.6 * static_cast<double>(lively));
+  // A still pose takes at most 18 bytes, the header of the coefficients less than one, and a zero about a bit; 12 bytes
+  // are allowed beyond that.
   EXPECT_LT(still, 18 + 1 + kModes / 8 + 12);
 }
 
@@ -206,6 +209,7 @@ TEST_F(Coefficients, out_of_range_are_clamped) {
   // The finest step is 2^-14 m, and a coefficient has at most 2^19 steps, that is 32 m.
   EXPECT_NEAR(got[3], 32, 0.01);
   EXPECT_NEAR(got[4], -32, 0.01);
+  // The coefficient behind the clamped ones must not suffer from them.
   EXPECT_NEAR(got[5], c[5], kFinestStep_m);
 }
 
@@ -225,7 +229,7 @@ TEST_F(Coefficients, of_any_bytes_are_finite) {
     std::vector<std::uint8_t> bytes(random_.next() % 200);
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_.next());
     // Half of the frames get a head that is near, since random bytes mostly give a position out of bounds, which is
-    // refused at once.
+    // refused at once. The first five bits are the width of the head's integers; without the upper two it is at most 7.
     if (!bytes.empty() && round % 2 == 0) bytes[0] &= 0xE7;
     DecodedFrame got;
     if (!decode_frame(bytes, &*code_, got)) continue;

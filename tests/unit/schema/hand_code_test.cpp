@@ -32,6 +32,7 @@ TEST(HandCode, errs_by_half_a_millimetre_anywhere) {
     for (HandShape& shape : hand.shapes) shape.to.x() += random.real(-0.05, 0.05);
     const Hand coded = rounded_to_wire(std::vector{hand}).front();
     EXPECT_LE((coded.place.position - at).cwiseAbs().maxCoeff(), kHandStep_m / 2 + 1e-9);
+    // The code of rotations promises 0.25 mrad (pose_code.hpp).
     EXPECT_LE(coded.place.rotation.angularDistance(hand.place.rotation), 0.25e-3);
     ASSERT_EQ(coded.shapes.size(), hand.shapes.size());
     for (std::size_t s = 0; s < hand.shapes.size(); ++s) {

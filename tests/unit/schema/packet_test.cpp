@@ -433,6 +433,7 @@ TEST(Packet, has_a_name_for_every_reason) {
     EXPECT_STRNE(to_string(static_cast<ErrorReason>(r)), "unknown");
   for (std::uint8_t r = 0; r <= static_cast<std::uint8_t>(kGoodbyeReasonLast); ++r)
     EXPECT_STRNE(to_string(static_cast<GoodbyeReason>(r)), "unknown");
+  // The last DecodeError and the last PoseRefusal have the number 3.
   for (std::uint8_t r = 0; r <= 3; ++r) EXPECT_STRNE(to_string(static_cast<DecodeError>(r)), "unknown");
   for (std::uint8_t r = 0; r <= 3; ++r) EXPECT_STRNE(to_string(static_cast<PoseRefusal>(r)), "unknown");
 }

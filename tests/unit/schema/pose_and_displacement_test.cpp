@@ -29,6 +29,7 @@ TEST(PoseValidation, rejects_any_bone_that_is_not_finite_not_unit_or_too_far) {
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.rotation.x() = -kInfinity; }), PoseRefusal::not_finite);
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.position.z() = kInfinity; }), PoseRefusal::not_finite);
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.rotation.coeffs().setZero(); }), PoseRefusal::not_unit);
+    // A quaternion may be off unit length by a rounding error, but not by 1 %.
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.rotation.w() = 1.01; }), PoseRefusal::not_unit);
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.rotation.w() = 1e300; }), PoseRefusal::not_unit);
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.position.y() = -kPositionMax_m * 1.01; }), PoseRefusal::too_far);

@@ -51,7 +51,8 @@ std::string block_of(const std::string& path, const std::string& opening) {
   return begin == std::string::npos ? "" : text.substr(begin, text.find('}', begin) - begin);
 }
 
-// The rows of the table below the line that starts with `header`: cells without the first one's backquotes.
+// Returns the rows of the table below the line that starts with `header`. The first cell of a row comes without its
+// backquotes.
 std::vector<Row> table_below(const std::string& header) {
   std::vector<Row> rows;
   bool is_below = false;
@@ -76,7 +77,7 @@ std::vector<Row> table_below(const std::string& header) {
   return rows;
 }
 
-// The packets of the section "Vectors", in order.
+// Returns the packets of the section "Vectors", in order.
 std::vector<Bytes> vectors() {
   std::vector<Bytes> packets;
   bool in_section = false, in_block = false;
@@ -132,7 +133,8 @@ TEST(ProtocolPage, states_the_numbers_of_all_other_enums) {
   EXPECT_EQ(named, std::set<std::string>(enums.begin(), enums.end()));
 }
 
-// The page's tables of messages by the variants of C++, and each message's fields by its table of the schema.
+// Compares the page's tables of messages with the variants of C++, and each message's fields with its table of the
+// schema. Goodbye is in both variants, which explains the ones that are added and taken off below.
 TEST(ProtocolPage, has_a_row_with_the_fields_of_every_message) {
   const auto alternatives = [](const std::string& path, const std::string& variant) {
     const std::string text = text_of(path);
@@ -176,7 +178,7 @@ TEST(ProtocolPage, documents_what_the_decoder_says) {
   }
 }
 
-// Constants of a header, by name, as the page writes numbers.
+// Returns the constants of a header by name, in the form in which the page writes numbers.
 std::map<std::string, std::string> constants_of(const std::string& text, const std::string& pattern) {
   const std::regex regex(pattern);
   std::map<std::string, std::string> found;

@@ -54,7 +54,7 @@ TEST(Recording, gives_back_every_entry_in_order) {
 }
 
 TEST(Recording, says_that_its_last_entry_is_incomplete_and_keeps_the_rest) {
-  // These are the header and a groom's neighbour, the learnt hair.
+  // Two kinds of entries are enough: the header and the learnt hair.
   const std::vector<RecordEntry> entries{some_recording(2)[0], some_recording(2)[2]};
   const Bytes bytes = encode_all(entries);
   const std::size_t first_bytes = encode_record_entry(entries[0]).size();

@@ -14,10 +14,11 @@
 namespace hairnet::whole {
 namespace {
 
-// A session has frames when the last one is newer than kFresh_ns.
+// A session counts as having frames when the last one is newer than kFresh_ns.
 constexpr std::int64_t kSecond_ns = 1'000'000'000, kFresh_ns = 500'000'000;
 constexpr int kPumpWait_ms = 4;
-// Within kSettle_s everything must be well, and stay so for kCalm_s.
+// After an action all clients must have frames again within a minute, and keep them for kCalm_s, so that a short return
+// between two losses does not count. kSettle_s is the time for the start.
 constexpr double kSettle_s = 60, kCalm_s = 1.5;
 constexpr std::size_t kFaultsMax = 200;
 

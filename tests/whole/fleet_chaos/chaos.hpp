@@ -35,11 +35,14 @@ inline bool is_of_server(ActionKind kind) {
   return kind <= ActionKind::cut_server;
 }
 
+// The options of the command line. README.md, "A fleet under chaos", explains the actions.
 struct ChaosOptions {
   double duration_s = 1800;
   std::uint64_t seed = 1;
   std::size_t room_count = 10, client_count = 32;
   std::vector<std::string> actions{kActionNames.begin(), kActionNames.end()};
+  // What servers do with their rooms while etcd is down: "stop", "go_on", or "both", which is one half of the time
+  // each.
   std::string without_etcd = "both";
   std::int64_t lease_s = 5;
   // All etcds are down for so long.
@@ -53,7 +56,8 @@ struct ChaosOptions {
   std::string folder;
 };
 
-// Real servers, etcds and clients, and a seeded schedule of what is done to them. README.md says what is checked.
+// Real servers, etcds and clients, and a seeded schedule of what is done to them. The table in README.md, "A fleet
+// under chaos", says what must hold after each action.
 class Chaos final : private FleetClientEvents {
  public:
   explicit Chaos(ChaosOptions options) : options_(std::move(options)), random_(options_.seed, 5) {}
@@ -67,16 +71,20 @@ class Chaos final : private FleetClientEvents {
     ActionKind kind = ActionKind::kill_server;
     std::size_t target = 0;
     std::string what = {};
+    // When the action began, and when its target worked again.
     std::int64_t begin_ns = 0, healed_ns = 0;
-    // Are on the target at the beginning, or all.
+    // The clients that the target served when the action began; all clients when the target is an etcd.
     std::vector<std::size_t> clients = {};
-    // Belong to the target.
+    // The rooms that the target owned then.
     std::vector<std::string> rooms = {};
   };
+  // A row of the final report: the times until rooms had new owners, the longest gaps of clients, and the times from
+  // the healing until they had frames again.
   struct Row {
     std::size_t count = 0, sessions_lost = 0;
     Times owners, gaps, back;
   };
+  // A packet with frames. `server_process` is as of ChaosFleet::process_of, `stamp_ns` is the server's time.
   struct Received {
     std::size_t client = 0, server_process = 0;
     std::string room;
@@ -103,6 +111,7 @@ class Chaos final : private FleetClientEvents {
   void print_progress(std::int64_t now_ns);
   [[nodiscard]] double now_s() const;
   void fault(const std::string& what);
+  // Reports the error of a command, unless it is empty.
   void require(const std::string& fault_of_command) {
     if (!fault_of_command.empty()) fault(fault_of_command);
   }
@@ -129,12 +138,16 @@ class Chaos final : private FleetClientEvents {
   std::vector<std::string> rooms_;
   // Holds packets that are not checked yet.
   std::deque<Received> received_;
+  // The actions that come next, in random order. Each kind comes once before any comes again.
   std::deque<ActionKind> deck_;
-  // Is the last action, until the next one begins.
+  // The present action, or the last one until the next begins.
   std::optional<Action> action_;
   std::array<Row, kActionNames.size()> rows_{};
   Times claims_after_outage_;
+  // The begin of the run, the last line of progress, the end of the last pump(), and the longest time from one pump()
+  // to the next one's sockets.
   std::int64_t begin_ns_ = 0, announced_ns_ = 0, turned_ns_ = 0, lag_ns_max_ = 0;
+  // The packets at the last line of progress, and the number of rooms that were asked for while etcd was down.
   std::uint64_t packets_announced_ = 0, probe_count_ = 0;
   std::vector<std::string> faults_;
 };

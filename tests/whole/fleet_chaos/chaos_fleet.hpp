@@ -34,14 +34,15 @@ class ChaosFleet {
   void set_without_etcd(const std::string& value) { without_etcd_ = value; }
   [[nodiscard]] Process& server(std::size_t n) { return *servers_[n].process; }
   [[nodiscard]] Process& etcd(std::size_t n) { return *etcds_[n]; }
-  // The process of the server, a number that is never used again.
+  // Returns the number of the server's present process. Each start gives another number, which is never used again.
   [[nodiscard]] std::size_t process_of(std::size_t server) const { return servers_[server].life; }
   [[nodiscard]] std::size_t server_of(std::size_t process) const { return process % kServerCount; }
   [[nodiscard]] std::string address(std::size_t server) const { return machines_->address(kEtcdCount + server); }
-  // kServerCount for an address of no server.
+  // Returns the index of the server with this address; kServerCount when it is no server's.
   [[nodiscard]] std::size_t server_at(const std::string& address) const;
 
-  // A server's packets to and from all etcds, or an etcd's to and from the other etcds. Returns one line when it fails.
+  // From this call on, until it is healed, a server's packets to and from all etcds get lost, or an etcd's packets to
+  // and from the other etcds. They return one line when they fail, and an empty text otherwise.
   std::string cut_server(std::size_t server, CutDirection direction);
   std::string cut_etcd(std::size_t etcd);
   std::string heal_server(std::size_t server) { return machines_->heal(kEtcdCount + server); }
@@ -49,17 +50,20 @@ class ChaosFleet {
 
   // Reads what the servers have logged since the last call.
   void read_logs();
-  // Since when a majority of the etcds has answered without a break, on CLOCK_MONOTONIC; 0: it does not.
+  // Returns the time on CLOCK_MONOTONIC since which a majority of the etcds has answered without a break; 0 when no
+  // majority answers now.
   [[nodiscard]] std::int64_t etcd_healthy_since_ns() const { return healthy_since_ns_; }
-  // SIGTERM to all servers, and their ends. Returns one line for each that did not end well.
+  // Sends SIGTERM to all servers and waits for their ends. Returns one line for each server that did not end well.
   std::vector<std::string> stop();
-  // Counts the events in logs.
+  // Returns how often each event occurred in the servers' logs.
   [[nodiscard]] const std::map<std::string, std::uint64_t>& events() const { return events_; }
 
  private:
   struct Server {
     std::unique_ptr<Process> process;
+    // The number of the present process (process_of).
     std::size_t life = 0;
+    // The file of the present process's log, and how much of it was read.
     std::string log;
     std::size_t read_bytes = 0;
   };

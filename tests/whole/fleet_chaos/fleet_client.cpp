@@ -19,10 +19,12 @@
 namespace hairnet::whole {
 namespace {
 
+// A watch counts a gap that lasts when it begins, but not more than kWatchBack_ns of it.
 constexpr std::int64_t kPoseInterval_ns = 33'333'333, kWatchBack_ns = 1'000'000'000;
 // A shorter wait for frames does not count as a gap.
 constexpr std::int64_t kGapLeast_ns = 200'000'000;
 constexpr std::uint32_t kCharacter = 1;
+// A connection breaks when its bytes are not acknowledged for so long.
 constexpr unsigned kUnacknowledgedMax_ms = 15'000;  // as link's sockets
 
 sockaddr_in address_of(const std::string& host, std::uint16_t port) {
@@ -147,7 +149,8 @@ void FleetClient::close_socket() {
 void FleetClient::break_off(const std::string& error, std::int64_t now_ns) {
   const std::size_t server = server_;
   close_socket();
-  server_ = server;  // until what the core says about it is heard
+  // hear() reports the loss under this server's index.
+  server_ = server;
   core_->on_closed(error, now_ns);
   hear(now_ns);
   if (socket_ < 0) server_ = def_.servers.size();

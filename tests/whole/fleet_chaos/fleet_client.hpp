@@ -19,8 +19,8 @@ struct FleetClientDef {
   std::string room;
   // A watcher has no character.
   bool is_watcher = false;
-  // Leaves after some seconds and comes back, each time by another server: so a room whose owner is silent gets asked
-  // for elsewhere.
+  // A visitor leaves after some seconds and comes back by a random server. So when the owner of a room is silent,
+  // somebody asks another server for the room.
   bool is_visitor = false;
   // Holds the addresses of the servers, all at the same port.
   std::vector<std::string> servers;
@@ -35,9 +35,9 @@ class FleetClientEvents {
   virtual void on_frames(std::size_t client, std::size_t server_process, std::int64_t stamp_ns,
                          std::int64_t now_ns) = 0;
   virtual void on_lost(std::size_t client, std::size_t server, const std::string& error, std::int64_t now_ns) = 0;
-  // For good, against its will.
+  // The session has ended for good, and the client did not want to leave.
   virtual void on_ended(std::size_t client, const std::string& error, std::int64_t now_ns) = 0;
-  // The process that listens there now.
+  // Returns the number of the process that listens at this server's address now (ChaosFleet::process_of).
   virtual std::size_t process_at(std::size_t server) = 0;
 
  protected:
@@ -52,27 +52,27 @@ class FleetClient {
   FleetClient(const FleetClient&) = delete;
   FleetClient& operator=(const FleetClient&) = delete;
 
-  // The socket and what to wait for, as for poll(2); -1: none.
+  // The socket, and the events to wait for as in poll(2). The socket is -1 when there is no connection.
   [[nodiscard]] int socket() const { return socket_; }
   [[nodiscard]] short wanted() const;
   void on_ready(short happened, std::int64_t now_ns);
-  // Time-outs and poses; call it every few milliseconds.
+  // Handles time-outs and sends poses; call it every few milliseconds.
   void poll(std::int64_t now_ns);
   void leave(std::int64_t now_ns);
 
   [[nodiscard]] const FleetClientDef& def() const { return def_; }
-  // The server that it talks to; servers.size(): none.
+  // The index of the server that it is connected to; servers.size() means none.
   [[nodiscard]] std::size_t server() const { return server_; }
   [[nodiscard]] bool is_active() const { return core_ && core_->active(); }
-  // Waiting between visits.
+  // Returns whether a visitor is between two visits, or a client has left.
   [[nodiscard]] bool is_away() const { return !core_; }
   [[nodiscard]] std::int64_t last_frame_ns() const { return last_frame_ns_; }
-  // The longest wait for a frame that has ended, or goes on, since begin_watch(), and when the last of more than 200 ms
-  // has ended; 0: none.
+  // begin_watch() begins to watch the gaps between frames. gap_ns_max() is the longest one since then, and counts one
+  // that still lasts. back_ns() is the end of the last gap of more than 200 ms; 0 means that there was none.
   void begin_watch(std::int64_t now_ns);
   [[nodiscard]] std::int64_t gap_ns_max(std::int64_t now_ns) const;
   [[nodiscard]] std::int64_t back_ns() const { return back_ns_; }
-  // When the visit's first frame came; 0: not yet.
+  // The time of the visit's first frame; 0 before it.
   [[nodiscard]] std::int64_t first_frame_ns() const { return first_frame_ns_; }
   [[nodiscard]] std::uint64_t reconnect_count() const {
     return reconnects_ + (core_ ? core_->counters().reconnects : 0);
@@ -101,7 +101,7 @@ class FleetClient {
   bool is_connecting_ = false, is_half_closed_ = false, is_leaving_ = false;
   channel::PacketSplitter splitter_;
   std::vector<std::uint8_t> unsent_;
-  // A visit begins, or ends, at `turn_at_ns_`.
+  // The next pose is due at `next_pose_ns_`. A visit begins, or ends, at `turn_at_ns_`.
   std::int64_t next_pose_ns_ = 0, turn_at_ns_ = 0;
   std::uint32_t sequence_ = 0;
   std::int64_t last_frame_ns_ = 0, first_frame_ns_ = 0, watch_ns_ = 0, gap_ns_max_ = 0, back_ns_ = 0;

@@ -27,9 +27,9 @@ class Machines {
   Machines& operator=(const Machines&) = delete;
 
   [[nodiscard]] std::string address(std::size_t machine) const;
-  // An address of this process, from which a client may connect.
+  // Returns an address of this process, from which client number `client` may connect.
   [[nodiscard]] static std::string client_address(std::size_t client);
-  // A command that runs `command` on the machine. What it starts is killed when this process ends.
+  // Returns a command that runs `command` on the machine. The program that it starts is killed when this process ends.
   [[nodiscard]] std::vector<std::string> on(std::size_t machine, const std::vector<std::string>& command) const;
 
   // From now on the machine's packets to or from `peers` get lost, until heal(). Returns one line when it fails.
@@ -42,7 +42,7 @@ class Machines {
   std::string run(const std::vector<std::string>& command) const;
 
   std::string folder_;
-  // Holds file descriptors.
+  // The file descriptors of the machines' namespaces.
   std::vector<int> namespaces_;
 };
 

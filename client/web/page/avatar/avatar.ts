@@ -9,7 +9,9 @@ import type { RememberedFit } from "./rememberedFits";
 /** A VRM model as the user's body: it moves with the user's head, and wears the hair of the user's character. */
 export class Avatar {
   readonly vrmHair: VrmHair;
+  /** All meshes of the model: the indices of `RememberedFit.hidden` are those of this list. */
   readonly meshes: readonly Mesh[];
+  /** The meshes that are taken for the model's own hair. */
   readonly #found: readonly Mesh[];
   readonly #motion: AvatarMotion;
   #groom: Groom | null = null;
@@ -23,7 +25,7 @@ export class Avatar {
     vrm.scene.traverse((object) => {
       if ("isMesh" in object) meshes.push(object as Mesh);
     });
-    // Their bounds are those of the rest pose.
+    // three.js knows the bounds of the rest pose only, and would leave out meshes that have moved into the view.
     for (const mesh of meshes) mesh.frustumCulled = false;
     this.meshes = meshes;
     this.#found = findHairMeshes(vrm);
@@ -38,13 +40,13 @@ export class Avatar {
     return new Avatar(await loadVrm(file), scene);
   }
 
-  /** Of its file; empty if it has none. */
+  /** The name that the model's file gives it; empty if it gives none. */
   get name(): string {
     const { meta } = this.vrm;
     return (meta.metaVersion === "1" ? meta.name : meta.title) ?? "";
   }
 
-  /** Of the head joint above the feet, m. */
+  /** The height of the head joint above the feet, m. */
   get headHeight(): number {
     return this.#motion.headAtRest.y;
   }

@@ -12,7 +12,7 @@ const kIdleReturnsS = 1.5;
 export class AvatarMotion {
   /** Its place in the world; the model is its child. */
   readonly root = new Object3D();
-  /** the head joint in the model, whose feet are at height 0, m */
+  /** The place of the head joint in the model at rest, whose feet are at height 0, m. */
   readonly headAtRest: Vector3;
   /** The weight of the idle motion, 0 to 1. */
   #idle = 0;
@@ -33,6 +33,7 @@ export class AvatarMotion {
     const trunk = rotationOf(pose, Bone.upperTrunk);
     const neck = rotationOf(pose, Bone.neck).premultiply(trunk.clone().invert());
     const head = rotationOf(pose, Bone.head).premultiply(rotationOf(pose, Bone.neck).invert());
+    // The idle motion fades out within a quarter of a second, and in within kIdleReturnsS.
     const isHeld = 2 * Math.acos(Math.min(Math.abs(neck.clone().multiply(head).w), 1)) > kHeldRad;
     this.#idle = Math.min(Math.max(this.#idle + (isHeld ? -4 : 1 / kIdleReturnsS) * dtS, 0), 1);
     // A smooth step, so that the idle motion neither starts nor ends with a jerk.
@@ -42,6 +43,7 @@ export class AvatarMotion {
     lowerArms(this.vrm);
     this.#turn("neck", neck);
     this.#turn("head", head);
+    // A breath takes 2 pi / 1.5 = 4.2 s. It moves spine, chest and shoulders by about a hundredth of a rad.
     const breath = Math.sin(1.5 * t);
     this.#turn("spine", turn(0.006 * breath, 0.02 * Math.sin(0.35 * t), 0.012 * Math.sin(0.5 * t)));
     this.#turn("chest", turn(-0.016 * breath, 0, 0));

@@ -3,26 +3,29 @@ import { bytesToHex } from "@noble/hashes/utils.js";
 
 /** What the user set for one model. */
 export interface RememberedFit {
-  /** factor on the hair's size */
+  /** The factor on the hair's size. */
   size: number;
-  /** m of the model */
+  /** How far the hair is moved up, m of the model. */
   height: number;
-  /** m of the model */
+  /** How far the hair is moved towards the face, m of the model. */
   depth: number;
-  /** the indices of its hidden meshes; null: those that were found */
+  /** The indices of the model's hidden meshes; null: those that `findHairMeshes` finds. */
   hidden: number[] | null;
 }
 
 export const kFitAsFound: Readonly<RememberedFit> = { size: 1, height: 0, depth: 0, hidden: null };
 
 const kKey = "hairnet.avatars";
+/** Settings are stored for this many models: those that were changed last. */
 const kFilesMax = 32;
+/** An entry of the storage with more hidden meshes than this is ignored. */
 const kMeshesMax = 256;
 
 /** Remembers settings by the hash of the model's file, those of the newest files, in the browser. */
 export class RememberedFits {
   constructor(private readonly storage: Pick<Storage, "getItem" | "setItem"> | null = browserStorage()) {}
 
+  /** The key of a model: the hash of its file, in hexadecimal digits. */
   static keyOf(file: Uint8Array): string {
     return bytesToHex(blake2b(file, { dkLen: 16 }));
   }
@@ -67,6 +70,7 @@ function isEntry(entry: unknown): entry is Entry {
   const { key, fit } = (entry ?? {}) as Partial<Entry>;
   if (typeof key !== "string" || typeof fit !== "object" || fit === null) return false;
   const { size, height, depth, hidden } = fit;
+  // Anything beyond 10 would put the hair out of sight.
   const isNear = (x: unknown, most: number) => typeof x === "number" && Math.abs(x) <= most;
   if (!isNear(size, 10) || size <= 0 || !isNear(height, 10) || !isNear(depth, 10)) return false;
   return hidden === null || (Array.isArray(hidden) && hidden.length <= kMeshesMax && hidden.every(Number.isInteger));

@@ -2,6 +2,7 @@ import { Euler, MathUtils, Quaternion } from "three";
 import type { HeadAngles } from "./headPose";
 import type { HeadSource } from "./headSource";
 
+/** A device that tells nothing for this long has no sensor, or does not let the page read it. */
 const kWaitMs = 2000;
 
 type Orientation = Pick<DeviceOrientationEvent, "alpha" | "beta" | "gamma">;
@@ -14,7 +15,9 @@ type AskingOrientationEvent = typeof DeviceOrientationEvent & { requestPermissio
  * the start.
  */
 export class Gyroscope implements HeadSource {
+  /** The angles since the start; see `HeadSource`. */
   angles: HeadAngles | null = null;
+  /** The rotation of the device when its head looked ahead; null: the next event sets it. */
   #start: Quaternion | null = null;
 
   /** Call it in a click: browsers may ask the user. Rejects with one line when the device tells nothing. */
@@ -39,6 +42,7 @@ export class Gyroscope implements HeadSource {
     screen.orientation?.removeEventListener("change", this.#restart);
   }
 
+  // After the picture has turned on the device, its axes are others: the head looks ahead again from there.
   readonly #restart = () => (this.#start = null);
 
   readonly #take = (event: DeviceOrientationEvent) => {

@@ -1,10 +1,11 @@
 import { Bone, kNumbersPerBone, rigidPose, type Pose } from "../../src/index";
 
 export interface HeadAngles {
-  /** about +Y: positive looks to the head's left */
+  /** The turn about +Y: positive looks to the head's left. */
   yawRad: number;
-  /** positive looks down */
+  /** The nod: positive looks down. */
   pitchRad: number;
+  /** The tilt about the axis out of the face. */
   rollRad: number;
 }
 
@@ -32,7 +33,7 @@ export function poseOf(rotation: Quaternion, position: Vector, bodyYawRad: numbe
   return pose;
 }
 
-/** The trunk's direction for a head's: it stays until the head is turned far, then follows. */
+/** The trunk's direction for a head's: it stays until the head is turned by more than kTrunkFollowsBeyondRad. */
 export function followYaw(bodyYawRad: number, headYawRad: number): number {
   const away = Math.atan2(Math.sin(headYawRad - bodyYawRad), Math.cos(headYawRad - bodyYawRad));
   const beyond = Math.abs(away) - kTrunkFollowsBeyondRad;
@@ -82,6 +83,7 @@ function add(a: Vector, b: Vector): Vector {
   return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 }
 
+/** The rotation in the middle between two. */
 function halfWay(a: Quaternion, b: Quaternion): Quaternion {
   const sign = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] < 0 ? -1 : 1;
   const sum = a.map((x, i) => x + sign * b[i]);

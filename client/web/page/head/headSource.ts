@@ -2,7 +2,7 @@ import type { HeadAngles } from "./headPose";
 
 /** Something beside mouse and keys that turns the own head. */
 export interface HeadSource {
-  /** relative to looking ahead; null: unknown at this moment */
+  /** The angles of the head, relative to looking ahead; null: not known now. */
   readonly angles: HeadAngles | null;
   /** Frees sensors and cameras. */
   stop(): void;

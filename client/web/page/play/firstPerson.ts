@@ -2,13 +2,16 @@ import { Matrix4, Quaternion, Vector3, type PerspectiveCamera } from "three";
 import type { Pose } from "../../src/index";
 import { kEyes } from "../head/ownHead";
 
+/** The view is 80 degrees high, so that hair at its edges is seen. Portraits have 30 (stage.ts). */
 const kFovDeg = 80;
 /** Behind the eyes, m: from there the hair beside the face is in the picture. The head itself is not drawn. */
 const kBehindEyes = new Vector3(0, 0, -0.1);
+/** Turns a camera to where the face looks, +Z. */
 const kAboutFace = new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI); // cameras look along -Z
 
 /** Looks out of the own head, so that long hair swings at the edges of the picture. */
 export class FirstPerson {
+  /** Where the camera was before, for `leave`. */
   readonly #before = new Matrix4();
   readonly #fovBefore: number;
 

@@ -1,6 +1,6 @@
 /** The room that a page shows. */
 export interface ShownRoom {
-  /** empty: the lobby */
+  /** The name of the room; empty: the lobby. */
   readonly room: string;
   readonly server: string;
   readonly token: string;

@@ -12,11 +12,15 @@ import {
 } from "three";
 import { Reflector } from "three/addons/objects/Reflector.js";
 
+/** The glass of the mirror, and the width of its frame. */
 const kWidthM = 0.62;
 const kHeightM = 0.86;
 const kFrameM = 0.025;
+/** The mirror stands this far in front of the head joint. */
 const kBeforeFaceM = 0.55;
+/** The height of the reflected picture; its width is in proportion. */
 const kPixels = 1024;
+/** The camera of the reflection stays at least this far behind the glass: from nearer it would see half a world. */
 const kNearestM = 0.05;
 
 /** A mirror that stands before the own face. */
@@ -49,6 +53,7 @@ export class Mirror extends Group {
     const camera = new PerspectiveCamera();
     camera.position.copy(this.localToWorld(eye.clone()));
     camera.lookAt(this.getWorldPosition(new Vector3()));
+    // The camera looks at the middle of the glass, with a square view that contains the circle about all its corners.
     camera.fov = 2 * MathUtils.RAD2DEG * Math.atan2(0.5 * Math.hypot(kWidthM, kHeightM), eye.length());
     camera.far = 100;
     camera.updateProjectionMatrix();

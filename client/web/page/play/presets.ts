@@ -3,7 +3,7 @@ import { materials, type MaterialScale, type WindOptions } from "../../src/index
 /** A look to try with one click: hair, wind, or both; what it leaves out stays. */
 export interface Preset {
   readonly label: string;
-  /** what it does, for a tooltip */
+  /** What the preset does, for a tooltip. */
   readonly about: string;
   readonly material?: MaterialScale;
   readonly wind?: WindOptions;

@@ -1,11 +1,15 @@
 import { Quaternion, Vector3 } from "three";
 import type { Hand } from "../../src/index";
 
+/** The shape's own y is the direction from one end of its capsule to the other. */
 const kAxisOfShapes = new Vector3(0, 1, 0);
-/** A shorter axis is a sphere's: it has no direction. */
+/** A capsule with a shorter axis is a sphere, which has no direction. */
 const kAxisMinM = 1e-6;
 
-/** A place (world) in the own axes of one of a hand's shapes: from its middle, with y along its capsule. */
+/**
+ * A place (world) in the own axes of one of a hand's shapes: from its middle, with y along its capsule. `Room.takeHold`
+ * wants it so. `number`: the shape's, counted from the hand's first number.
+ */
 export function inAxesOfShape(hand: Hand, number: number, place: Vector3): [number, number, number] {
   const { from, to } = hand.shapes[number - hand.firstNumber];
   const begin = new Vector3().fromArray(from);

@@ -4,7 +4,7 @@ import { inAxesOfShape } from "./handShapes";
 import type { Holds, TouchedRoom } from "./holds";
 import { nearestHair } from "./pick";
 
-/** What one hand does. */
+/** The state of one hand. */
 interface Side {
   isClosed: boolean;
   /** The member whose hair this hand holds. */
@@ -15,7 +15,7 @@ interface Side {
 
 /** Hands of a headset: a pinch or a trigger takes hold of the nearest hair that it may touch. */
 export class HeadsetTouch {
-  /** by the first number of its shapes */
+  /** The hands, each by the first number of its shapes. */
   readonly #sides = new Map<number, Side>();
 
   constructor(private readonly holds: Holds) {}
@@ -27,6 +27,7 @@ export class HeadsetTouch {
     for (const [number, side] of this.#sides) if (!side.isHere) this.#sides.delete(number);
   }
 
+  /** Forgets all hands, without a word to the room. */
   forget(): void {
     this.#sides.clear();
   }
@@ -44,6 +45,7 @@ export class HeadsetTouch {
     side.member = null;
   }
 
+  /** Takes hold of the nearest hair that the user may touch; null: none is near. */
   #take({ hand, number, place, holdRadiusM }: TrackedHand, room: TouchedRoom): Member | null {
     if (room.state !== "connected") return null;
     const mine = [...room.members.values()].filter((one) => room.mayTouch(one) && one !== this.holds.drawnElsewhere);

@@ -7,15 +7,15 @@ export type Pickable = Pick<Member, "pose" | "points"> & { readonly groom: { rea
 /** A place in somebody's hair. */
 export interface Picked<One = Member> {
   readonly member: One;
-  /** world, m */
+  /** The place, world, m. */
   readonly place: Vector3;
 }
 
-/** Hair is at most so far from its head joint. */
+/** Members whose head joint is further from the ray or place than this are not searched, m. */
 const kHairReachM = 0.8;
-/** Hair may be so far inside the body, whose triangles are coarse. */
+/** Hair that is less than this inside the body can be picked, m: the triangles of bodies are coarse. */
 const kBodySlackM = 0.012;
-/** An eye so near to a head joint looks out of that head, whose inside hides nothing. */
+/** An eye nearer than this to a head joint looks out of that head, whose inside hides nothing, m. */
 const kWithinHeadM = 0.2;
 
 /**
@@ -27,6 +27,7 @@ export function pickHair<One extends Pickable>(
   withinRad: number,
   members: Iterable<One>,
 ): Picked<One> | null {
+  // A point is within the angle if its squared distance from the ray is at most slope2 times its squared depth.
   const slope2 = Math.tan(withinRad) ** 2;
   const { origin, direction } = ray;
   let depth = Infinity;
@@ -73,7 +74,10 @@ export function nearestHair<One extends Pickable>(place: Vector3, withinM: numbe
   return nearest;
 }
 
-/** How far along a ray the body begins; each triangle moves with one bone. */
+/**
+ * How far along a ray the body begins, m; infinite if the ray misses it. Each triangle moves with the heaviest bone of
+ * its first corner, so the ray is moved into the rest space of each bone instead of all triangles.
+ */
 function depthOfBody(ray: Ray, { vertices, boneWeights, triangles }: Body, pose: Pose): number {
   const rays = Array.from({ length: kBoneCount }, (_, bone) => atRest(ray, pose, bone));
   const corners = [new Vector3(), new Vector3(), new Vector3()] as const;
@@ -95,6 +99,7 @@ function atRest({ origin, direction }: Ray, pose: Pose, bone: number): Ray {
   return new Ray(from.applyQuaternion(back), direction.clone().applyQuaternion(back));
 }
 
+/** The bone with the largest weight at a vertex. */
 function mainBone(weights: Float32Array, vertex: number): number {
   let main = 0;
   for (let bone = 1; bone < kBoneCount; ++bone)

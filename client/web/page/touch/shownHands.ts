@@ -1,19 +1,21 @@
 import { CapsuleGeometry, Group, Mesh, MeshBasicMaterial, Quaternion, Vector3 } from "three";
 import type { Hand } from "../../src/index";
 
+/** three.js makes capsules along +Y. */
 const kAxisOfCapsules = new Vector3(0, 1, 0);
-/** Larger shapes are no hands to look at. */
+/** Shapes with a larger radius or length are not drawn, m: they are no hands, and would hide the people. */
 const kRadiusMaxM = 0.15;
 const kLengthMaxM = 0.5;
+/** Unused geometries are freed when there are more than this. */
 const kGeometriesMax = 256;
 
 /** Hands as translucent capsules. */
 export class ShownHands extends Group {
   readonly #material = new MeshBasicMaterial({ color: 0xe8ad74, transparent: true, opacity: 0.35, depthWrite: false });
-  /** by radius and length, mm: bent fingers have many lengths */
+  /** The capsules by "radius length" in whole millimetres, since bent fingers have many lengths. */
   readonly #geometries = new Map<string, CapsuleGeometry>();
 
-  /** Shows these alone. */
+  /** Shows these hands, and no others. */
   show(hands: Iterable<Hand>): void {
     let count = 0;
     for (const hand of hands) {

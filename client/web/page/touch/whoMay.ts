@@ -3,10 +3,10 @@ import { type OwnCharacter, type Room, TouchAudience } from "../../src/index";
 /** Who may touch the own hair, as the page offers it. */
 const kAudiences = ["nobody", "oneself", "everyone"] as const satisfies readonly (keyof typeof TouchAudience)[];
 export type Audience = (typeof kAudiences)[number];
-/** without a word from the owner */
+/** What a room assumes for a character whose owner has said nothing. */
 const kDefault: Audience = "oneself";
 
-/** A word that the page has kept, or the default: other pages of the same origin may have written anything there. */
+/** The audience that the page has stored, or the default: other pages of the same origin may have written anything. */
 export function audienceOf(word: string): Audience {
   return kAudiences.find((audience) => audience === word) ?? kDefault;
 }
@@ -14,6 +14,7 @@ export function audienceOf(word: string): Audience {
 /** Tells rooms who may touch the own hair. */
 export class WhoMay {
   #own: OwnCharacter | null = null;
+  /** What the room knows of the own character `#own`. */
   #announced: Audience = kDefault;
 
   constructor(public audience: Audience) {}

@@ -5,7 +5,7 @@ export interface Appearance {
   readonly hairRoot: number;
   readonly hairTip: number;
   readonly skin: number;
-  /** of the hair, 0 (smooth, sharp highlights) to 1 */
+  /** The roughness of the hair, 0 (smooth, sharp highlights) to 1. */
   readonly roughness: number;
 }
 
@@ -21,6 +21,7 @@ const kHairColours: readonly number[] = [
   0xadadaf, // grey
 ];
 const kSkin = 0xe1bfad;
+/** The default roughness, about 0.3. It travels as a byte, so it is a whole number of 255ths. */
 export const kRoughness = 77 / 255;
 
 const kFields: readonly string[] = ["hairRoot", "hairTip", "skin", "roughness"];
@@ -47,7 +48,7 @@ export function changedAppearance(base: Appearance, changes: Partial<Appearance>
   const whole = "hairRoot" in given ? { hairTip: given.hairRoot } : {};
   const changed = { ...base, ...whole, ...given } as Appearance;
   checkAppearance(changed);
-  // As others receive it.
+  // Roughness travels as a byte, so everyone, the owner included, draws with the rounded one.
   return { ...changed, roughness: Math.round(255 * changed.roughness) / 255 };
 }
 
@@ -70,6 +71,7 @@ function error(what: string): HairnetError {
   return new HairnetError("invalid", `appearance: ${what}`);
 }
 
+/** A value of any type, short enough for an error's line. */
 function shown(value: unknown): string {
   return typeof value === "string"
     ? JSON.stringify(value.slice(0, 40))

@@ -26,7 +26,8 @@ function nearest(name: string, names: readonly string[]): string | null {
   return best !== undefined && near(best) <= Math.ceil(best.length / 3) ? best : null;
 }
 
-// Levenshtein's: the letters to change, add or leave out.
+// Levenshtein's distance: how many letters must be changed, added or left out to make one text of the other. `row` has
+// the distances of the first i letters of `a` from all beginnings of `b`.
 function distance(a: string, b: string): number {
   let row = Array.from({ length: b.length + 1 }, (_, j) => j);
   for (let i = 1; i <= a.length; ++i) {

@@ -4,6 +4,7 @@
  */
 export class DroppedInput {
   #count = 0;
+  /** The time of the last line on the console about dropped input, by performance.now(). */
   #warnedMs = -Infinity;
   readonly #warnedOnce = new Set<string>();
 
@@ -11,7 +12,7 @@ export class DroppedInput {
     return this.#count;
   }
 
-  /** `what`: of what, and why, in one line. */
+  /** Counts dropped input. `what` says in one line which input it is and what is wrong with it. */
   drop(what: string): void {
     this.#count += 1;
     const nowMs = performance.now();
@@ -20,7 +21,7 @@ export class DroppedInput {
     tell(`${what}; it was dropped (${this.#count} so far)`);
   }
 
-  /** Tells of something that lasts until the program changes it; not counted. */
+  /** Tells once of something that lasts until the program changes it. It is not counted. */
   tellOnce(what: string): void {
     if (this.#warnedOnce.has(what)) return;
     this.#warnedOnce.add(what);
@@ -33,7 +34,7 @@ function tell(line: string): void {
   console.warn(`hairnet: ${line}`);
 }
 
-/** The first of the numbers that is not finite, also in lists: "speed is NaN". Null: all are. */
+/** Names the first number that is not finite, also within lists: "speed is NaN". Null: all numbers are finite. */
 export function notFinite(values: object): string | null {
   for (const [name, value] of Object.entries(values)) {
     const numbers: readonly unknown[] =

@@ -5,19 +5,20 @@ import { HairnetError } from "../module/hairnetError";
 
 /** The skull and body that a groom was made on, head space at rest, m. */
 export interface Body {
-  /** 3 a vertex */
+  /** 3 numbers a vertex. */
   readonly vertices: Float32Array;
-  /** 5 a vertex, in the order of `Bone`, of sum 1 */
+  /** 5 numbers a vertex: the weight of each bone, in the order of `Bone`; their sum is 1. */
   readonly boneWeights: Float32Array;
-  /** 3 a triangle */
+  /** 3 indices of vertices a triangle. */
   readonly triangles: Uint32Array;
 }
 
+/** The size of what hairnet_groom_hash writes. */
 const kHashBytes = 32;
 
 /** The immutable hairstyle in head space (metres), as it lies on the upright head, and the body under it. */
 export class Groom {
-  /** of its file: equal for equal bytes */
+  /** The hash of the file's bytes, in hexadecimal digits: equal for equal files. */
   readonly key: string;
   readonly name: string;
   readonly strandCount: number;
@@ -31,12 +32,12 @@ export class Groom {
     return Groom.of(file);
   }
 
-  /** @internal The same where the client has started. */
+  /** @internal Reads a .groom file into `module`, which must have started. */
   static of(file: Uint8Array | ArrayBuffer, module: Instance = client()): Groom {
     return new Groom(module.makeOf("hairnet_groom_load", groomBytes(file)), module);
   }
 
-  /** @internal `handle`: a hairnet_groom of the module, which is its own from now on. */
+  /** @internal `handle`: a hairnet_groom of the module. This object owns it from now on. */
   constructor(
     readonly handle: number,
     readonly module: Instance,
@@ -49,19 +50,22 @@ export class Groom {
     this.pointCount = module.call("hairnet_groom_point_count", handle);
   }
 
-  /** The bytes of its file. */
+  /** The bytes of the .groom file. */
   get file(): Uint8Array {
     this.#file ??= this.module.allBytes("hairnet_groom_file", this.handle);
     return this.#file;
   }
 
-  /** At rest: 3 a point, strand by strand, root first; then those of threads, cards and cloths. Copied. */
+  /**
+   * The points at rest, 3 numbers each: strand by strand, root first, then the points of threads, cards and cloths. A
+   * copy.
+   */
   get points(): Float32Array {
     const { module } = this;
     return module.floats(module.call("hairnet_groom_points", this.handle), 3 * this.pointCount).slice();
   }
 
-  /** strandCount + 1: strand s has points [begin[s], begin[s + 1]). Copied. */
+  /** Strand s has the points from begin[s] to before begin[s + 1]; strandCount + 1 numbers. A copy. */
   get strandBegin(): Uint32Array {
     const { module } = this;
     return module.words(module.call("hairnet_groom_strand_begin", this.handle), this.strandCount + 1).slice();
@@ -70,6 +74,7 @@ export class Groom {
   get body(): Body {
     if (this.#body) return this.#body;
     const { module } = this;
+    // hairnet_body has three addresses (vertices, weights, triangles) and two counts, of 4 bytes each.
     const body = module.struct(20, (at) => module.call("hairnet_groom_body", this.handle, at));
     const [vertices, weights, triangles, vertexCount, triangleCount] = Array.from({ length: 5 }, (_, i) =>
       body.getUint32(4 * i, true),
@@ -83,7 +88,9 @@ export class Groom {
   }
 }
 
-/** Throws `HairnetError` for what is no groom, as JavaScript may pass it. */
+/**
+ * Throws `HairnetError` if the value, which JavaScript may pass, is no groom. `call` names the function in the message.
+ */
 export function checkGroom(groom: unknown, call: string): asserts groom is Groom {
   if (!(groom instanceof Groom)) throw new HairnetError("invalid", `${call}: give a Groom, of Groom.load(bytes)`);
 }

@@ -6,21 +6,24 @@ import type { Skin } from "./skin";
 
 /** One character of a room at one moment. */
 export interface ShownMember {
-  /** its number in the room */
+  /** The member's number in the room. */
   readonly member: number;
-  /** it belongs to this session */
+  /** The character belongs to this client. */
   readonly own: boolean;
-  /** identifies its groom: equal for all members with this groom */
+  /** Identifies the groom: equal for all members with this groom. */
   readonly groomKey: string;
-  /** null: not received yet */
+  /** The hairstyle; null: it has not arrived yet. */
   readonly groom: Groom | null;
-  /** world; null: not received yet */
+  /** The bones, world; null: no pose has arrived yet. */
   readonly pose: Pose | null;
-  /** that its hair follows; null: its hair is at rest */
+  /** The lattice that the hair follows; null: the hair is at rest. */
   readonly lattice: MovedLattice | null;
-  /** the skin to keep its hair out of, the same object for all characters of a groom; absent or null: not known, or none */
+  /**
+   * The skin that hair is kept out of, the same object for all characters of a groom. Absent or null: there is none, or
+   * it is not known yet.
+   */
   readonly skin?: Skin | null;
-  /** how its owner wants it drawn; absent: the default of its number */
+  /** How the owner wants the character drawn; absent: the default of the member's number. */
   readonly appearance?: Appearance;
 }
 
@@ -38,6 +41,6 @@ export interface HairSource {
    * call.
    */
   sample(nowMs: number): readonly ShownMember[];
-  /** Called a few times a second with the importance of members. */
+  /** Gets the importance of members a few times a second. Absent: nobody wants it. */
   reportImportance?(members: readonly MemberImportance[]): void;
 }

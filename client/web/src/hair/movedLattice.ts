@@ -5,46 +5,47 @@ import type { Instance } from "../module/instance";
  * origin + (i dx, j dy, k dz).
  */
 export interface Lattice {
-  /** m */
+  /** The place of node (0, 0, 0), m. */
   readonly origin: ArrayLike<number>;
-  /** m, each above 0 */
+  /** The distance of neighbouring nodes on each axis, m; each is above 0. */
   readonly spacing: ArrayLike<number>;
-  /** nodes an axis, 2 to 64 */
+  /** The count of nodes on each axis, 2 to 64. */
   readonly dims: readonly [number, number, number];
 }
 
-/** What nodes are the sum of: the same object for all characters of a groom. */
+/** The modes whose weighted sum gives the nodes' displacements: one object for all characters of a groom. */
 export interface Basis {
   readonly modeCount: number;
   /**
-   * For each mode, and for more of 0 until there are a multiple of four, the displacements of all nodes for a coefficient
-   * of 1 m: x y z 0, in whole rows of 1024 (client/shaders/mode_nodes.frag).
+   * For each mode, the displacements of all nodes for a coefficient of 1 m: x y z 0, in whole rows of 1024 nodes. Modes
+   * of zeros follow until their count is a multiple of four (client/shaders/mode_nodes.frag).
    */
   texels(): Float32Array<ArrayBuffer>;
 }
 
-/** A lattice at one moment. */
+/** A lattice and how its nodes are displaced now. */
 export interface MovedLattice {
   readonly lattice: Lattice;
-  /** displacements: 3 a node, head space, m. Computed when a caller wants them. */
+  /** The displacements of the nodes, 3 numbers each, head space, m. They are computed when a caller reads them. */
   readonly grid: Float32Array;
-  /** of which `grid` is the sum, of a room's member; absent: of none */
+  /** The modes of which `grid` is the sum, for members of a room; absent: `grid` is no such sum. */
   readonly modes?: MovedModes;
-  /** @internal Where the module has it: then the GPU computes it by itself. Absent: a program's own. */
+  /** @internal Where the module has this lattice, for the GPU to compute its nodes. Absent: it is a program's own. */
   readonly shown?: ShownLattice;
 }
 
 /** @internal */
 export interface ShownLattice {
   readonly module: Instance;
-  /** a hairnet_scene, and the index of one of its characters, at the last `sample` */
+  /** A hairnet_scene, and the index of one of its characters, as of the last `sample`. */
   readonly scene: number;
   readonly index: number;
 }
 
+/** How strongly each mode of a basis takes part. */
 export interface MovedModes {
   readonly basis: Basis;
-  /** m; those that are missing at the end are 0 */
+  /** A coefficient for each mode, m. Those that are missing at the end are 0. */
   readonly coefficients: Float32Array;
 }
 

@@ -21,6 +21,7 @@ export enum Bone {
   upperTrunk = 4,
 }
 
+/** The length of a rotation may differ from 1 by this much. */
 const kUnitTolerance = 1e-3;
 
 /** All bones at one transform: the character at rest, moved as a whole. */
@@ -41,14 +42,14 @@ export function poseError(pose: ArrayLike<number>): string | null {
   return poseFormError(pose) ?? poseNumberError(pose);
 }
 
-/** An error of what is no pose at all. */
+/** The error of a value that is no pose at all: not a list of kPoseNumbers numbers. Null: it is one. */
 export function poseFormError(pose: ArrayLike<number>): string | null {
   if (typeof pose !== "object" || pose === null) return `a pose is ${kPoseNumbers} numbers, as rigidPose() makes them`;
   if (pose.length === kPoseNumbers) return null;
   return `pose has ${pose.length} numbers, not ${kPoseNumbers}; rigidPose() makes one`;
 }
 
-/** An error of the numbers of a pose, which a moment's computation may have brought. */
+/** The error of a pose's numbers, which a program may compute wrongly now and then. Null: they are right. */
 export function poseNumberError(pose: ArrayLike<number>): string | null {
   for (let i = 0; i < kPoseNumbers; ++i) {
     if (!Number.isFinite(pose[i])) return "pose is not finite";
@@ -70,7 +71,10 @@ export function validatePose(pose: ArrayLike<number>): void {
   if (error) throw new HairnetError("invalid", error);
 }
 
-/** Linear in position, shortest-arc slerp in rotation, bone by bone; s beyond [0, 1] goes on. `out` may be a or b. */
+/**
+ * The pose at the share s of the way from a to b, bone by bone: linear in position, slerp along the shorter arc in
+ * rotation. An s below 0 or above 1 continues the motion. Writes to `out`, which may be a or b, and returns it.
+ */
 export function interpolatePose(a: Pose, b: Pose, s: number, out: Pose): Pose {
   for (let at = 0; at < kPoseNumbers; at += kNumbersPerBone) {
     slerp(a, b, at, s, out);
@@ -84,6 +88,7 @@ function slerp(a: Pose, b: Pose, at: number, s: number, out: Pose): void {
   const cosine = Math.abs(dot);
   let ofA = 1 - s;
   let ofB = s;
+  // For equal rotations the sine is 0, and the weights of linear interpolation are right.
   if (cosine < 1 - Number.EPSILON) {
     const angle = Math.acos(cosine);
     const sine = Math.sin(angle);

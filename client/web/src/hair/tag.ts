@@ -5,7 +5,7 @@ const decoder = new TextDecoder("utf-8", { fatal: true, ignoreBOM: true });
 // Unicode's control characters: U+0000 to U+001F and U+007F to U+009F.
 const kControl = /\p{Cc}/u;
 
-/** The bytes of a tag, copied; text as UTF-8. Throws `HairnetError` when it is no tag. */
+/** The bytes of a tag: a copy, or text as UTF-8. Throws `HairnetError` for a value that is no tag. */
 export function tagBytes(tag: Uint8Array | string): Uint8Array {
   if (typeof tag === "string" && /\p{Surrogate}/u.test(tag)) throw error("text with half a character");
   const bytes: unknown = typeof tag === "string" ? new TextEncoder().encode(tag) : tag;

@@ -1,24 +1,25 @@
 import { Instance } from "../module/instance";
 
+/** The sizes of hairnet_file and hairnet_import_options of client/hairnet.h, where addresses have 4 bytes. */
 const kFileBytes = 12;
 const kOptionsBytes = 32;
 
 /** What is known of the files; all else is guessed. Errors and remarks name these as flags of `hairnet-groom import`. */
 export interface ImportOptions {
-  /** the hairstyle's; by default that of the first file, without its extension */
+  /** The name of the hairstyle; by default it is that of the first file, without its extension. */
   readonly name?: string;
-  /** the files' axis upwards: "+x", "-x", "+y", … */
+  /** The axis of the files that points upwards: "+x", "-x", "+y", … */
   readonly up?: string;
-  /** the one out of the face */
+  /** The axis of the files that points out of the face. */
   readonly face?: string;
-  /** which point of a strand is its root */
+  /** Which point of a strand is its root. */
   readonly roots?: "first" | "last";
-  /** metres in a unit of the files */
+  /** How many metres a unit of the files has. */
   readonly unitM?: number;
 }
 
 export interface ImportedHair {
-  /** the bytes of a .groom file */
+  /** The bytes of a .groom file. */
   readonly groom: Uint8Array<ArrayBuffer>;
   /** What was guessed, skipped and counted, a line each; the first says how the hair was taken to lie. */
   readonly remarks: readonly string[];
@@ -33,7 +34,7 @@ export interface ImportWork {
 
 /** Makes a hairstyle of the files of one head. The thread stands still for up to some seconds. */
 export async function importGroom({ module, files, options }: ImportWork): Promise<ImportedHair> {
-  // Of its own: the memory that files and groom take is gone with it.
+  // The import has an instance of its own, so that the memory which files and groom take is freed with the instance.
   const instance = await Instance.of(module);
   const list = new DataView(new ArrayBuffer(kFileBytes * files.length));
   for (const [i, { name, bytes }] of files.entries()) {

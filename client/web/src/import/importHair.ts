@@ -10,7 +10,7 @@ import ImportWorker from "./importWorker?worker&inline";
 export interface HairFile {
   /** Its extension tells the format: "curls.abc". */
   readonly name: string;
-  /** of its bytes */
+  /** The count of its bytes. */
   readonly size?: number;
   arrayBuffer(): Promise<ArrayBuffer>;
 }
@@ -18,6 +18,7 @@ export interface HairFile {
 const importFile = new ModuleFile(() =>
   readFile(new URL("./hairnet_import.wasm", import.meta.url), "or let a bundler that knows new URL() copy it"),
 );
+/** A value of each option's type, for `checkOptions`. */
 const kUnknown = { name: "", up: "", face: "", roots: "first", unitM: 0 } as const;
 
 /**

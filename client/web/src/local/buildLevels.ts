@@ -8,13 +8,13 @@ import { makeLevels } from "./makeLevels";
 
 type Progress = (share: number) => void;
 
-/** One after the other: pictures need the rest of the machine. */
+/** The newest build. Builds run one after the other, because pictures need the rest of the machine. */
 let last: Promise<unknown> = Promise.resolve();
 
 /**
- * Builds what a `LocalRoom` steps for a hairstyle, as `hairnet-groom levels` does: a file to keep, for this very hairstyle
- * and this version of Hairnet. Takes some seconds of a worker, or of this thread where no worker can run. `onProgress`
- * gets numbers from 0 to 1. Rejects with a one-line `HairnetError`.
+ * Builds the levels of a hairstyle, which a `LocalRoom` steps, as `hairnet-groom levels` does. Returns the bytes of a
+ * .levels file, which serves this hairstyle and this version of Hairnet alone. Takes some seconds of a worker, or of
+ * this thread where no worker can run. `onProgress` gets numbers from 0 to 1. Rejects with a one-line `HairnetError`.
  */
 export async function buildLevels(
   hair: Groom | Uint8Array | ArrayBuffer,

@@ -9,12 +9,13 @@ import { kStillAir, type Wind } from "../room/wind";
 import { buildLevels } from "./buildLevels";
 import { startLocalClient } from "./localModule";
 
+// The limits are those of hairnet_world_make (client/hairnet.h); 60 steps a second are right for one head on a screen.
 const kTickRateMinHz = 10;
 const kTickRateMaxHz = 240;
 const kTickRateHz = 60;
 
 export interface LocalRoomOptions {
-  /** steps of hair a second, 10 to 240; 60 by default */
+  /** How often the hair is stepped in a second: 10 to 240, by default 60. */
   readonly tickRateHz?: number;
 }
 
@@ -35,11 +36,15 @@ export interface LocalCharacterOptions extends CharacterOptions {
 export class LocalRoom extends People {
   #state: RoomState = "connected";
   #wind = kStillAir;
+  /** The time of the last `sample`. */
   #sampledMs: number | null = null;
+  /** What the next `sample` tells its listeners. */
   readonly #happened: Happened[] = [];
-  /** hairnet_levels by the groom's key, until the room closes: hair that is put on again moves at once */
+  /**
+   * The handles of hairnet_levels by the groom's key, until the room closes: hair that is put on again moves at once.
+   */
   readonly #levels = new Map<string, number>();
-  /** by the groom's key, how far it is */
+  /** The builds that go on: how far each is, 0 to 1, by the groom's key. */
   readonly #building = new Map<string, number>();
 
   /** Rejects with a one-line `HairnetError` where hairnet_local.wasm cannot start. */
@@ -148,6 +153,7 @@ export class LocalRoom extends People {
     this.tell("wind", { wind, session: this.session });
   }
 
+  /** Reads a .levels file, unless the groom has levels already. */
   #takeLevels(groom: Groom, levels: Uint8Array | ArrayBuffer): void {
     if (this.#levels.has(groom.key)) return;
     const bytes = levels instanceof ArrayBuffer ? new Uint8Array(levels) : levels;
@@ -157,11 +163,13 @@ export class LocalRoom extends People {
     this.#levels.set(groom.key, this.module.makeOf(load, bytes, groom.handle));
   }
 
+  /** Lets the world step the character's hair, if the levels of its groom are known. */
   #giveLevels(own: OwnCharacter): void {
     const levels = this.#levels.get(own.groomKey);
     if (levels) this.module.call("hairnet_world_set_levels", this.handle, own.character, levels);
   }
 
+  /** Builds the levels of a groom, and gives them to all own characters that have the groom by then. */
   async #build(groom: Groom): Promise<void> {
     if (this.#building.has(groom.key)) return;
     this.#building.set(groom.key, 0);

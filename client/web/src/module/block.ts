@@ -1,6 +1,6 @@
 import type { Instance } from "./instance";
 
-/** A part of the module's memory that grows; what was in it is then lost. */
+/** A part of the module's memory that grows when needed; its contents are lost then. */
 export class Block {
   #at = 0;
   #size = 0;
@@ -11,7 +11,7 @@ export class Block {
     return this.#at;
   }
 
-  /** Makes room for that many bytes: 0 where they are new. */
+  /** Makes room for that many bytes, and returns their address. A new block is filled with 0. */
   reserve(byteCount: number): number {
     if (byteCount <= this.#size) return this.#at;
     const size = Math.max(2 * this.#size, byteCount);

@@ -10,12 +10,12 @@ export function startClient(): Promise<Instance> {
   starting ??= hairModule()
     .then((module) => Instance.of(module))
     .then((started) => (instance = started));
-  // Another attempt may succeed, as where a file did not arrive.
+  // After a failure, such as a file that did not arrive, the next call tries again.
   starting.catch(() => (starting = null));
   return starting;
 }
 
-/** The same, where it has started. */
+/** The C++ client of this thread, which must have started. */
 export function client(): Instance {
   if (!instance)
     throw new HairnetError("invalid", "the hair module has not started: await connect() or Groom.load() before");

@@ -6,8 +6,8 @@ type Progress = (share: number) => void;
 type Answer<Result> = { share?: number; result?: Result; code?: ErrorCode; error?: string };
 
 /**
- * Lets a worker of this kind do `work`, by `doInWorker`; where no worker can run, `here` does it on this thread. Rejects
- * with a one-line `HairnetError`.
+ * Sends `work` to a new worker of this kind, which must call `doInWorker`, and returns its result. Where no worker can
+ * run, `here` does the work on this thread. Rejects with a one-line `HairnetError`.
  */
 export async function inWorker<Result>(
   Kind: new () => Worker,
@@ -24,7 +24,7 @@ export async function inWorker<Result>(
         else if (result !== undefined) resolve(result);
         else reject(new HairnetError(code ?? "unsupported", error ?? "the worker has ended"));
       };
-      // A page's policy may forbid it after all.
+      // A page's policy may forbid a worker that could be constructed.
       worker.onerror = () => resolve(here());
       worker.postMessage(work);
     });
@@ -42,7 +42,10 @@ function started(Kind: new () => Worker): Worker | null {
   }
 }
 
-/** In a worker: does what `inWorker` asks for. `bytesOf`: the bytes of a result, which move with it. */
+/**
+ * Call it in a worker: it does what `inWorker` asks for by `run`. `bytesOf`: the bytes of a result, which move to the
+ * page's thread instead of being copied.
+ */
 export function doInWorker<Work, Result>(
   run: (work: Work, onProgress: Progress) => Promise<Result>,
   bytesOf: (result: Result) => Uint8Array<ArrayBuffer>,

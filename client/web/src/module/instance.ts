@@ -1,9 +1,11 @@
 import { start, type ModuleExports } from "../../../wasm/glue.mjs";
 import { HairnetError, type ErrorCode } from "./hairnetError";
 
+/** The room for an error's line; longer ones are cut. */
 const kErrorBytes = 512;
+/** The room for results of `struct`, `make` and others. */
 const kResultBytes = 1024;
-/** `hairnet_error` of client/hairnet.h, from 1. */
+/** The codes of `hairnet_error` of client/hairnet.h, from 1 (HAIRNET_OK is 0). */
 const kCodes: readonly ErrorCode[] = [
   "invalid",
   "malformed",
@@ -21,15 +23,18 @@ const kCodes: readonly ErrorCode[] = [
  */
 export class Instance {
   readonly #exports: ModuleExports;
-  /** for results of functions */
+  /** The address of kResultBytes bytes for results of functions. */
   readonly #results: number;
+  /** The address of kErrorBytes bytes for an error's line. */
   readonly #errorText: number;
+  /** The addresses of texts that `name` has put there. */
   readonly #names = new Map<string, number>();
-  /** what is not used any more leaves the memory */
+  /** Frees handles whose owner is gone; null: the platform cannot tell. */
   readonly #unused =
     typeof FinalizationRegistry === "undefined"
       ? null
       : new FinalizationRegistry<{ free: string; handle: number }>(({ free, handle }) => this.call(free, handle));
+  /** Views of the whole memory, which stay right until it grows. */
   #views: {
     readonly view: DataView;
     readonly words: Uint32Array;
@@ -45,7 +50,7 @@ export class Instance {
 
   private constructor(
     exports: ModuleExports,
-    /** that the module wrote before it ended */
+    /** The lines that the module wrote; after a failed assertion the last one says which. */
     private readonly lines: readonly string[],
   ) {
     this.#exports = exports;
@@ -53,20 +58,22 @@ export class Instance {
     this.#errorText = Number(exports.malloc(kErrorBytes));
   }
 
-  /** Frees what `handle` is, by that function, once nobody refers to `owner` any more. */
+  /** Frees the handle by the function `free` once nothing refers to `owner` any more. */
   freeAfter(owner: object, free: string, handle: number): void {
     this.#unused?.register(owner, { free, handle });
   }
 
+  /** Whether the module has a function of this name: hairnet.wasm has fewer than hairnet_local.wasm. */
   has(name: string): boolean {
     return name in this.#exports;
   }
 
+  /** Calls a function of client/hairnet.h; addresses and handles are numbers. */
   call(name: string, ...values: (number | bigint)[]): number {
     return Number(this.callWide(name, ...values));
   }
 
-  /** The same of a function that returns a 64-bit number. */
+  /** Calls a function that returns a 64-bit number. */
   callWide(name: string, ...values: (number | bigint)[]): bigint {
     try {
       return this.#exports[name](...values) as bigint;
@@ -76,8 +83,8 @@ export class Instance {
   }
 
   /**
-   * Calls a function whose last arguments are `error` and its size. Throws that line as a `HairnetError`, behind `prefix`,
-   * where it does not return HAIRNET_OK.
+   * Calls a function whose last arguments are `error` and its size. Unless it returns HAIRNET_OK, throws a
+   * `HairnetError` of `prefix` and the line in `error`.
    */
   check(prefix: string, name: string, ...values: (number | bigint)[]): void {
     const error = this.call(name, ...values, this.#errorText, kErrorBytes);
@@ -98,26 +105,27 @@ export class Instance {
     if (error !== 0) throw new HairnetError(kCodes[error - 1], this.text(this.call("hairnet_error_text", error)));
   }
 
-  /** The same of one that says in a line what is wrong; throws it behind `prefix`. */
+  /** Calls as `check` does, with a pointer to what the function makes before `error`, and returns what it made. */
   made(prefix: string, name: string, ...values: (number | bigint)[]): number {
     this.check(prefix, name, ...values, this.#results);
     return this.u32(this.#results);
   }
 
-  /** The same of one that reads a file's bytes. `values`: its arguments before those. */
+  /** Calls as `made` does a function that reads a file. `values`: its arguments before the file's address and size. */
   makeOf(name: string, file: Uint8Array, ...values: (number | bigint)[]): number {
     return this.with(file, (at) => this.made("", name, ...values, at, file.length));
   }
 
-  /** What a function writes that takes a buffer of floats, and the place of their number. */
+  /** The floats that a function writes, whose last arguments are a buffer, or 0, and the address of their count. */
   allFloats(name: string, ...values: (number | bigint)[]): Float32Array<ArrayBuffer> {
     return new Float32Array(this.#all(name, 4, values).buffer);
   }
-  /** The same of bytes. */
+  /** The bytes that such a function writes. */
   allBytes(name: string, ...values: (number | bigint)[]): Uint8Array<ArrayBuffer> {
     return this.#all(name, 1, values);
   }
   #all(name: string, size: number, values: readonly (number | bigint)[]): Uint8Array<ArrayBuffer> {
+    // The first call, without a buffer, tells the count.
     this.view().setUint32(this.#results, 0, true);
     this.call(name, ...values, 0, this.#results);
     const count = this.u32(this.#results);
@@ -129,20 +137,23 @@ export class Instance {
     return all;
   }
 
-  /** The bytes that a function tells by two pointers at its end; null: it has none. Copied. */
+  /** A copy of bytes whose address and size a function writes to its last two arguments; null: it has none. */
   bytes(name: string, ...values: (number | bigint)[]): Uint8Array | null {
     const error = this.call(name, ...values, this.#results, this.#results + 4);
     if (error !== 0) return null;
     return this.copy(this.u32(this.#results), this.u32(this.#results + 4));
   }
 
-  /** A view of what `call` writes to the place that it is given, of at most 1024 bytes; good until the next call. */
+  /**
+   * Gives `call` the address of `byteCount` bytes, at most kResultBytes, and returns a view of what it has written
+   * there. The view is good until the next call.
+   */
   struct(byteCount: number, call: (at: number) => void): DataView {
     call(this.#results);
     return new DataView(this.#exports.memory.buffer, this.#results, byteCount);
   }
 
-  /** Calls with the place of these bytes in the memory, which is freed afterwards. */
+  /** Copies bytes into the memory, calls with their address, and frees them. */
   with<T>(bytes: Uint8Array, call: (at: number) => T): T {
     const at = this.put(bytes);
     try {
@@ -152,7 +163,7 @@ export class Instance {
     }
   }
 
-  /** To be freed by `call("free", …)`. */
+  /** Copies bytes into new memory, which the caller frees by `call("free", …)`, and returns its address. */
   put(bytes: Uint8Array): number {
     const at = this.allocate(bytes.length);
     this.write(at, bytes);
@@ -163,7 +174,7 @@ export class Instance {
     new Uint8Array(this.#exports.memory.buffer).set(bytes, at);
   }
 
-  /** A text with its final 0, kept for ever: for a few names. */
+  /** The address of a text with its final 0. It is never freed, and equal texts share it: for a few names. */
   name(text: string): number {
     const at = this.#names.get(text) ?? this.put(new TextEncoder().encode(`${text}\0`));
     this.#names.set(text, at);
@@ -184,7 +195,10 @@ export class Instance {
     return this.#memory().view;
   }
 
-  /** The whole memory as numbers of each kind, which need no view of their own: by place / 4, and doubles by place / 8. */
+  /**
+   * The whole memory as numbers of one kind, indexed by address / 4, or address / 8 for doubles. These need no new view
+   * for each use. They are good until the next call.
+   */
   wordMemory(): Uint32Array {
     return this.#memory().words;
   }
@@ -197,7 +211,7 @@ export class Instance {
 
   #memory() {
     const { buffer } = this.#exports.memory;
-    // It is another one after the memory has grown.
+    // The buffer is another object after the memory has grown.
     if (this.#views?.view.buffer !== buffer)
       this.#views = {
         view: new DataView(buffer),
@@ -212,7 +226,7 @@ export class Instance {
     return new Uint8Array(this.#exports.memory.buffer).slice(at, at + byteCount);
   }
 
-  /** Until the next call. */
+  /** A view of floats at an address, good until the next call. */
   floats(at: number, count: number): Float32Array {
     return new Float32Array(this.#exports.memory.buffer, at, count);
   }
@@ -223,7 +237,7 @@ export class Instance {
     return new Float64Array(this.#exports.memory.buffer, at, count);
   }
 
-  /** Of bytes up to a 0. */
+  /** The text at an address, up to a byte of 0; "" at the address 0. */
   text(at: number): string {
     if (at === 0) return "";
     const bytes = new Uint8Array(this.#exports.memory.buffer);

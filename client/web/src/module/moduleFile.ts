@@ -8,11 +8,12 @@ export class ModuleFile {
 
   constructor(private readonly read: () => Bytes | Promise<Bytes>) {}
 
+  /** Somebody has asked for the module. */
   get isWanted(): boolean {
     return this.#compiled !== null;
   }
 
-  /** Rejects with a one-line `HairnetError`; then it may be tried again. */
+  /** Reads and compiles the file, once. After a failure, a one-line `HairnetError`, the next call tries again. */
   compiled(): Promise<WebAssembly.Module> {
     this.#compiled ??= this.#compile().catch((error: unknown) => {
       this.#compiled = null;
@@ -27,7 +28,7 @@ export class ModuleFile {
     try {
       return await WebAssembly.compile(bytes);
     } catch (error) {
-      // A strict policy forbids it.
+      // The page's Content-Security-Policy may forbid WebAssembly.
       throw new HairnetError(
         "unsupported",
         `WebAssembly is not allowed here; a page's policy needs script-src 'wasm-unsafe-eval' (${String(error)})`,
@@ -54,7 +55,7 @@ export function hairModule(): Promise<WebAssembly.Module> {
 export async function readFile(url: URL, cure: string): Promise<Bytes> {
   try {
     const bytes = url.protocol === "file:" ? await readLocal(url) : await download(url);
-    // A web server may answer with a page of its own.
+    // A web server may answer with a page of its own. The first four bytes of WebAssembly are 0, "a", "s", "m".
     if (String(bytes.subarray(0, 4)) !== "0,97,115,109") throw new Error("this is no WebAssembly");
     return bytes;
   } catch (thrown) {

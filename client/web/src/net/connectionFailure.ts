@@ -1,6 +1,7 @@
 import type { ErrorCode } from "../module/hairnetError";
 import { hostAndPort } from "./url";
 
+/** A server that does not answer within this time counts as none. */
 const kProbeMs = 2000;
 
 /** Why a WebSocket could not be opened, in one line with the cure. */
@@ -29,6 +30,7 @@ export async function explainFailure(url: string): Promise<ConnectionFailure> {
   return { code: "origin_refused", detail };
 }
 
+/** Whether anything answers at this address, whatever it says: without CORS the page cannot read it. */
 async function answers(url: string): Promise<boolean> {
   try {
     const signal = AbortSignal.timeout(kProbeMs);

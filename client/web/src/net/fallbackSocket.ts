@@ -2,23 +2,27 @@ import { HairnetError, messageOf } from "../module/hairnetError";
 import type { Transport, WebSocketLike } from "./socket";
 import { readWebTransportPage, webTransportPageUrl, WebTransportSocket } from "./webTransportSocket";
 
-// Networks that drop UDP say nothing: after this time the WebSocket is tried.
+// Networks that drop UDP do so silently: after this time without a session a WebSocket is tried.
 const kWebTransportMs = 3000;
-// So long after such an attempt, WebTransport is not tried again.
+// After an attempt that opened no session, WebTransport is not tried again for this time.
 const kBlockedMs = 60_000;
 
 /** "auto": WebTransport where browser, server and network have it, else a WebSocket. */
 export type TransportChoice = "auto" | "webtransport" | "websocket";
 
-/** What one attempt learns for the next ones. */
+/** What one attempt learns for the next ones; the caller keeps it from socket to socket. */
 export interface TransportMemory {
-  /** Until then WebTransport is not tried: the server offered it, but no session opened. */
+  /** WebTransport is not tried before this time, ns, because the server offered it and no session opened. */
   blockedUntilNs: number;
-  /** why WebTransport was not available, in one line */
+  /** Why the last attempt that failed had no WebTransport, in one line; null: no attempt has failed. */
   reason: string | null;
 }
 
-/** A socket that is a WebTransport session, or a WebSocket where that is not available in time. */
+/**
+ * A socket that is a WebTransport session, or a WebSocket where no session opens in time. Where a server offers
+ * WebTransport and no session opened, it tries again every kBlockedMs, and tells `onbetter` of a session that opens.
+ * The members are those of `WebSocketLike` (socket.ts).
+ */
 export class FallbackSocket implements WebSocketLike {
   binaryType = "arraybuffer";
   onopen: ((event: never) => unknown) | null = null;
@@ -26,12 +30,14 @@ export class FallbackSocket implements WebSocketLike {
   onerror: ((event: never) => unknown) | null = null;
   onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null = null;
   onbetter: ((socket: WebSocketLike) => unknown) | null = null;
+  /** Aborted by `close`; it ends attempts that are still going on. */
   readonly #closing = new AbortController();
+  /** The socket in use; null: none has been chosen yet. */
   #socket: WebSocketLike | null = null;
   #fallbackReason: string | null = null;
   #retryTimer: ReturnType<typeof setTimeout> | undefined;
 
-  /** `makeWebSocket`: null: never. `nowNs`: a monotonic clock. */
+  /** `makeWebSocket` null: no WebSocket, so a failure of WebTransport ends this socket. `nowNs`: a monotonic clock. */
   constructor(
     private readonly url: string,
     private readonly makeWebSocket: ((url: string) => WebSocketLike) | null,
@@ -87,6 +93,7 @@ export class FallbackSocket implements WebSocketLike {
     }
   }
 
+  /** Tries WebTransport again once it is not blocked any more. */
   #tryLater(): void {
     this.#retryTimer = setTimeout(() => void this.#tryAgain(), (this.memory.blockedUntilNs - this.nowNs()) / 1e6);
   }
@@ -99,7 +106,7 @@ export class FallbackSocket implements WebSocketLike {
     if (socket) this.onbetter?.(socket);
   }
 
-  /** Within `kWebTransportMs`. */
+  /** Opens a session within `kWebTransportMs`, or rejects with the reason. */
   async #openWebTransport(): Promise<WebTransportSocket> {
     const attempt = new AbortController();
     const stop = () => attempt.abort();
@@ -128,6 +135,8 @@ export class FallbackSocket implements WebSocketLike {
     try {
       return await WebTransportSocket.open(this.url, page, signal);
     } catch (error) {
+      // The server offers WebTransport and no session opened. Without a pause each reconnection would wait for it
+      // again.
       if (!this.#isClosed) this.#block();
       throw error;
     }

@@ -7,10 +7,12 @@ import { kClientDefaults, type LinkOptions, Role } from "./linkOptions";
 import type { Transport, WebSocketLike } from "./socket";
 import { urlAt, webSocketUrl } from "./url";
 
-// Bytes that may wait in the socket before no more packets are taken: poses wait in the queue, which can drop old ones.
+// With more bytes than this waiting in the socket no more packets are taken from the room. Poses then wait in the
+// room's queue, which can drop old ones.
 const kBufferedBytesMax = 64 << 10;
+// While the socket is full, the link looks this often whether it has room again: sockets have no event for it.
 const kBufferedWaitMs = 10;
-// Timers' own limit is 2^31 ms.
+// A longer wait is cut into turns of an hour. Browsers' timers can wait for at most 2^31 ms.
 const kTimerMsMax = 3_600_000;
 
 /** `hairnet_room_state` of client/hairnet.h. */
@@ -47,6 +49,7 @@ export interface LinkEvent {
   readonly waitS: number;
   readonly text: string;
 }
+// The sizes of hairnet_event and hairnet_options of client/hairnet.h in WebAssembly, where pointers have 4 bytes.
 const kEventBytes = 48;
 const kOptionsBytes = 72;
 
@@ -55,26 +58,35 @@ const kOptionsBytes = 72;
  * a lost connection, and has events, which the caller takes. Nothing here throws but `HairnetError`, for arguments.
  */
 export class Link {
-  /** hairnet_room, as long as anything refers to this link */
+  /** The handle of the hairnet_room. It is freed when nothing refers to this link any more. */
   readonly room: number;
   readonly #module: Instance;
   readonly #url: string;
   readonly #makeSocket: (url: string) => WebSocketLike;
+  /** The sockets are the platform's own, and not the caller's: then a request can tell why one failed. */
   readonly #isPlatforms: boolean;
   readonly #mayReconnect: boolean;
   readonly #memory: TransportMemory = { blockedUntilNs: -Infinity, reason: null };
   readonly #now: () => number;
   readonly #events: LinkEvent[] = [];
-  /** room for packets that arrive */
+  /** A buffer in the module's memory for packets that arrive: its address and size. */
   #packet = { at: 0, byteCount: 0 };
   #socket: WebSocketLike | null = null;
+  /** The socket has opened. */
   #isOpen = false;
+  /** Calls `turn` at the room's next deadline. */
   #timer: ReturnType<typeof setTimeout> | null = null;
+  /** `soon` has asked for a turn that has not begun. */
   #turnIsDue = false;
+  /** The promise of `connect`; null: it is settled, or `connect` was not called. */
   #answer: { resolve: () => void; reject: (error: Error) => void } | null = null;
+  /** The code of the error with which `connect` rejects, unless the server refuses. */
   #failure: ErrorCode = "unreachable";
 
-  /** The client must have started. `errorM`: of hair, wanted where a head fills the screen. */
+  /**
+   * The client must have started (`startClient`). `errorM`: the error of hair that is wanted where a head fills the
+   * screen, m.
+   */
   constructor(server: string, options: LinkOptions, errorM: number) {
     const { makeSocket, nowNs, transport = "auto" } = options;
     this.#module = client();
@@ -92,7 +104,9 @@ export class Link {
     return this.#now();
   }
 
-  /** Once only. Rejects with `HairnetError` when the first attempt fails; what happens later comes as events. */
+  /**
+   * Joins; call it once. Rejects with `HairnetError` when the first attempt fails; what happens later comes as events.
+   */
   connect(): Promise<void> {
     return new Promise((resolve, reject) => {
       this.#answer = { resolve, reject };
@@ -100,7 +114,7 @@ export class Link {
     });
   }
 
-  /** What happened up to the room's last advance. */
+  /** Returns the events up to the last `hairnet_advance` of the room, in order, and forgets them. */
   takeEvents(): LinkEvent[] {
     const module = this.#module;
     for (;;) {
@@ -123,7 +137,7 @@ export class Link {
     }
   }
 
-  /** Takes a turn within a moment: call it after whatever there is to send. */
+  /** Takes one turn after the current task, however often a task calls it. Call it when there is something to send. */
   soon(): void {
     if (this.#turnIsDue) return;
     this.#turnIsDue = true;
@@ -143,7 +157,10 @@ export class Link {
     return this.#isOpen ? (this.#socket?.fallbackReason ?? null) : null;
   }
 
-  /** Sends and does what is due. */
+  /**
+   * Does what the room wants now ("bytes in and out" of client/hairnet.h): lets it work, sends its packets, closes or
+   * opens its connection. It also sets the timer for the next turn.
+   */
   turn(): void {
     this.#call("hairnet_poll");
     this.#send();
@@ -167,6 +184,7 @@ export class Link {
       ...kClientDefaults,
       ...Object.fromEntries(Object.entries(options).filter(([, value]) => value !== undefined)),
     };
+    // The places are those of the fields of hairnet_options; fields that are left out are 0.
     const bytes = new DataView(new ArrayBuffer(kOptionsBytes));
     bytes.setUint32(0, kOptionsBytes, true);
     bytes.setUint32(8, module.name(room), true);
@@ -203,6 +221,7 @@ export class Link {
     }
   }
 
+  /** Closes the connection because the room wants it closed. */
   #drop(): void {
     const socket = this.#socket;
     this.#forget();
@@ -216,6 +235,7 @@ export class Link {
     const to = module.struct(6, (at) => (wanted = module.call("hairnet_wants_connection", this.room, at, at + 4)));
     if (!wanted) return;
     const [host, port] = [module.text(to.getUint32(0, true)), to.getUint16(4, true)];
+    // A room that is on another server of a fleet names it. Otherwise the connection goes to the server of the options.
     const isElsewhere = host !== "";
     this.#call("hairnet_on_opening");
     let url = isElsewhere ? `${host}, port ${port}` : this.#url;
@@ -237,7 +257,7 @@ export class Link {
     this.turn();
   }
 
-  /** Goes on over a socket that is open, if the session can. */
+  /** Continues the session over another socket, which is open. If the room cannot do so, it closes that socket. */
   #moveTo(socket: WebSocketLike, url: string): void {
     if (!this.#call("hairnet_replace_connection", this.#module.name("WebTransport is available now")))
       return socket.close();
@@ -271,6 +291,7 @@ export class Link {
     };
   }
 
+  /** Gives a packet that has arrived to the room. */
   #take(packet: Uint8Array): void {
     if (packet.length > this.#packet.byteCount) {
       this.#module.call("free", this.#packet.at);
@@ -280,7 +301,7 @@ export class Link {
     this.#call("hairnet_on_packet", this.#packet.at, packet.length);
   }
 
-  /** Ends the attempt when the reason for its failure is known. */
+  /** Finds out by a request why the first attempt failed, and then ends the attempt with that reason. */
   #explain(socket: WebSocketLike): void {
     void explainFailure(this.#url).then(({ code, detail }) => {
       if (this.#socket !== socket) return;
@@ -290,7 +311,7 @@ export class Link {
     });
   }
 
-  /** The connection is over, by the server or the line. */
+  /** The server or the network has ended the connection, or it cannot be used any more. */
   #end(detail: string): void {
     const socket = this.#socket;
     if (!socket) return;
@@ -303,6 +324,7 @@ export class Link {
     this.#module.with(new TextEncoder().encode(`${detail}\0`), (error) => this.#call("hairnet_on_closed", error));
   }
 
+  /** Listens to the socket no more. */
   #forget(): void {
     const socket = this.#socket;
     if (socket) socket.onopen = socket.onmessage = socket.onclose = socket.onbetter = null;
@@ -310,6 +332,7 @@ export class Link {
     this.#isOpen = false;
   }
 
+  /** Settles the promise of `connect` once the room is connected, or closed for good. */
   #tellAnswer(): void {
     const answer = this.#answer;
     if (!answer) return;
@@ -330,13 +353,13 @@ export class Link {
     const deadlineMs = Number(this.#module.callWide("hairnet_next_deadline", this.room) - this.#time()) / 1e6;
     const isFull = this.#socket !== null && this.#isOpen && this.#socket.bufferedAmount >= kBufferedBytesMax;
     const waitMs = isFull ? Math.min(kBufferedWaitMs, deadlineMs) : deadlineMs;
-    // It waits for ever: it has ended.
+    // hairnet_next_deadline returns INT64_MAX ns, which is 9.2e12 ms, for a room that has ended.
     if (waitMs > 1e12) return;
     this.#timer = setTimeout(() => this.turn(), Math.ceil(Math.min(Math.max(waitMs, 0), kTimerMsMax)));
   }
 }
 
-/** That the logs of all its servers name, and that waits between attempts depend on. */
+/** A random trace, never 0: the logs of all servers name it, and the waits between attempts depend on it. */
 function drawTrace(): bigint {
   const word = (): bigint => BigInt(Math.floor(Math.random() * 2 ** 32));
   return word() * 0x1_0000_0000n + word() || 1n;

@@ -3,31 +3,33 @@ import { HairnetError } from "../module/hairnetError";
 import type { TransportChoice } from "./fallbackSocket";
 import type { WebSocketLike } from "./socket";
 
+/** What a client may do in a room. */
 export enum Role {
   participant,
-  /** has no characters of its own */
+  /** Has no characters of its own, and only watches. */
   observer,
 }
 
+/** How a client connects. `kClientDefaults` has the default values. */
 export interface LinkOptions {
-  /** for the server's log */
+  /** The program's name, for the server's log. */
   readonly clientName?: string;
-  /** up to 64 letters, digits and . _ -; empty: the room "lobby" */
+  /** The room's name: up to 64 letters, digits and . _ -; empty: the room "lobby". */
   readonly room?: string;
-  /** empty: none */
+  /** What lets this client into a guarded server (`hairnet-token make`); empty: none. */
   readonly token?: string;
   readonly role?: Role;
-  /** from the attempt to the welcome */
+  /** The time for an attempt, from its start to the server's welcome. */
   readonly connectTimeoutS?: number;
-  /** once welcomed; a first attempt that fails is the last */
+  /** Whether the room reconnects after it was welcomed once. A first attempt that fails is always the last. */
   readonly reconnect?: boolean;
-  /** of trying to reconnect; 0: never */
+  /** The room closes after reconnecting has failed for this time; 0: it never gives up. */
   readonly giveUpAfterS?: number;
-  /** "auto" by default: WebTransport where browser, server and network have it, else a WebSocket */
+  /** How packets travel; "auto" by default: see `TransportChoice`. */
   readonly transport?: TransportChoice;
-  /** makes sockets; by default the platform's WebTransport, or its WebSocket with the subprotocol "hairnet" */
+  /** Makes a socket. By default it is the platform's WebTransport, or its WebSocket with the subprotocol "hairnet". */
   readonly makeSocket?: (url: string) => WebSocketLike;
-  /** this client's monotonic clock, ns; by default performance.now() */
+  /** Returns the time of a monotonic clock, ns; by default that of performance.now(). */
   readonly nowNs?: () => number;
 }
 
@@ -41,6 +43,7 @@ export const kClientDefaults = {
   reconnect: true,
   giveUpAfterS: 0,
 };
+/** A function, for `checkLinkOptions`, which compares types only. */
 const kNoFunction = (): never => {
   throw new Error("it stands for any function");
 };

@@ -4,8 +4,10 @@ const kPrefixBytes = 4;
 
 /** Cuts a byte stream into size-prefixed packets (u32, little endian, not counting itself). No I/O. */
 export class PacketSplitter {
+  /** The first `#filled` bytes are no whole packet yet. The buffer starts small and grows when needed. */
   #buffer = new Uint8Array(1 << 12);
   #filled = 0;
+  /** A size was out of bounds, so nothing after it can be understood. */
   #isDead = false;
 
   /**
@@ -31,6 +33,7 @@ export class PacketSplitter {
     return true;
   }
 
+  /** No part of a packet has come after the last whole one. */
   get isBetweenPackets(): boolean {
     return this.#filled === 0;
   }

@@ -11,12 +11,21 @@ export interface WebSocketLike {
   onclose: ((event: { readonly code: number; readonly reason: string }) => unknown) | null;
   send(bytes: Uint8Array): void;
   close(): void;
-  /** absent: a WebSocket */
+  /** How this socket's packets travel; absent: it is a WebSocket. */
   readonly transport?: Transport;
-  /** why it is not WebTransport, which was tried before, in one line; null or absent: it is, or that was not tried */
+  /**
+   * Why the socket is not a WebTransport session, which was tried before, in one line. Null or absent: it is a session,
+   * or none was tried.
+   */
   readonly fallbackReason?: string | null;
-  /** Sends a packet that may get lost or overtake others. False: it was not taken; absent: there are no datagrams. */
+  /**
+   * Sends a packet as a datagram, which may get lost or overtake others. Returns false if the packet must go over
+   * `send`. Absent: there are no datagrams.
+   */
   sendDatagram?(bytes: Uint8Array): boolean;
-  /** Told of an open socket that is better than this open one; who is told uses or closes it. Absent: there never is. */
+  /**
+   * Called with another open socket that is better than this one. The listener uses or closes it. Absent: this socket
+   * never looks for a better one.
+   */
   onbetter?: ((socket: WebSocketLike) => unknown) | null;
 }

@@ -1,6 +1,9 @@
 import { HairnetError } from "../module/hairnetError";
 
-/** The WebSocket address of a server: of "host:port", of a page's http(s) address, or of ws(s) itself; path /ws. */
+/**
+ * The WebSocket address of a server. `server` is "host:port", a page's http(s) address, or a ws(s) address. The path is
+ * /ws unless a ws(s) address has another one.
+ */
 export function webSocketUrl(server: string): string {
   let url: URL;
   try {
@@ -16,13 +19,13 @@ export function webSocketUrl(server: string): string {
   return `${scheme}//${url.host}${path}`;
 }
 
-/** The same address of another server. Throws `TypeError` for a host that is none. */
+/** The address `home` at another host and port. Throws `TypeError` for a text that is no host. */
 export function urlAt(home: string, host: string, port: number): string {
   const { protocol, pathname } = new URL(home);
   return new URL(`${protocol}//${host.includes(":") ? `[${host}]` : host}:${port}${pathname}`).href;
 }
 
-/** As people name a server. The port is named too where it is the scheme's own. */
+/** The host and port of an address, as people name a server: with the port also where it is the scheme's own. */
 export function hostAndPort(url: string): string {
   const { hostname, port, protocol } = new URL(url);
   return `${hostname}:${port || (protocol === "wss:" || protocol === "https:" ? 443 : 80)}`;

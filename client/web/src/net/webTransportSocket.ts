@@ -3,9 +3,10 @@ import { HairnetError } from "../module/hairnetError";
 import type { WebSocketLike } from "./socket";
 import { PacketSplitter } from "./packetSplitter";
 
-// A tick brings one datagram for every few people, all at once.
+// The browser keeps at most this many datagrams until they are read. A tick brings one for every few people, all at
+// once, and the browsers' own limit would lose some of them.
 const kIncomingDatagramsMax = 1024;
-// More poses than that are outdated before they leave.
+// With this many datagrams waiting to be sent, further ones are dropped: they hold poses, and later poses replace them.
 const kOutgoingDatagramsMax = 16;
 /** A SHA-256 has this length. */
 const kHashBytes = 32;
@@ -30,13 +31,13 @@ function outgoingDatagrams(session: WebTransport): WritableStream<Uint8Array> {
   return datagrams.createWritable?.() ?? datagrams.writable;
 }
 
-/** The address of that page, of a server's WebSocket address. */
+/** The address of a server's /wt.json, by its WebSocket address. */
 export function webTransportPageUrl(webSocketUrl: string): string {
   const { protocol, host } = new URL(webSocketUrl);
   return `${protocol === "wss:" ? "https" : "http"}://${host}/wt.json`;
 }
 
-/** Throws `HairnetError` for a text that is none. Null: the server has no WebTransport. */
+/** Reads the text of /wt.json. Null: the server has no WebTransport. Throws `HairnetError` for a damaged text. */
 export function readWebTransportPage(text: string): WebTransportPage | null {
   try {
     const { port, path, hashes } = JSON.parse(text);
@@ -72,10 +73,13 @@ export class WebTransportSocket implements WebSocketLike {
   onmessage: ((event: { readonly data: unknown }) => unknown) | null = null;
   onerror: ((event: never) => unknown) | null = null;
   #onclose: CloseListener | null = null;
-  /** null: the session goes on */
+  /** Why the session has ended; null: it goes on. */
   #endReason: string | null = null;
+  /** The bytes that `send` has given to the stream and that have not left yet. */
   #bufferedAmount = 0;
+  /** How many datagrams have not left yet; see kOutgoingDatagramsMax. */
   #datagramsWaiting = 0;
+  /** This side has closed it, by `close`. */
   #isClosed = false;
   readonly #session: WebTransport;
   readonly #stream: WritableStreamDefaultWriter<Uint8Array>;
@@ -125,7 +129,7 @@ export class WebTransportSocket implements WebSocketLike {
     return this.#bufferedAmount;
   }
 
-  /** Is told of an end that came before, too. */
+  /** The listener hears also of an end that came before it was set. */
   set onclose(tell: CloseListener | null) {
     this.#onclose = tell;
     const reason = this.#endReason;
@@ -152,7 +156,7 @@ export class WebTransportSocket implements WebSocketLike {
     return true;
   }
 
-  /** What was sent before still arrives, unless that takes too long. */
+  /** Ends the session after what was sent before has left, or after kGoodbyeMs. */
   close(): void {
     if (this.#isClosed) return;
     this.#isClosed = true;
@@ -160,7 +164,7 @@ export class WebTransportSocket implements WebSocketLike {
       try {
         this.#session.close();
       } catch {
-        // it was closed by the other end
+        // The server has closed the session already.
       }
     };
     const timer = setTimeout(end, kGoodbyeMs);
@@ -171,6 +175,7 @@ export class WebTransportSocket implements WebSocketLike {
     this.#stream.close().then(endNow, endNow);
   }
 
+  /** Reads the stream of packets in order; its end is the end of the session. */
   async #readChannel(readable: ReadableStream<Uint8Array>): Promise<void> {
     try {
       await this.#readPackets(readable);
@@ -180,12 +185,13 @@ export class WebTransportSocket implements WebSocketLike {
     }
   }
 
+  /** Reads the streams that the server opens, one for each download, all at the same time. */
   async #readDownloads(streams: ReadableStream<ReadableStream<Uint8Array>>): Promise<void> {
     const reader = streams.getReader();
     try {
       for (let next = await reader.read(); !next.done; next = await reader.read()) void this.#readDownload(next.value);
     } catch {
-      // the session's end is told by `closed`
+      // The session has ended, which `closed` tells.
     }
   }
 
@@ -193,11 +199,11 @@ export class WebTransportSocket implements WebSocketLike {
     try {
       if (!(await this.#readPackets(readable))) this.#fail("the server ended a download within a packet");
     } catch {
-      // the server has given the download up, and says so on the channel
+      // The server has given up the download, and says so on the stream of packets in order.
     }
   }
 
-  /** Until the stream ends. False: it ended within a packet. */
+  /** Passes on the packets of a stream until it ends. Returns false if it ended within a packet. */
   async #readPackets(readable: ReadableStream<Uint8Array>): Promise<boolean> {
     const splitter = new PacketSplitter();
     const reader = readable.getReader();
@@ -217,15 +223,17 @@ export class WebTransportSocket implements WebSocketLike {
         this.onmessage?.({ data: read.value.slice().buffer });
       }
     } catch {
-      // the session's end is told by `closed`
+      // The session has ended, which `closed` tells.
     }
   }
 
+  /** The server has broken the protocol: ends the session. */
   #fail(reason: string): void {
     this.#end(reason);
     this.close();
   }
 
+  /** Tells the listener once that the session has ended. 1006 is browsers' code of a connection that broke. */
   #end(reason: string): void {
     if (this.#endReason !== null) return;
     this.#endReason = reason;

@@ -1,6 +1,6 @@
 import { checkOptions } from "../hair/checkOptions";
 
-/** Factors on what the groom was made with, 0.01 to 100 each, and gel, 0 to 10 000 per square second. */
+/** Factors, 0.01 to 100 each, on the material of the groom; and gel, 0 (none) to 10 000 per square second. */
 export interface MaterialScale {
   readonly stiffness: number;
   readonly damping: number;
@@ -34,7 +34,7 @@ export function materialOf(scale: Partial<MaterialScale>): MaterialScale {
   return { ...normal, ...scale };
 }
 
-/** A hairnet_material. */
+/** The bytes of a hairnet_material (client/hairnet.h). */
 export function materialBytes({
   stiffness,
   damping,

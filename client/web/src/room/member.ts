@@ -9,31 +9,33 @@ import { ModuleLattice, type Scene, type Shown } from "./shown";
 
 /** One character of a room, as it was at the last `sample`. */
 export class Member {
-  /** its number in the room */
+  /** The member's number in the room. */
   readonly member: number;
-  /** this client's own number for it; 0: another client's character */
+  /** For an own character, this client's number of it (`OwnCharacter.character`); 0: another client's character. */
   readonly character: number;
+  /** Identifies the groom: equal for all members with this groom. */
   readonly groomKey: string;
-  /** the owner's own number for it: with `session` it says the same character to all clients */
+  /** The owner's number of the character. With `session` it means the same character to all clients. */
   readonly ownerCharacter: number;
-  /** null: not received yet */
+  /** The hairstyle; null: it has not arrived yet. */
   groom: Groom | null = null;
-  /** the skin to keep its hair out of; null: not received yet */
+  /** The skin that hair is kept out of; null: it has not arrived yet. */
   skin: Skin | null = null;
-  /** why its groom cannot be shown; empty: it can, or has not arrived yet */
+  /** Why the groom cannot be shown, in one line; empty: it can be shown, or has not arrived yet. */
   error = "";
-  /** null: nothing is known of where it is */
+  /** The bones in the world; null: no pose is known. The array is reused by the next `sample`. */
   pose: Pose | null = null;
-  /** null: its hair is at rest */
+  /** What moves the hair; null: the hair is at rest. */
   lattice: MovedLattice | null = null;
-  /** at which its hair is simulated */
+  /** The level at which the hair is simulated. */
   level = LevelIndex.rigid;
-  /** from sampling its poses to showing them here, s; 0 without a frame */
+  /** The time from the sampling of the poses at the owner to their showing here, s; 0 without a frame. */
   delayS = 0;
   /** Any bytes, at most 256, that the owner's application gave it. */
   tag: Uint8Array = new Uint8Array();
   /** As the owner wants it drawn; the default of its number if the owner does not say. */
   appearance: Appearance;
+  /** What the module shows; this member is its character of the number `#index`. */
   readonly #scene: Scene;
   #sessionLow = 0;
   #sessionHigh = 0;
@@ -66,8 +68,8 @@ export class Member {
   }
 
   /**
-   * The points of its hair now, in world space: 3 numbers for each point of its groom. `out`: to write to, of that length.
-   * Null: it has no groom or no pose yet.
+   * The points of the hair now, in world space: 3 numbers for each point of the groom. `out`: an array of that length
+   * to write to. Returns null while the groom or the pose is missing.
    */
   points(out?: Float32Array): Float32Array | null {
     if (!this.groom || !this.pose) return null;

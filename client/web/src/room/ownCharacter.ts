@@ -10,26 +10,30 @@ import type { Member } from "./member";
 
 /** How an own character is added. */
 export interface CharacterOptions {
-  /** the finest level that it may have; high */
+  /** The finest level that the character may have; by default high. */
   readonly level?: LevelIndex;
-  /** any bytes, at most 256; text as UTF-8. By convention the person's name */
+  /** Any bytes, at most 256; text becomes UTF-8. By convention it is the person's name. */
   readonly tag?: Uint8Array | string;
-  /** how everyone draws it; a `hairRoot` alone colours the whole hair. None: everyone chooses the same by its number */
+  /**
+   * How everyone draws the character; a `hairRoot` alone colours the whole hair. Without it everyone chooses the same
+   * default, by the member's number.
+   */
   readonly appearance?: Partial<Appearance>;
 }
 
 /** The room or world of the module that a character belongs to. */
 export interface CharacterHost {
   readonly module: Instance;
+  /** A hairnet_room or a hairnet_world of the module. */
   readonly handle: number;
-  /** that keeps what `handle` is */
+  /** The object that keeps the handle alive (`Instance.freeAfter`). */
   readonly owner: object;
-  /** of its functions' names: "hairnet_" or "hairnet_world_" */
+  /** How the names of the handle's functions begin: "hairnet_" for a room, "hairnet_world_" for a world. */
   readonly prefix: string;
   readonly dropped: DroppedInput;
-  /** There is something to send. */
+  /** Called when there is something to send. */
   soon(): void;
-  /** It has another tag or appearance. */
+  /** Called when the character has another tag or appearance. */
   changed(own: OwnCharacter): void;
 }
 
@@ -38,15 +42,15 @@ export class OwnCharacter {
   #newest: Pose | null = null;
   #tag: Uint8Array;
   #appearance: Appearance | null;
-  /** Its member of the room; null: the server has not added it yet. */
+  /** The character as a member of the room; null: the server has not added it yet. */
   member: Member | null = null;
 
   /** Made by `Room.addCharacter`. */
   constructor(
     private readonly host: CharacterHost,
-    /** this client's own number for it */
+    /** This client's own number of the character. */
     readonly character: number,
-    /** identifies its groom */
+    /** Identifies the groom. */
     readonly groomKey: string,
     { tag, appearance }: { readonly tag: Uint8Array; readonly appearance: Appearance | null },
   ) {
@@ -58,7 +62,7 @@ export class OwnCharacter {
     return this.#tag;
   }
 
-  /** null: the default of its number */
+  /** The appearance that this program has set; null: the default of the member's number. */
   get appearance(): Appearance | null {
     return this.#appearance;
   }
@@ -88,7 +92,7 @@ export class OwnCharacter {
     this.host.soon();
   }
 
-  /** The finest level that it may have. */
+  /** Sets the finest level that the character may have. */
   setLevel(level: LevelIndex): void {
     const { module, handle, prefix } = this.host;
     module.call(`${prefix}set_level`, handle, this.character, level);
@@ -96,8 +100,9 @@ export class OwnCharacter {
   }
 
   /**
-   * Changes how everyone draws it, and its tag if one is given; its hair continues. What `appearance` does not name stays
-   * as it is. Others learn of it at most four times a second. Throws `HairnetError` when one of them is not valid.
+   * Changes how everyone draws the character, and its tag if one is given; the hair goes on moving. What `appearance`
+   * does not name stays as it is. Others learn of changes at most four times a second. Throws `HairnetError` when the
+   * appearance or the tag is not valid.
    */
   setAppearance(appearance: Partial<Appearance>, tag: Uint8Array | string = this.#tag): void {
     const wrong = notFinite(appearance ?? {});
@@ -117,7 +122,7 @@ export class OwnCharacter {
     this.host.soon();
   }
 
-  /** Replaces its material: one of `materials`, or `{ stiffness: 2 }`, where what is absent is normal. */
+  /** Replaces the material: by one of `materials`, or by `{ stiffness: 2 }`, where what is absent is normal. */
   setMaterial(scale: Partial<MaterialScale>): void {
     const wrong = notFinite(scale ?? {});
     if (wrong) return this.#drop("setMaterial", wrong);
@@ -128,12 +133,13 @@ export class OwnCharacter {
     this.host.soon();
   }
 
+  /** Counts a call whose numbers are wrong, and tells of it on the console, instead of ending the render loop. */
   #drop(call: string, error: string): void {
     this.host.dropped.drop(`${call} of character ${this.character}: ${error}`);
   }
 }
 
-/** A hairnet_appearance. */
+/** The bytes of a hairnet_appearance (client/hairnet.h). */
 export function appearanceBytes({ hairRoot, hairTip, skin, roughness }: Appearance): Uint8Array {
   const view = new DataView(new ArrayBuffer(16));
   for (const [i, colour] of [hairRoot, hairTip, skin].entries()) view.setUint32(4 * i, colour, true);

@@ -42,29 +42,33 @@ export interface RoomEvents {
   error: { detail: string };
 }
 
-/** What has happened since the last sample, by member numbers. */
+/** A member has joined, left or changed since the last sample. `member`: its number. */
 export interface Happened {
   readonly kind: "joined" | "left" | "changed";
   readonly member: number;
 }
 
+/** The names of all options, for `checkOptions`. */
 const kCharacterOptions: Readonly<Record<keyof CharacterOptions, true>> = { level: true, tag: true, appearance: true };
+/** The size of hairnet_character_options of client/hairnet.h in WebAssembly, where pointers have 4 bytes. */
 const kOptionsBytes = 20;
 
 /** Everyone who is shown, and this program's own characters: what a `Room` and a `LocalRoom` have in common. */
 export abstract class People implements HairSource {
-  /** by member number, at the last `sample` */
+  /** The members at the last `sample`, by member number. */
   readonly members = new Map<number, Member>();
   protected readonly dropped = new DroppedInput();
-  /** by own number */
+  /** This client's own characters, by their own number. */
   protected readonly own = new Map<number, OwnCharacter>();
+  /** The own number of the newest own character, from 1; 0: there was none. */
   #lastCharacter = 0;
   readonly #scene: Scene;
-  /** in what the module shows now, by member number */
+  /** The index of each member in what the module shows now (`Scene`), by member number. */
   readonly #indices = new Map<number, number>();
   readonly #host: CharacterHost;
-  /** by key, of members and own characters */
+  /** The grooms of members and own characters, by key: those with one groom share one object. */
   readonly #grooms = new Map<string, Groom>();
+  /** The skins of the grooms, by the groom's key. */
   readonly #skins = new Map<string, Skin>();
   readonly #listeners = new Map<keyof RoomEvents, Set<(event: never) => void>>();
 
@@ -92,6 +96,7 @@ export abstract class People implements HairSource {
   abstract sample(nowMs: number): readonly Member[];
   abstract close(): void;
 
+  /** Calls `listener` for each event of this kind. Returns a function that ends this. */
   on<K extends keyof RoomEvents>(event: K, listener: (event: RoomEvents[K]) => void): () => void {
     const listeners = this.#listeners.get(event) ?? new Set();
     this.#listeners.set(event, listeners);
@@ -99,7 +104,7 @@ export abstract class People implements HairSource {
     return () => listeners.delete(listener as (event: never) => void);
   }
 
-  /** The wind in which the hair moves, whoever has set it. */
+  /** The wind in which the hair moves, no matter who has set it. */
   abstract get wind(): Wind;
 
   /**
@@ -111,7 +116,7 @@ export abstract class People implements HairSource {
     return this.#add(this.groomOf(hair), options);
   }
 
-  /** The same with the groom of a member, once it is here. */
+  /** Adds an own character with the groom of a member, which must have arrived. */
   addCharacterLike(member: Member, options: CharacterOptions = {}): OwnCharacter {
     checkOptions(options, kCharacterOptions, "addCharacterLike");
     if (!(member instanceof Member)) throw new HairnetError("invalid", "addCharacterLike: give one of room.members");
@@ -131,8 +136,9 @@ export abstract class People implements HairSource {
   }
 
   /**
-   * Sets the wind of the whole room, in few words (`{ speed: 3 }`) or as a `Wind`; what is absent gets its default. It
-   * lasts until another client sets one, or this one leaves. One that is not finite is dropped, as by `push`.
+   * Sets the wind of the whole room, in few words (`{ speed: 3 }`) or as a `Wind`; what is absent gets its default. The
+   * wind lasts until another client sets one, or this client leaves. A wind that is not finite is dropped, as a pose is
+   * by `push`.
    */
   setWind(wind: WindOptions | Partial<Wind>): void {
     const wrong = notFinite(wind ?? {});
@@ -145,7 +151,7 @@ export abstract class People implements HairSource {
     this.onWind(whole);
   }
 
-  /** The member that is the owner's character of that number; null: not here, or not yet. */
+  /** The member with this session and this number of its owner (`Member.ownerCharacter`); null: there is none now. */
   memberOf(session: bigint, ownerCharacter: number): Member | null {
     for (const member of this.members.values()) {
       if (member.session === session && member.ownerCharacter === ownerCharacter) return member;
@@ -153,22 +159,22 @@ export abstract class People implements HairSource {
     return null;
   }
 
-  /** Adds the character to the module, and returns its own number. */
+  /** Adds a character to the module, and returns its own number. `options`: the address of the options' bytes. */
   protected abstract addToModule(groom: Groom, options: number): number;
 
-  /** This program has changed the tag or appearance of one of its characters. A server tells it by itself. */
+  /** Called when this program has changed a tag or appearance. A server announces the change by itself. */
   protected onChanged(_own: OwnCharacter): void {}
 
-  /** This program has set the wind. A server tells it by itself. */
+  /** Called when this program has set the wind. A server announces the change by itself. */
   protected onWind(_wind: Wind): void {}
 
-  /** A groom in the memory of this room's module. */
+  /** The groom in the memory of this room's module: `hair` itself, or read again from its file. */
   protected groomOf(hair: Groom | Uint8Array | ArrayBuffer): Groom {
     if (!(hair instanceof Groom)) return Groom.of(hair, this.module);
     return hair.module === this.module ? hair : Groom.of(hair.file, this.module);
   }
 
-  /** Takes what the module shows now. */
+  /** Brings members, grooms and skins up to what the module shows now, and tells the listeners what has `happened`. */
   protected show(happened: readonly Happened[]): readonly Member[] {
     const scene = this.#scene;
     const count = scene.read();
@@ -190,11 +196,13 @@ export abstract class People implements HairSource {
     return [...this.members.values()];
   }
 
+  /** All members leave: the room is closed. */
   protected dropAll(): void {
     for (const member of [...this.members.keys()]) this.#drop(member);
     this.#scene.free();
   }
 
+  /** Calls the listeners of an event. */
   protected tell<K extends keyof RoomEvents>(event: K, what: RoomEvents[K]): void {
     for (const listener of this.#listeners.get(event) ?? []) (listener as (event: RoomEvents[K]) => void)(what);
   }
@@ -206,6 +214,7 @@ export abstract class People implements HairSource {
     const tag = tagBytes(options.tag === undefined ? "" : options.tag);
     const base = defaultAppearance(this.#lastCharacter + 1);
     const appearance = options.appearance === undefined ? null : changedAppearance(base, options.appearance);
+    // The fields of hairnet_character_options: 0 size, 4 level, 8 tag, 12 appearance, 16 tag_size.
     const view = new DataView(new ArrayBuffer(kOptionsBytes));
     view.setUint32(0, kOptionsBytes, true);
     view.setUint32(4, level, true);
@@ -225,6 +234,7 @@ export abstract class People implements HairSource {
     return own;
   }
 
+  /** A member has joined: the character `index` of the module's scene. */
   #meet(index: number): void {
     const member = new Member(this.#scene, this.#scene.at(index));
     this.#drop(member.member);
@@ -253,6 +263,7 @@ export abstract class People implements HairSource {
     this.tell("left", { member });
   }
 
+  /** Lets go of a groom and its skin when no member and no own character has them. */
   #forgetUnused(key: string): void {
     const isUsed = [...this.members.values(), ...this.own.values()].some((one) => one.groomKey === key);
     if (isUsed) return;
@@ -260,6 +271,7 @@ export abstract class People implements HairSource {
     this.#skins.delete(key);
   }
 
+  /** Takes the member's motion, and its groom and skin when they have arrived. */
   #move(member: Member, index: number): void {
     const shown = this.#scene.at(index);
     member.show(shown, index);

@@ -25,7 +25,9 @@ import {
 } from "./touch";
 import { kWindBytes, windFrom, type Wind } from "./wind";
 
+/** The default of `RoomOptions.errorM`. */
 const kErrorM = 0.001;
+/** The counters in the order of hairnet_counters, each a 64-bit number after the 8 bytes of `size`. */
 const kCounterNames = [
   "bytesSent",
   "bytesReceived",
@@ -42,6 +44,7 @@ const kCounterNames = [
   "downloadByteCount",
 ] as const;
 const kCountersBytes = 8 + 8 * kCounterNames.length;
+/** The size of hairnet_importance: member, screen height, and whether any of it is in view. */
 const kImportanceBytes = 12;
 
 /**
@@ -53,7 +56,7 @@ export type RoomCounters = { [name in (typeof kCounterNames)[number]]: number };
 /** The progress of grooms on their way, and of those that have arrived since none was. */
 export interface Downloads {
   readonly bytes: number;
-  /** of the files whose size is known */
+  /** The sum of the sizes of these files, where a size is known. */
   readonly byteCount: number;
 }
 
@@ -68,8 +71,8 @@ export enum ModerateAction {
 
 export interface RoomOptions extends LinkOptions {
   /**
-   * About the error of hair, RMS, that is wanted where a head fills the screen, m; 0.001 by default. Where a head is
-   * smaller, the error may be as much larger. 0: the least that there is.
+   * The approximate error of hair (RMS) that is wanted where a head fills the screen, m; 0.001 by default. Where a head
+   * is smaller, the error may be larger in proportion. 0 asks for the smallest error that there is.
    */
   readonly errorM?: number;
 }
@@ -94,8 +97,9 @@ export async function connect(server: string, options: RoomOptions = {}): Promis
  * itself. Call `sample` regularly (`HairScene.update` does): it processes the received events.
  */
 export class Room extends People {
-  /** While true, only the groom of `fetchFirst` is asked for. */
+  /** While true, the room asks the server for no groom but that of the member of `fetchFirst`. */
   fetchesOnlyFirst = false;
+  /** The member of `fetchFirst`. */
   #first: number | null = null;
   #state: RoomState = "connected";
 
@@ -141,6 +145,7 @@ export class Room extends People {
     return { bytes: downloadedBytes, byteCount: downloadByteCount };
   }
 
+  /** Moves all members to now, by the link's own clock, and calls the listeners of what has happened. */
   sample(_nowMs: number): readonly Member[] {
     this.link.turn();
     this.module.call("hairnet_fetch_first", this.handle, this.#first ?? 0, Number(this.fetchesOnlyFirst));
@@ -152,11 +157,12 @@ export class Room extends People {
     return shown;
   }
 
-  /** Asks for this member's groom before all others, as soon as it is known. Null: for none before others. */
+  /** Asks for this member's groom before all others, as soon as the member is known. Null: no groom comes first. */
   fetchFirst(member: number | null): void {
     this.#first = member;
   }
 
+  /** Tells the server how large each member is on the screen, by which it chooses their detail. */
   reportImportance(members: readonly MemberImportance[]): void {
     const known = members.filter(({ member, screenHeight }) => {
       if (!Number.isFinite(screenHeight)) this.dropped.drop(`the screen height of member ${member} is ${screenHeight}`);
@@ -194,9 +200,9 @@ export class Room extends People {
   }
 
   /**
-   * This person's hands now, all of them, best in one go with the poses; none: they are gone, as they are half a second
-   * after the last call. Hands with numbers out of range are dropped, counted in `counters.inputsDropped` and told on the
-   * console. Throws `HairnetError` for what are no hands.
+   * Tells where all hands of this person are now; best called together with the poses. An empty list means that the
+   * hands are gone, as they also are half a second after the last call. Hands with numbers out of range are dropped,
+   * counted in `counters.inputsDropped` and told on the console. Throws `HairnetError` for what are no hands.
    */
   pushHands(hands: readonly Hand[]): void {
     const { module, handle } = this;
@@ -206,14 +212,15 @@ export class Room extends People {
     );
   }
 
-  /** The hands of others near members, at the time at which hair is shown, by session. */
+  /** The hands of other people near members, by their session, at the time at which hair is shown. */
   get hands(): ReadonlyMap<bigint, readonly Hand[]> {
     return handsOf(this.module, this.handle);
   }
 
   /**
-   * Says who may touch the hair of an own character, at first oneself. `chosen`: sessions, for that audience alone; after
-   * a reconnect as another session nobody is chosen any more, as the numbers may be others' now.
+   * Says who may touch the hair of an own character; at first only its owner may. `chosen`: sessions, which only the
+   * audience of chosen people has. After a reconnect as another session nobody is chosen any more, since the numbers
+   * may mean other people then.
    */
   setTouch(own: OwnCharacter, audience: TouchAudience, chosen: readonly bigint[] = []): void {
     const { module, handle } = this;
@@ -244,8 +251,8 @@ export class Room extends People {
   }
 
   /**
-   * Does nothing for a hand that holds no hair of the member; `Release.unpin` ends pins whatever the hand. While the room
-   * is not connected, this and `setProps` are dropped as by `pushHands`, and `takeHold` throws.
+   * Lets go of the member's hair that a hand holds, if it holds any; `Release.unpin` ends pins whatever the hand. While
+   * the room is not connected, this and `setProps` are dropped as by `pushHands`, and `takeHold` throws.
    */
   letGo(member: Member, hand: number, release = Release.drop): void {
     checkNumber(hand, "letGo", "the number of the hand");
@@ -256,8 +263,9 @@ export class Room extends People {
   }
 
   /**
-   * Adds and moves props of the room, and takes away those with the numbers of `removed`. They stay when this client
-   * leaves. "props" follows, or a "error". With numbers out of range all are dropped, as by `pushHands`.
+   * Adds and moves props of the room, and takes away those with the numbers of `removed`. Props stay when this client
+   * leaves. The event "props" follows, or "error". If a number is out of range, the whole call is dropped, as by
+   * `pushHands`.
    */
   setProps(props: readonly Prop[], removed: readonly number[] = []): void {
     const { module, handle } = this;
@@ -294,6 +302,7 @@ export class Room extends People {
     return this.module.made("addCharacter: ", "hairnet_add_character", this.handle, groom.handle, options);
   }
 
+  /** Calls the listeners of an event that is not about a member's coming, leaving or change; `show` tells those. */
   #take(event: LinkEvent): void {
     switch (event.kind) {
       case EventKind.state:
@@ -311,7 +320,10 @@ export class Room extends People {
     }
   }
 
-  /** What a moment's computation may have brought does not end the render loop. */
+  /**
+   * Calls, and does not throw for numbers that are out of range: a single computation may have brought them, and they
+   * must not end the program's render loop. They are told on the console.
+   */
   #orTell(call: () => void): void {
     try {
       call();
@@ -336,12 +348,17 @@ export class Room extends People {
   }
 }
 
+/**
+ * The link's states as a program sees them. A program gets its room after the first connection, so what connects later
+ * reconnects.
+ */
 const kStates: Readonly<Record<LinkState, RoomState>> = {
   [LinkState.connecting]: "reconnecting",
   [LinkState.connected]: "connected",
   [LinkState.reconnecting]: "reconnecting",
   [LinkState.closed]: "closed",
 };
+/** The events that are about a member. */
 const kHappened: Partial<Record<EventKind, Happened["kind"]>> = {
   [EventKind.joined]: "joined",
   [EventKind.left]: "left",

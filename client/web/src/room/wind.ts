@@ -3,42 +3,47 @@ import { HairnetError } from "../module/hairnetError";
 
 /** The air in a room; `hairnet_wind` of client/hairnet.h. */
 export interface Wind {
-  /** world */
+  /** The mean velocity of the air, world. */
   readonly meanMPerS: readonly [number, number, number];
-  /** gusts vary the speed between (1 - ratio) and (1 + ratio) times its mean; 0 to 1 */
+  /** Gusts vary the speed between (1 - ratio) and (1 + ratio) times its mean; 0 to 1. */
   readonly gustRatio: number;
-  /** of the slowest gust */
+  /** The period of the slowest gust. */
   readonly gustPeriodS: number;
-  /** of each component */
+  /** The root mean square of each component of the turbulent velocity. */
   readonly turbulenceRmsMPerS: number;
-  /** the smallest length over which turbulence changes; at least 0.3 */
+  /** The smallest length over which turbulence changes; at least 0.3. */
   readonly turbulenceScaleM: number;
+  /** Winds of different seeds have different gusts and eddies. */
   readonly seed: bigint;
-  /** the air goes along with each head, as in a vehicle; else it stands in the room */
+  /** True: the air goes along with each head, as in a vehicle. False: it stands in the room. */
   readonly carried: boolean;
 }
 
 /** A wind in few words. */
 export interface WindOptions {
-  /** m/s; 0: still air */
+  /** The speed, m/s; 0: still air. */
   readonly speed?: number;
-  /** where the wind comes from, degrees about +Y: 0 from +Z, into the face of a head at rest; 90 from +X; 90 by default */
+  /**
+   * Where the wind comes from, degrees about +Y: 0 is from +Z, into the face of a head at rest, and 90 from +X. By
+   * default it is 90.
+   */
   readonly from?: number;
-  /** gusts vary the speed between (1 - gust) and (1 + gust) times its mean; 0 to 1, 0.4 by default */
+  /** Gusts vary the speed between (1 - gust) and (1 + gust) times its mean; 0 to 1, by default 0.4. */
   readonly gust?: number;
-  /** of each component of the velocity, root mean square, m/s; 0.15 times the speed by default */
+  /** The root mean square of each component of the turbulent velocity, m/s; by default 0.15 times the speed. */
   readonly turbulence?: number;
-  /** the air goes along with each head, as in a vehicle; false by default: it stands in the room */
+  /** True: the air goes along with each head, as in a vehicle. By default it stands in the room. */
   readonly carried?: boolean;
 }
 
-// `carried` is a property of both.
+// The names of `WindOptions`, by which `windOf` tells them from a `Wind`. Both have `carried`.
 const kShort: Readonly<Record<Exclude<keyof WindOptions, "carried">, true>> = {
   speed: true,
   from: true,
   gust: true,
   turbulence: true,
 };
+/** The size of hairnet_wind of client/hairnet.h. */
 export const kWindBytes = 72;
 const kFrom = 90;
 const kGust = 0.4;
@@ -92,7 +97,7 @@ function wholeWind(options: Partial<Wind>): Wind {
 
 const kNumbers = ["gustRatio", "gustPeriodS", "turbulenceRmsMPerS", "turbulenceScaleM"] as const;
 
-/** A hairnet_wind. */
+/** The bytes of a hairnet_wind (client/hairnet.h). */
 export function windBytes(wind: Wind): Uint8Array {
   const view = new DataView(new ArrayBuffer(kWindBytes));
   const numbers = [...wind.meanMPerS, ...kNumbers.map((name) => wind[name])];
@@ -102,6 +107,7 @@ export function windBytes(wind: Wind): Uint8Array {
   return new Uint8Array(view.buffer);
 }
 
+/** The wind of a hairnet_wind's bytes. */
 export function windFrom(view: DataView): Wind {
   const number = (i: number) => view.getFloat64(8 * i, true);
   return {

@@ -19,6 +19,7 @@ export class CardTexture {
     wrapS: ClampToEdgeWrapping,
     wrapT: ClampToEdgeWrapping,
   });
+  /** The texture on the GPU has its contents. */
   #isDrawn = false;
 
   get texture(): Texture {
@@ -30,13 +31,14 @@ export class CardTexture {
     this.#isDrawn = false;
   }
 
-  /** As `drawAside`, if necessary. */
+  /** Draws the texture unless it is drawn already. The conditions of `drawAside` (pass.ts) hold. */
   draw(renderer: WebGLRenderer): void {
     if (this.#isDrawn) return;
     this.#isDrawn = true;
     const pass = new Pass("screen.vert", "card_texture.frag", { exposure: { value: 1 }, encode_srgb: { value: 0 } });
     drawAside(renderer, () => {
       renderer.setRenderTarget(this.#target);
+      // One triangle of three vertices covers the whole target.
       pass.draw(renderer, 3);
     });
     pass.dispose();

@@ -4,19 +4,19 @@ import { At, kDrawnBytes } from "./drawn";
 
 /** The drawing detail of one character's hair; independent of its mechanical level. */
 export interface DrawDetail {
-  /** of the groom's strands, 0 to 1; the drawn ones are wider in turn */
+  /** The share of the groom's strands that is drawn, 0 to 1. With a smaller share the drawn strands are wider. */
   strandShare: number;
-  /** made beside every strand on the GPU, 0 to 15; a fraction is the opacity of the last one */
+  /** How many hairs the GPU draws beside every strand, 0 to 15. A fraction is the opacity of the last one. */
   followHairCount: number;
-  /** largest distance between a strand's drawn line and its points */
+  /** The largest distance of a point from the line of its strand that is drawn without the point. */
   toleranceM: number;
-  /** 1: quadratic FFD; 0: linear; between: a blend */
+  /** How the lattice deforms hair: 1 is quadratic FFD, 0 is linear FFD, and numbers between are a blend. */
   quadratic: number;
 }
 
 /**
- * `headPx`: a head's height on the screen (0.24 m), in pixels. `quality` multiplies it. The result is continuous in
- * both. The client must have started, as after `connect` and `Groom.load`.
+ * The detail for a head that is `headPx` pixels high on the screen (kHeadM, 0.24 m). `quality` multiplies this height.
+ * The result is continuous in both. The client must have started, as after `connect` and `Groom.load`.
  */
 export function detailFor(headPx: number, quality: number, strandCount: number): DrawDetail {
   const module = client();
@@ -30,7 +30,7 @@ export function detailFor(headPx: number, quality: number, strandCount: number):
   return detail;
 }
 
-/** Of the `hairnet_drawn` at that place. */
+/** Reads the detail of the `hairnet_drawn` at the address `drawn` into `detail`. */
 export function readDetail(module: Instance, drawn: number, detail: DrawDetail): void {
   const memory = module.floatMemory();
   const at = (drawn + At.detail) / 4;

@@ -1,5 +1,6 @@
-/** `hairnet_drawn` of client/hairnet.h, in the module's memory: where its fields are. */
+/** The size of a `hairnet_drawn` of client/hairnet.h in the module's memory, bytes. */
 export const kDrawnBytes = 488;
+/** The places of its fields, bytes; `origin`, `spacing` and `counts` are those of its lattice. */
 export enum At {
   pose = 0,
   id = 280,
@@ -27,5 +28,5 @@ export enum At {
   headPx = 480,
   ballRadius = 484,
 }
-/** Its record where it is not drawn. */
+/** The `record` of a character that is not drawn: HAIRNET_NOT_DRAWN of client/hairnet.h. */
 export const kNotDrawn = 0xffffffff;

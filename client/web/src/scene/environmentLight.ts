@@ -12,18 +12,20 @@ import {
 import { LightProbeGenerator } from "three/addons/lights/LightProbeGenerator.js";
 import type { LightRig } from "./lightRig";
 
+/** The side of each face of the cube into which the environment is drawn. The few harmonics need no finer picture. */
 const kSidePx = 16;
 
 /** The light of a scene's `environment`, found once for each texture and rotation. */
 export class EnvironmentLight {
+  // The environment that `#harmonics` belongs to, or will belong to: its texture, version and rotation.
   #texture: Texture | null = null;
   #version = -1;
   #rotation = "";
   #harmonics: SphericalHarmonics3 | null = null;
 
   /**
-   * Its radiance; null: the scene has none, or it is not found yet. Do not call it while the renderer draws something
-   * else.
+   * The radiance of the scene's environment. Null: the scene has no environment, or the radiance is not found yet. Do
+   * not call it while the renderer draws something else.
    */
   of(renderer: WebGLRenderer, scene: Scene): SphericalHarmonics3 | null {
     const { environment, environmentRotation } = scene;
@@ -66,6 +68,8 @@ export function addEnvironment(rig: LightRig, harmonics: SphericalHarmonics3, in
   const up = new Vector3(0, 1, 0);
   const above = irradiance(up);
   const below = irradiance(up.clone().negate());
+  // The coefficients 1 to 3 are those of y, z and x: together they are the direction of the brightest side. The factors
+  // make luminance of linear RGB (Rec. 709).
   const [, y, z, x] = harmonics.coefficients.map((c) => 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z);
   const towards = new Vector3(x, y, z);
   const free = rig.colours.findIndex((colour) => colour.r + colour.g + colour.b === 0);
@@ -75,6 +79,7 @@ export function addEnvironment(rig: LightRig, harmonics: SphericalHarmonics3, in
     more.max(new Vector3());
     rig.towards[free].copy(towards);
     rig.colours[free].setRGB(more.x, more.y, more.z);
+    // What the directional light gives to surfaces that face up or down is taken from the ambient light: the sum stays.
     above.addScaledVector(more, -Math.max(towards.y, 0));
     below.addScaledVector(more, -Math.max(-towards.y, 0));
   }

@@ -1,6 +1,9 @@
 import { Vector3, type Matrix4 } from "three";
 
-/** Of the largest scale of an axis, and of the cosine between two axes. Bones scaled by animations are off by less. */
+/**
+ * How much scales of axes may differ, as a share of the largest one, and how large the cosine between two axes may be.
+ * Bones that animations scale are off by less.
+ */
 const kTolerance = 0.01;
 const axes = [new Vector3(), new Vector3(), new Vector3()] as const;
 

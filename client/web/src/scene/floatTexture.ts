@@ -1,10 +1,12 @@
 import { DataTexture, FloatType, NearestFilter, RGBAFormat } from "three";
 
+/** Once the texture has grown, it has at least this many rows. */
 const kRowsMin = 8;
 
 /** A texture of RGBA floats that grows and shrinks by rows and is rewritten every frame. */
 export class FloatTexture {
   readonly texture: DataTexture;
+  /** The contents, 4 numbers a texel, row by row. Write to it, then call `write`. */
   values: Float32Array<ArrayBuffer>;
   #rows = 1;
 

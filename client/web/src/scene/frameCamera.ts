@@ -7,9 +7,10 @@ import { Bone, kNumbersPerBone, type Pose } from "../hair/pose";
 export interface FrameOptions {
   /** The size of the view over the size of what it must show. The default 1.15 leaves room for hair that moves. */
   readonly margin?: number;
-  /** the number of the member to show; all members by default */
+  /** The number of the member to show; by default all members are shown. */
   readonly member?: number;
 }
+/** The names of all options, for `checkOptions`. */
 const kOptions: Readonly<Record<keyof FrameOptions, true>> = { margin: true, member: true };
 const kMargin = 1.15;
 
@@ -18,10 +19,11 @@ type Shape = Pick<Groom, "points" | "body">;
 
 /** A character as a camera frames it. */
 export interface Framed {
-  /** scene */
+  /** The bones, scene space. */
   readonly pose: Pose;
+  /** The scale of the character; negative: mirrored. */
   readonly size: number;
-  /** null: not received yet */
+  /** Null: the groom has not arrived yet, and a head with long hair is assumed. */
   readonly groom: Shape | null;
 }
 
@@ -65,8 +67,10 @@ export function frameCamera(
   return centre;
 }
 
-// Where an eye must be, along one axis of the picture and in depth, so that each corner is within the tangent of its
-// half angle: at + tangent depth is then the same for the outermost corners of both sides.
+// Finds where the eye must be along one axis of the picture (`middle`) and in depth (`eye`). `at` and `depth` are a
+// corner's coordinates along that axis and towards the eye; `tangent` is that of the half angle of view. A corner is in
+// view if |at - middle| <= tangent * (eye - depth). So the corner with the largest tangent * depth + at limits one
+// side, and the one with the largest tangent * depth - at the other: the nearest eye meets both limits with equality.
 function enclose(
   corners: readonly Vector3[],
   at: (corner: Vector3) => number,
@@ -78,7 +82,7 @@ function enclose(
   return { eye: (most + least) / (2 * tangent), middle: (most - least) / 2 };
 }
 
-// The horizontal direction into which most trunks face; heads turn more.
+// The horizontal direction into which the trunks face in the mean. Heads turn more than trunks.
 function facingOf(characters: readonly Framed[]): Vector3 {
   const facing = new Vector3();
   const at = Bone.upperTrunk * kNumbersPerBone;
@@ -89,6 +93,7 @@ function facingOf(characters: readonly Framed[]): Vector3 {
       ),
     );
   facing.y = 0;
+  // Trunks that face each other have no mean direction; then the camera looks from +Z.
   return facing.length() < 1e-3 ? facing.set(0, 0, 1) : facing.normalize();
 }
 
@@ -109,11 +114,11 @@ function cornersOf({ pose, size, groom }: Framed): Vector3[] {
   return corners;
 }
 
-// A head with long hair.
+// The box of a head with long hair, head space, m.
 const kUnknownBox = new Box3(new Vector3(-0.2, -0.35, -0.2), new Vector3(0.2, 0.25, 0.2));
 const boxes = new WeakMap<Shape, Box3>();
 
-// Of all points of its hair and body, head space.
+// The box of all points of the groom's hair and body, head space, m.
 function boxOf(groom: Shape): Box3 {
   const known = boxes.get(groom);
   if (known) return known;

@@ -5,16 +5,21 @@ import type { GroomGeometry } from "./geometry/groomGeometry";
 import { readGeometry } from "./geometry/readGeometry";
 import GroomWorker from "./groomWorker?worker&inline";
 
+/** What the worker answers (groomWorker.ts): exactly one of the three, for the request `id`. */
 type Answer = { id: number; coarse?: GroomGeometry; geometry?: GroomGeometry; error?: string };
-/** Pictures that show a coarse geometry before the whole one is made, which would slow the first of them down. */
+/**
+ * The whole geometry is asked for after this many pictures have shown the coarse one. Making it at once would slow down
+ * the first of these pictures.
+ */
 const kCoarsePictures = 3;
 
+/** A groom that is being built; the functions are those of the caller of `build`. */
 type Waiting = {
   file: Uint8Array;
   onCoarse: (geometry: GroomGeometry) => void;
   resolve: (geometry: GroomGeometry) => void;
   reject: (error: Error) => void;
-  /** that have shown the coarse geometry; null: there is none yet, or the whole one is being made */
+  /** How many pictures have shown the coarse geometry. Null: there is none yet, or the whole one is being made. */
   pictures: number | null;
 };
 
@@ -24,10 +29,12 @@ type Waiting = {
  */
 export class GroomBuilder {
   #worker: Worker | null = null;
-  /** on this thread, where no worker can run */
+  /** The module that builds on this thread, where no worker can run. */
   #instance: Promise<Instance> | null = null;
   #workerFailed = typeof Worker === "undefined";
+  /** The number of the next request. */
   #next = 1;
+  /** The grooms that are not built yet, by the numbers of their requests. */
   readonly #waiting = new Map<number, Waiting>();
 
   /** The worker starts at once: it is there when the first groom comes. */
@@ -36,8 +43,8 @@ export class GroomBuilder {
   }
 
   /**
-   * `file`: of a groom. `onCoarse` may get a geometry of few strands first, to show until the promise gives the whole
-   * one; `onPicture` tells that it is shown.
+   * Builds the geometry of a .groom file. `onCoarse` may get a geometry of few strands first, to show until the promise
+   * gives the whole one. Call `onPicture` for each picture that shows it.
    */
   build(file: Uint8Array, onCoarse: (geometry: GroomGeometry) => void): Promise<GroomGeometry> {
     return new Promise((resolve, reject) => {
@@ -49,7 +56,7 @@ export class GroomBuilder {
     });
   }
 
-  /** Call it before each picture. */
+  /** Call it before each picture: the worker goes on from coarse geometries that have been shown for a while. */
   onPicture(): void {
     for (const [id, waiting] of this.#waiting) {
       if (waiting.pictures === null || ++waiting.pictures <= kCoarsePictures) continue;
@@ -58,7 +65,7 @@ export class GroomBuilder {
     }
   }
 
-  /** The current work is abandoned. */
+  /** Abandons the current work: its promises stay unsettled. */
   dispose(): void {
     this.#worker?.terminate();
     this.#worker = null;
@@ -76,7 +83,7 @@ export class GroomBuilder {
     this.#worker.onmessage = ({ data }: MessageEvent<Answer>) => this.#take(data);
     this.#worker.onerror = () => this.#giveUpWorker();
     const worker = this.#worker;
-    // What it is asked for before waits there.
+    // The worker keeps requests that come before the module.
     hairModule().then(
       (module) => worker.postMessage({ module }),
       () => this.#giveUpWorker(),
@@ -84,6 +91,7 @@ export class GroomBuilder {
     return worker;
   }
 
+  /** The worker does not run: all grooms that wait are built on this thread. */
   #giveUpWorker(): void {
     this.#worker?.terminate();
     this.#worker = null;

@@ -43,11 +43,12 @@ export class GroomDrawing {
   readonly strandCount: number;
   readonly strandWidthM: number;
   readonly radiusM: number;
+  /** The bytes of all arrays of the geometry. */
   readonly bytes: number;
   /** The strands' points for `StrandDeformPass`: rows of kPointRow. */
   readonly restPoints: DataTexture;
   readonly restArcs: DataTexture;
-  /** Contain the points of the resting strands, and their roots. Head space, m. */
+  /** Boxes that contain the points of the resting strands, and their roots. Head space, m. */
   readonly strandBox = new Box3();
   readonly rootBox = new Box3();
   readonly #geometry: GroomGeometry;
@@ -58,8 +59,8 @@ export class GroomDrawing {
   readonly #parts: Part[];
 
   /**
-   * Its meshes become children of `group`. `skin`: to keep the hair out of; the caller owns it. `adapt` may change each
-   * material. `castShadow`: into shadow maps.
+   * The meshes become children of `group`. `adapt` gets each material, which it may change. `castShadow`: the meshes
+   * are drawn into shadow maps, too. `skin`: the skin that hair is kept out of; the caller owns it.
    */
   constructor(
     geometry: GroomGeometry,
@@ -98,6 +99,7 @@ export class GroomDrawing {
     const point = new Vector3();
     for (let p = 0; p < points.pointEnd[geometry.strandCount]; ++p) {
       this.strandBox.expandByPoint(point.fromArray(points.rest, 4 * p));
+      // A point with no length of strand before it is a root.
       if (points.arc[2 * p] === 0) this.rootBox.expandByPoint(point);
     }
     const strands = bufferAttributes(points.attributes);
@@ -155,6 +157,8 @@ export class GroomDrawing {
     this.#body?.show(first, shown.length, 1, counts);
     this.#fabric?.show(first, shown.length, 1, counts);
     this.#cards?.show(first, shown.length, 1, counts);
+    // Each pass draws the characters with one list, which are adjacent. The draw call has as many strands and follow
+    // hairs as the character with most; the shaders leave out what others have less.
     for (let begin = 0; begin < shown.length; ) {
       let end = begin;
       let strands = 0;
@@ -243,6 +247,7 @@ class Part {
     };
   }
 
+  /** Draws this many characters, whose records begin at `firstRecord`. `copies`: instances for each character. */
   show(firstRecord: number, characters: number, copies: number, counts: DrawCounts): void {
     const { geometry, material } = this.mesh;
     geometry.instanceCount = characters * copies;

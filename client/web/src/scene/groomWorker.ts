@@ -5,14 +5,16 @@ import { readGeometry } from "./geometry/readGeometry";
 
 /** Grooms of the module that were answered with a coarse geometry, by `id`. */
 const grooms = new Map<number, number>();
+/** Gives the module to `instance`. */
 let onModule!: (module: WebAssembly.Module) => void;
 const instance = new Promise<WebAssembly.Module>((resolve) => {
   onModule = resolve;
 }).then((module) => Instance.of(module));
 
 /**
- * Receives the compiled module, which all else waits for, and files of grooms, and answers each with a coarse geometry if the whole one takes
- * long, or with the whole one, or with the error. After a coarse one the same `id` without a file asks for the whole one.
+ * Receives the compiled module, which all else waits for, and files of grooms. The answer to a file is a coarse
+ * geometry if the whole one takes long, else the whole one, or an error. After a coarse geometry, the same `id` without
+ * a file asks for the whole one.
  */
 self.onmessage = async ({ data }: MessageEvent<{ module?: WebAssembly.Module; id: number; file?: Uint8Array }>) => {
   if (data.module) return onModule(data.module);

@@ -8,18 +8,21 @@ import type { DrawDetail } from "./drawDetail";
  * object; `visible` shows or hides it nevertheless.
  */
 export class HairCharacter extends Object3D {
-  /** Of its hair, at the root. This and the next three: its member's appearance, set again when the owner changes it. */
+  /**
+   * The colour of the hair at its root. This and the next three are the member's appearance, and are set again when the
+   * owner changes it.
+   */
   readonly hairColour = new Color();
-  /** null: as at the root */
+  /** The colour of the hair at its tip; null: as at the root. */
   hairTipColour: Color | null = null;
   readonly skinColour = new Color();
-  /** of the hair, 0 to 1 */
+  /** The roughness of the hair, 0 (sharp highlights) to 1. */
   roughness = 0;
   /** False: its colours and roughness are the program's own, and the owner's changes are not shown. */
   followsMember = true;
   /** Whether the groom's own bust is drawn. */
   bodyVisible = true;
-  /** null: chosen by its size on the screen */
+  /** The detail of the hair; null: chosen by the head's size on the screen. */
   detail: DrawDetail | null = null;
   /**
    * Another object that defines the head's place, aligned to head space at rest (a VRM's head, see
@@ -28,12 +31,13 @@ export class HairCharacter extends Object3D {
   anchor: Object3D | null = null;
   /** Poses have arrived and its groom is ready: it can be drawn. */
   isReady = false;
+  /** The last appearance of the member that was taken over, compared as an object. */
   #followed: Appearance | null = null;
 
   constructor(
     readonly member: number,
     readonly own: boolean,
-    /** identifies its groom: equal for all members with this groom */
+    /** Identifies the groom: equal for all members with this groom. */
     public groomKey: string,
   ) {
     super();

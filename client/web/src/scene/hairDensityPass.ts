@@ -19,7 +19,7 @@ import type { LightRig } from "./lightRig";
 import type { GroomDrawing } from "./groomDrawing";
 import { drawAside, Pass } from "./pass";
 
-/** Characters with one groom, the records of which begin at `first`; the largest count of points that one adds. */
+/** Characters with one groom, whose records begin at `first`. `points`: the most points that one character adds. */
 export interface DenseGroom {
   readonly drawing: GroomDrawing;
   readonly first: number;
@@ -32,7 +32,9 @@ export interface DenseGroom {
  * each cell towards the lights (client/shaders/density.glsl). Needs a device that draws half floats.
  */
 export class HairDensityPass {
+  /** The grids of density, one below the other: red is the hair now, and green is the hair at rest. */
   readonly #density = makeTarget(RGFormat, 1);
+  /** The optical depths towards key, fill and rim light and upwards, in one texture for now and one for rest. */
   readonly #light = makeTarget(RGBAFormat, 2);
   readonly #uniforms: Record<string, IUniform>;
   readonly #points: Pass;
@@ -70,7 +72,7 @@ export class HairDensityPass {
     return renderer.extensions.has("EXT_color_buffer_float");
   }
 
-  /** As `drawAside`. `grids`: of all characters. */
+  /** Fills `textures`, under the conditions of `drawAside` (pass.ts). `grids`: the count of all characters' grids. */
   run(renderer: WebGLRenderer, grooms: readonly DenseGroom[], grids: number): void {
     if (grids === 0) return;
     this.#reserve(grids);
@@ -88,10 +90,12 @@ export class HairDensityPass {
         this.#uniforms.rest_points.value = drawing.restPoints;
         this.#uniforms.rest_arcs.value = drawing.restArcs;
         this.#uniforms.first_record.value = first;
+        // Each point is drawn four times: for now and for rest, each in two slices (density_points.vert).
         this.#points.draw(renderer, points, 4 * characters);
       }
       renderer.setRenderTarget(this.#light);
       this.#uniforms.first_record.value = 0;
+      // An instance is a rectangle of two triangles for each character.
       this.#march.draw(renderer, 6, count);
     });
   }
@@ -114,6 +118,7 @@ export class HairDensityPass {
   }
 }
 
+/** A target for grids, whose slices lie side by side: a row of kDensitySide squares of that side. */
 function makeTarget(format: PixelFormat, count: number): WebGLRenderTarget {
   return new WebGLRenderTarget(kDensitySide * kDensitySide, kDensitySide, {
     format,

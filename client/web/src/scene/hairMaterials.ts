@@ -24,6 +24,7 @@ export class SceneUniforms {
   readonly rig: LightRig = makeLightRig();
   readonly all: Record<string, IUniform>;
   readonly #viewport = new Vector4();
+  /** Whether the canvas has several samples a pixel; null: not asked yet. */
   #isAntialiased: boolean | null = null;
 
   constructor(records: Texture, lattices: Texture, placedPoints: Texture) {
@@ -57,9 +58,11 @@ export class SceneUniforms {
     const space = target === null ? renderer.outputColorSpace : isXr ? target.texture.colorSpace : "";
     this.all.encode_srgb.value = space === SRGBColorSpace ? 1 : 0;
     this.#isAntialiased ??= renderer.getContextAttributes()?.antialias === true;
+    // An antialiased canvas is taken to have 4 samples a pixel.
     this.all.samples.value = Math.max(target === null ? (this.#isAntialiased ? 4 : 1) : target.samples, 1);
   }
 
+  /** Sets the scene's fog. `fog_range` is near, far and density; 0 where this kind of fog has no such number. */
   setFog(fog: Fog | FogExp2 | null): void {
     const range: Vector3 = this.all.fog_range.value;
     if (fog) this.all.fog_colour.value.copy(fog.color);
@@ -68,7 +71,7 @@ export class SceneUniforms {
     else range.set(0, 0, 0);
   }
 
-  /** The same for a shadow map, which has one sample a texel. */
+  /** Sets the size of the current viewport of a shadow map, which has one sample a texel. */
   setShadowMap(renderer: WebGLRenderer): void {
     this.#setViewport(renderer);
     this.all.samples.value = 1;

@@ -2,20 +2,24 @@ import { ClampToEdgeWrapping, Data3DTexture, HalfFloatType, LinearFilter, Matrix
 import { kMovingMax, kSwingNodes } from "../generated/constants";
 import type { Records } from "./records";
 
-/** `hairnet_motion` of client/hairnet.h. */
+/** The size of a `hairnet_motion` of client/hairnet.h: 32 doubles, a float, and padding. */
 const kMotionBytes = 264;
 
 /** The motion of one character's hair since the last picture. */
 export interface Motion {
-  /** head space -> scene */
+  /** Transforms head space to the scene, in this picture and in the one before. */
   readonly headToScene: Matrix4;
   readonly headToSceneBefore: Matrix4;
+  /** The radius of the ball about the head that contains the hair, head space. */
   readonly ballRadiusM: number;
 }
 
 /** Where hair was in the last picture, for every place where it is now. */
 export class HairMotion {
-  /** Slices of kSwingNodes^3 texels, one for each motion: where hair was, minus where it is, head space, m. */
+  /**
+   * The displacement of hair in the box about each ball: where hair was minus where it is, head space, m. Each motion
+   * has a cube of kSwingNodes^3 texels, and the cubes of the motions follow each other along z.
+   */
   readonly swing: Data3DTexture;
   readonly #values = new Uint16Array(4 * kSwingNodes ** 3 * kMovingMax);
 
@@ -27,12 +31,14 @@ export class HairMotion {
     this.swing.wrapS = this.swing.wrapT = this.swing.wrapR = ClampToEdgeWrapping;
   }
 
-  /** Of the last `update`: returns the motions since the last call, and writes `swing`. */
+  /** Returns the motions since the last call, for the records of the last picture, and writes `swing`. */
   motions(): Motion[] {
     const written = this.records.motions();
     if (!written) return [];
     const { module, at } = written;
     const words = module.wordMemory();
+    // `written.at` is the address of a hairnet_motions: the address of the motions, their count, and the address of
+    // swing.
     const [place, count, swing] = words.subarray(at / 4, at / 4 + 3);
     const motions = Array.from({ length: count }, (_, n) => {
       const one = place + kMotionBytes * n;

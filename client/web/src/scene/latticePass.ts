@@ -12,9 +12,11 @@ import type { NodeSource, PictureData } from "./records";
  * so that hair that sleeps costs nothing.
  */
 export class LatticePass {
+  /** The nodes of all lattices. */
   readonly #nodes = bitsTarget(kLatticeRow);
+  /** The nodes that come from the processor in this picture. */
   readonly #uploaded = new FloatTexture(kLatticeRow);
-  /** by the picture's numbers */
+  /** The modes of each basis, by the number that the picture gives it (`NodeSource.basis`). */
   readonly #bases = new Map<number, DataTexture>();
   #module: Instance | null = null;
   readonly #uniforms: Record<string, IUniform>;
@@ -39,14 +41,17 @@ export class LatticePass {
     return this.#nodes.texture;
   }
 
-  /** GPU memory of the bases. */
+  /** The GPU memory of all bases. */
   get basisBytes(): number {
     let bytes = 0;
     for (const { image } of this.#bases.values()) bytes += (image.data as Float32Array).byteLength;
     return bytes;
   }
 
-  /** As `drawAside`. The records of the same picture must have been written. */
+  /**
+   * Fills the texture, under the conditions of `drawAside` (pass.ts). The records of the same picture must have been
+   * written.
+   */
   run(renderer: WebGLRenderer, data: PictureData): void {
     const rows = Math.max(data.nodeRows, 1);
     if (rows !== this.#nodes.height) {
@@ -88,7 +93,8 @@ export class LatticePass {
     this.#uploaded.write();
   }
 
-  // Another module has other numbers.
+  // Frees the bases that no lattice of this picture has. The numbers of bases belong to a module, so a picture of
+  // another module keeps none.
   #dropBases({ module, sources }: PictureData): void {
     const isOther = this.#module !== module;
     this.#module = module;

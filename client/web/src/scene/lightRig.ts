@@ -1,12 +1,12 @@
 import { AmbientLight, Color, DirectionalLight, HemisphereLight, Vector3, type Camera, type Object3D } from "three";
 import type { Instance } from "../module/instance";
 
-/** `hairnet_lights` of client/hairnet.h. */
+/** The size of a `hairnet_lights` of client/hairnet.h: 24 floats. */
 const kLightsBytes = 96;
 
 /** Distant key, fill and rim lights, and ambient light. Linear RGB. */
 export interface LightRig {
-  /** three unit vectors towards the lights, scene */
+  /** The directions towards the three lights: unit vectors, scene. */
   readonly towards: readonly Vector3[];
   readonly colours: readonly Color[];
   readonly ambientAbove: Color;
@@ -27,6 +27,7 @@ export function studioLights(module: Instance, camera: Camera, rig: LightRig): v
   const towards = camera.getWorldDirection(new Vector3()).negate();
   const lights = module.struct(kLightsBytes, (at) => {
     const [x, y, z] = towards.toArray();
+    // The module's argument, three doubles, lies behind its result.
     module.doubleMemory().set([x, y, z], (at + kLightsBytes) / 8);
     module.call("hairnet_studio_lights", at + kLightsBytes, at);
   });
@@ -76,6 +77,7 @@ function addLight(sum: Color, colour: Color, intensity: number): void {
   sum.setRGB(sum.r + colour.r * share, sum.g + colour.g * share, sum.b + colour.b * share);
 }
 
+/** The luminance of a light; the factors are those of linear RGB (Rec. 709). */
 function brightness(light: DirectionalLight): number {
   return light.intensity * (0.2126 * light.color.r + 0.7152 * light.color.g + 0.0722 * light.color.b);
 }

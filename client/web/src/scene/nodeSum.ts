@@ -7,12 +7,15 @@ export enum NodeSum {
   processor = 1,
 }
 
-/** `renderer`: as WebGL names it. Software that plays a GPU is slower at this sum than the page's thread. */
+/**
+ * Who should sum up the modes for this renderer, as WebGL names it (`rendererName`). Software that plays a GPU is
+ * slower at this sum than the page's thread.
+ */
 export function nodeSumFor(module: Instance, renderer: string): NodeSum {
   return module.call("hairnet_node_sum_for", module.name(renderer));
 }
 
-/** The name of what draws; browsers that hide it give another one, or none. */
+/** The name of the GPU, or of the software in its place. Browsers that hide it give another name, or none. */
 export function rendererName(renderer: WebGLRenderer): string {
   const gl = renderer.getContext();
   const info = gl.getExtension("WEBGL_debug_renderer_info");

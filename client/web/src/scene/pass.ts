@@ -16,15 +16,19 @@ import {
 } from "three";
 import { shader } from "./shaders";
 
+/** three.js wants a camera for each drawing. The shaders of passes use none. */
 const nowhere = new Camera();
 
-/** Shaders that draw without a scene, camera and attributes: numbers into a target. */
+/** Draws numbers into a target by a pair of shaders, without a scene, a camera or attributes of vertices. */
 export class Pass {
   readonly #geometry = new InstancedBufferGeometry();
   readonly #material: RawShaderMaterial;
   readonly #object: Mesh | Points;
 
-  /** `vertex`, `fragment`: names of shaders. `points`: it draws points, which are blended so; else triangles, and nothing is. */
+  /**
+   * `vertex`, `fragment`: names of shaders (`shader`). `points`: the pass draws points, and this is how they are
+   * blended; null: it draws triangles without blending.
+   */
   constructor(
     vertex: string,
     fragment: string,
@@ -45,6 +49,7 @@ export class Pass {
     this.#object.frustumCulled = false;
   }
 
+  /** Draws into the current target. */
   draw(renderer: WebGLRenderer, vertices: number, instances = 1): void {
     this.#geometry.setDrawRange(0, vertices);
     this.#geometry.instanceCount = instances;
@@ -58,8 +63,8 @@ export class Pass {
 }
 
 /**
- * Draws with passes, into targets that `draw` sets; afterwards the renderer draws where and how it did. Do not call it
- * while the renderer draws something else.
+ * Calls `draw`, which sets targets and draws passes into them. Afterwards the renderer has its target and its settings
+ * of before. Do not call it while the renderer draws something else.
  */
 export function drawAside(renderer: WebGLRenderer, draw: () => void): void {
   const before = renderer.getRenderTarget();
@@ -72,7 +77,7 @@ export function drawAside(renderer: WebGLRenderer, draw: () => void): void {
   xr.enabled = isXr;
 }
 
-/** What the bits of such a target mean, of so many texels from the beginning of a row on. For tests. */
+/** Reads floats back from a `bitsTarget`: this many texels from the beginning of a row on. For tests. */
 export function readBits(
   renderer: WebGLRenderer,
   target: WebGLRenderTarget,
@@ -85,7 +90,7 @@ export function readBits(
   return new Float32Array(bits.buffer, 0, 4 * texels);
 }
 
-/** Rows of the bits of four floats: a device may be unable to draw floats. */
+/** Makes a target whose texels are the bits of four floats, since a device may be unable to draw floats. */
 export function bitsTarget(width: number): WebGLRenderTarget {
   return new WebGLRenderTarget(width, 1, {
     format: RGBAIntegerFormat,

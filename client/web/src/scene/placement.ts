@@ -10,9 +10,9 @@ const halfTurn = new Quaternion(1, 0, 0, 0); // about x
 
 /** Where a character is drawn. */
 export interface Placed {
-  /** scene */
+  /** The bones, scene space. */
   readonly pose: Pose;
-  /** Its scale. Negative: mirrored in the head joint, and then turned and moved by the pose. */
+  /** The character's scale. Negative: it is mirrored in the head joint, and then turned and moved by the pose. */
   readonly size: number;
 }
 
@@ -20,8 +20,9 @@ export interface Placed {
 export type Unplaced = "hidden" | `${string} is not finite` | `${string} is scaled unevenly`;
 
 /**
- * Puts the character at its head, and returns its place in the scene. The pose is the room's, moved by the group's
- * matrix, or the anchor's; the other bones keep their places about it.
+ * Moves the object `character` to its head, and returns where its hair is drawn in the scene. `pose`: the member's, in
+ * the room; `room`: the world matrix of the HairScene, which moves all poses. With an anchor the head is at the anchor,
+ * and the other bones keep their places about the head.
  */
 export function place(character: HairCharacter, pose: Pose, room: Matrix4): Placed | Unplaced {
   const { anchor } = character;
@@ -46,8 +47,9 @@ export function place(character: HairCharacter, pose: Pose, room: Matrix4): Plac
   return { pose: placed, size };
 }
 
-// What is mirrored in x, then turned, is mirrored in the origin, then turned by half a turn about x and so on. Of a
-// mirrored model the pose has the bones as they stand in the world, each without its mirror.
+// `decompose` gives a mirror as a mirror in x before the rotation. That equals a mirror in the origin followed by half
+// a turn about x, and shaders know mirrors in the origin only: hence `halfTurn`. The pose of a mirrored model has the
+// bones as they stand in the world, each without its mirror.
 function placeAtAnchor(pose: Pose, size: number, placed: Pose): void {
   const turn = new Quaternion(pose[0], pose[1], pose[2], pose[3]).invert().premultiply(rotation);
   const head = new Vector3(pose[4], pose[5], pose[6]);
@@ -74,6 +76,7 @@ function placeInRoom(pose: Pose, size: number, room: Matrix4, placed: Pose): voi
   }
 }
 
+/** Writes the bone whose numbers begin at `at`. */
 function put(pose: Pose, at: number, q: Quaternion, p: Vector3): void {
   pose[at] = q.x;
   pose[at + 1] = q.y;

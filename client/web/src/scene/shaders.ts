@@ -1,7 +1,7 @@
 import { HairnetError } from "../module/hairnetError";
 
 const kFolder = "../../../shaders/";
-/** All but those that the desktop's viewer alone has. */
+/** The texts of all shaders, by path, without those that only the desktop's viewer has. */
 const files = import.meta.glob<string>(
   [
     "../../../shaders/*.{glsl,vert,frag}",

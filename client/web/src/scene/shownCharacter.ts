@@ -6,22 +6,23 @@ import type { Drawn, GroomDrawing } from "./groomDrawing";
 import type { HairCharacter } from "./hairCharacter";
 import type { CharacterRecord } from "./records";
 
+/** The id of the newest character; ids begin at 1, as 0 means none (`CharacterRecord.id`). */
 let lastId = 0;
 
 /** A character in the pictures of a `HairScene`: one object from picture to picture, so that crowds leave no garbage. */
 export class ShownCharacter implements Drawn, CharacterRecord {
   member!: ShownMember;
-  /** of the member in this picture */
+  /** The index of the character in this picture's `Records`. */
   number = 0;
   pose: Pose = rigidPose();
   size = 1;
-  /** of its head in the main view */
+  /** The height of the head over the height of the main view. */
   screenHeight = 0;
   inView = false;
   drawing: GroomDrawing | null = null;
-  /** It has a place in this picture. */
+  /** The character has a place in this picture: no scale hides it. */
   isShown = false;
-  /** Its hair is here, and in a view. */
+  /** The hair is loaded, and a view sees it. */
   isDrawn = false;
   readonly detail: DrawDetail = { strandShare: 0, followHairCount: 0, toleranceM: 0, quadratic: 0 };
   list = 0;
@@ -37,7 +38,7 @@ export class ShownCharacter implements Drawn, CharacterRecord {
 
   constructor(readonly character: HairCharacter) {}
 
-  /** Motion counts in the main view alone. */
+  /** The id by which the motion is followed, which counts in the main view alone; 0: outside of it. */
   get id(): number {
     return this.inView ? this.#id : 0;
   }

@@ -5,7 +5,7 @@ import type { Skin } from "../hair/skin";
 
 /** A groom's skin on the GPU, for the shaders that push hair out of it (skin_push.glsl). Before `fill` none is known. */
 export class SkinTexture {
-  /** by their names in the shaders */
+  /** The uniforms by their names in the shaders, which say what each has. */
   readonly uniforms = {
     skin_nodes: { value: null as DataTexture | null },
     skin_place: { value: new Float32Array(4 * kBoneCount) },
@@ -15,12 +15,13 @@ export class SkinTexture {
 
   #skin: Skin | null = null;
 
-  /** The same object again costs nothing. */
+  /** Takes over a skin. The same object again costs nothing. */
   fill(skin: Skin): void {
     if (skin === this.#skin) return;
     this.dispose();
     this.#skin = skin;
     const { skin_nodes, skin_place, skin_dims, skin_thickness } = this.uniforms;
+    // A bone with a cell of 0 m has no grid.
     skin_place.value.fill(0);
     for (const { bone, origin, cellM, dims, first } of skin.grids) {
       skin_place.value.set([...origin, cellM], 4 * bone);

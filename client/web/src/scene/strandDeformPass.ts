@@ -4,7 +4,7 @@ import type { Drawn, GroomDrawing } from "./groomDrawing";
 import { bitsTarget, drawAside, Pass, readBits } from "./pass";
 import { SkinTexture } from "./skinTexture";
 
-/** Characters with one groom: their records from `first` on. */
+/** Characters with one groom, whose records begin at `first`. */
 export interface PlacedGroom {
   readonly drawing: GroomDrawing;
   readonly first: number;
@@ -43,16 +43,20 @@ export class StrandDeformPass {
     return this.#placed.texture;
   }
 
-  /** Its GPU memory. */
+  /** The GPU memory of the two textures, of 16 bytes a texel. */
   get bytes(): number {
     return 2 * 16 * kPointRow * this.#placed.height;
   }
 
+  /** The most rows that the textures can have on this device. */
   rowsMax(renderer: WebGLRenderer): number {
     return Math.min(renderer.capabilities.maxTextureSize, kRowsMax);
   }
 
-  /** As `drawAside`. `rows`: of all characters; their records say which rows each has. */
+  /**
+   * Places the points of these characters, under the conditions of `drawAside` (pass.ts). `rows`: the rows of all
+   * characters together; each record says which rows the character has.
+   */
   place(renderer: WebGLRenderer, grooms: readonly PlacedGroom[], rows: number): void {
     if (rows === 0) return;
     this.#reserve(rows);
@@ -82,7 +86,8 @@ export class StrandDeformPass {
     this.#place.dispose();
   }
 
-  // The textures' contents are lost when their size changes.
+  // Makes room for that many rows. Contents are lost when the size changes, so the textures change only when they are
+  // too small, or more than four times too large.
   #reserve(rows: number): void {
     const { height } = this.#placed;
     if (rows <= height && height <= 4 * rows) return;
@@ -106,7 +111,7 @@ export function fitShares(
       characters += 1;
     }
   if (rows <= rowsMax) return;
-  // Each character may waste one row.
+  // Each character begins in a row of its own, so it may waste up to one row.
   const scale = Math.max(rowsMax - characters, 0) / rows;
   for (const { shown } of grooms)
     for (const one of shown) one.detail.strandShare = scale * Math.min(one.detail.strandShare, 1);

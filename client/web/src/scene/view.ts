@@ -19,7 +19,7 @@ import type { Pose } from "../hair/pose";
 /** Servers take no larger `screen_height` (schema/PROTOCOL.md). */
 const kScreenHeightMax = 100;
 
-/** A camera, or one eye. */
+/** What a camera, an eye of a headset, or a shadow map sees. */
 export interface View {
   readonly frustum: Frustum;
   readonly eye: Vector3;
@@ -37,6 +37,9 @@ export interface View {
 /** A camera that a picture is drawn from. */
 export type AnyCamera = Camera | CubeCamera;
 
+/**
+ * Whether the numbers of a view are finite. The near and far planes do not count: a mirror's far plane may be infinite.
+ */
 export function isFiniteView({ eye, forward, frustum, pxPerM }: View): boolean {
   const numbers = [eye, forward, ...frustum.planes.slice(0, 4).map(({ normal }) => normal)].map((v) =>
     v ? v.x + v.y + v.z : 0,
@@ -93,7 +96,8 @@ function makeView(camera: Camera, widthPx: number, heightPx: number): View {
   const toView = new Matrix4().copy(camera.matrixWorld).invert();
   const { elements } = camera.projectionMatrix;
   const frustum = new Frustum().setFromProjectionMatrix(toView.premultiply(camera.projectionMatrix));
-  // A mirror's camera has the mirror as its near plane, and then no plane is a far one.
+  // A mirror's camera has the mirror as its near plane, for which it changes these elements of the projection. Its far
+  // plane is skewed by this, so nothing counts as too far away.
   if (elements[2] !== 0 || elements[6] !== 0) frustum.planes[4].constant = Infinity;
   return {
     frustum,
@@ -122,15 +126,20 @@ function viewAround(camera: CubeCamera): View {
   };
 }
 
-/** The appearance of a head; the largest over the views. */
+/** How large a head is in the views; of several views the largest. */
 export interface Seen {
+  /** The height of the head, pixels. */
   headPx: number;
-  /** height of the head over the view's height */
+  /** The height of the head over the view's height. */
   screenHeight: number;
+  /** Any part of the character is in a view. */
   inView: boolean;
 }
 
-/** `pose`: scene; `radius`: of everything that belongs to it, about the head; `size`: its scale. */
+/**
+ * How a head is seen by these views. `pose`: scene space; `radius`: of a ball about the head that contains the
+ * character, m; `size`: the character's scale.
+ */
 export function seenBy(views: readonly View[], pose: Pose, radius: number, size: number): Seen {
   const head = new Vector3(pose[4], pose[5], pose[6]);
   const ball = new Sphere(head, radius);
@@ -140,6 +149,7 @@ export function seenBy(views: readonly View[], pose: Pose, radius: number, size:
   for (const view of views) {
     const away = head.clone().sub(view.eye);
     const depth = view.forward ? away.dot(view.forward) : away.length();
+    // A head nearer than 5 cm counts as if it were there, so that its size stays finite.
     const px = (size * kHeadM * view.pxPerM) / (view.isPerspective ? Math.max(depth, 0.05) : 1);
     headPx = Math.max(headPx, px);
     screenHeight = Math.max(screenHeight, px / Math.max(view.heightPx, 1));

@@ -12,11 +12,11 @@ export interface HeadFit {
 
 /** A change of a fit by hand. */
 export interface HeadFitChange {
-  /** factor on the hair's size, about the middle of the skull */
+  /** The factor on the hair's size, about the middle of the skull. */
   readonly size?: number;
-  /** up, m of the model */
+  /** How far the hair is moved up, m of the model. */
   readonly height?: number;
-  /** towards the face, m of the model */
+  /** How far the hair is moved towards the face, m of the model. */
   readonly depth?: number;
 }
 
@@ -69,6 +69,7 @@ function fitTriangles(from: Triangles, to: Triangles): HeadFit {
   const groomRadius = median(skull.map((point) => point.distanceTo(groomMiddle)));
   let fit: HeadFit = kNoFit;
   // Each pass measures from the middle that the previous one has found.
+  // Four passes are the limit; they end when the middle moves by less than 0.5 % of the skull's radius.
   for (let pass = 0, change = Infinity; pass < 4 && change > 5e-3 * groomRadius * fit.size; ++pass) {
     const surface = new HeadSurface(to, middle);
     const radii = kScalp.map((direction) => surface.radius(direction)).filter((radius) => radius > 0);
@@ -78,6 +79,7 @@ function fitTriangles(from: Triangles, to: Triangles): HeadFit {
     start[1] -= start[0] * groomMiddle.y;
     start[2] -= start[0] * groomMiddle.z;
     const [size, y, z] = settle(skull, surface, start, kOutlierShare * median(radii));
+    // A size beyond the limits is cut, and the offsets change so that the middle of the skull stays where it was found.
     const kept = Math.min(Math.max(size, ratio / kSizeChange), ratio * kSizeChange);
     fit = { size: kept, offset: [0, y + (size - kept) * groomMiddle.y, z + (size - kept) * groomMiddle.z] };
     const before: Vector3 = middle;
@@ -90,10 +92,13 @@ function fitTriangles(from: Triangles, to: Triangles): HeadFit {
   return fit;
 }
 
-/** size, offset along y, offset along z */
+/** What is fitted: the size, the offset along y, and the offset along z. Heads are symmetric, so x stays. */
 type Numbers = [number, number, number];
 
-/** Gauss-Newton steps on the weighted distances of the moved skull from the surface. */
+/**
+ * Finds the size and offsets by Gauss-Newton steps on the weighted distances of the moved skull from the surface.
+ * `outlierM`: the distance beyond which a point hardly counts.
+ */
 function settle(skull: readonly Vector3[], surface: HeadSurface, start: Numbers, outlierM: number): Numbers {
   const at: Numbers = [...start];
   const distance = (point: Vector3, [size, y, z]: Numbers): number | null => {
@@ -124,6 +129,7 @@ function settle(skull: readonly Vector3[], surface: HeadSurface, start: Numbers,
         for (let j = 0; j < 3; ++j) normal.elements[3 * j + i] += weight * slope[i] * slope[j];
       right.add(shift.fromArray(slope).multiplyScalar(weight * d));
     }
+    // The equations have no single solution, as where the surface is missing nearly everywhere.
     if (!(Math.abs(normal.determinant()) > 1e-12)) break;
     right.applyMatrix3(normal.invert());
     // One step at most halves the size, so the size stays positive.

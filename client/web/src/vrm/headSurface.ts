@@ -3,12 +3,16 @@ import { Vector3 } from "three";
 /** Triangles in head space, m: 9 numbers each. */
 export type Triangles = readonly number[];
 
+// The directions are 7.5 degrees apart, from pole to pole and around.
 const kRows = 24;
 const kColumns = 48;
 
 /** The outer surface of triangles around a point, as a distance for each direction from the point. */
 export class HeadSurface {
-  /** m; row by row from +Y down, columns from +Z towards +X; 0: no triangle in this direction */
+  /**
+   * The distances, m: row by row from +Y down, with columns from +Z towards +X. 0 means that no triangle lies in this
+   * direction.
+   */
   readonly #radii = new Float64Array((kRows + 1) * kColumns);
 
   constructor(
@@ -61,7 +65,8 @@ export class HeadSurface {
       .add(corner.copy(c).normalize())
       .normalize();
     const least = Math.min(cone.dot(a) / a.length(), cone.dot(b) / b.length(), cone.dot(c) / c.length()) - 1e-6;
-    // Only directions within the triangle's cone can meet it.
+    // `cone` is the axis of a cone that contains the triangle, and `least` the cosine of its half angle. Only
+    // directions within the cone can meet the triangle, and they lie in these rows.
     const polar = Math.acos(Math.min(Math.max(cone.y, -1), 1));
     const reach = least > 0 ? Math.acos(Math.min(least, 1)) : Math.PI;
     const firstRow = Math.max(Math.floor(((polar - reach) / Math.PI) * kRows), 0);
@@ -92,6 +97,8 @@ const kDirections = Array.from({ length: (kRows + 1) * kColumns }, (_, n) => {
 export function middleOf(triangles: Triangles): Vector3 | null {
   const along = (axis: number) => triangles.filter((_, n) => n % 3 === axis).sort((a, b) => a - b);
   const share = (sorted: readonly number[], of: number) => sorted[Math.round(of * (sorted.length - 1))];
+  // Four triangles are the least that enclose anything. Shares of the sorted coordinates in place of the ends leave out
+  // ears, horns and single points.
   if (triangles.length < 36) return null;
   const [xs, ys, zs] = [0, 1, 2].map(along);
   const halfWidth = 0.5 * (share(xs, 0.98) - share(xs, 0.02));
@@ -100,7 +107,10 @@ export function middleOf(triangles: Triangles): Vector3 | null {
   return new Vector3(0, share(ys, 0.99) - 1.2 * halfWidth, 0.5 * (share(zs, 0.02) + share(zs, 0.98)));
 }
 
-/** Even directions over the part of a head that carries hair: above a plane from the forehead to the nape. */
+/**
+ * Directions, evenly spread, over the part of a head that carries hair. They are those of a Fibonacci sphere of 600
+ * points that lie above a plane from the forehead to the nape, which is tilted by 0.7 rad.
+ */
 export const kScalp: readonly Vector3[] = Array.from({ length: 600 }, (_, n) => {
   const y = 1 - (2 * n + 1) / 600;
   const turn = n * Math.PI * (3 - Math.sqrt(5));

@@ -9,7 +9,7 @@ import { atRest } from "./vrmSkeleton";
 /** Things on a head that are no part of the skull. */
 const kWornName = /hat|cap(?!e)|helmet|hood|glasses|goggles|horn|ribbon|hair_?band|head_?phone|crown|halo|antenna/i;
 
-/** The part of the groom's own body that moves with the head. */
+/** The part of the groom's own body that moves with the head: triangles with a weight of the head above 0.9. */
 export function groomHeadTriangles({ body }: Pick<Groom, "body">): Triangles {
   const out: number[] = [];
   for (let t = 0; t < body.triangles.length; t += 3) {
@@ -43,7 +43,9 @@ export function isWorn(mesh: Mesh): boolean {
   return namesOf(mesh).some((name) => kWornName.test(name));
 }
 
-/** The triangles of one mesh that belong to the head. The model is at rest. `toHead`: from the world. */
+/**
+ * The triangles of one mesh that belong to the head. The model must be at rest. `toHead`: from the world to head space.
+ */
 export function headTriangles(
   vrm: VRM,
   mesh: Mesh,

@@ -2,10 +2,13 @@ import { VRMLoaderPlugin, VRMUtils, type VRM } from "@pixiv/three-vrm";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { HairnetError, messageOf } from "../module/hairnetError";
 
+/** The largest file that `loadVrm` reads. */
 export const kVrmBytesMax = 128 * 1024 * 1024;
-/** Numbers of all arrays together: a small file can claim arrays of any length. */
+/** All arrays of a model together have at most this many numbers: a small file can claim arrays of any length. */
 const kVrmNumbersMax = 64 * 1024 * 1024;
 
+// A binary glTF file begins with "glTF", its version and its size. Then come the size and the kind ("JSON") of its
+// first chunk, each in 4 bytes, little endian.
 const kMagic = 0x46546c67;
 const kJsonChunk = 0x4e4f534a;
 const kHeaderBytes = 20;

@@ -1,7 +1,9 @@
 import type { VRM } from "@pixiv/three-vrm";
 import { type Quaternion, Vector3 } from "three";
 
+/** How far lowered arms are below the horizontal: 69 degrees. */
 const kBelowHorizontalRad = 1.2;
+/** How far the forearms are bent forward. */
 const kElbowRad = 0.25;
 
 /**
@@ -26,7 +28,7 @@ export function lowerArms(vrm: VRM, belowHorizontalRad = kBelowHorizontalRad): v
   }
 }
 
-/** Turns `from` to `to`. */
+/** Sets the rotation that turns the direction `from` into the direction `to`. */
 function turn(rotation: Quaternion, from: Vector3, to: Vector3): void {
   rotation.setFromUnitVectors(from.clone().normalize(), to.clone().normalize());
 }

@@ -28,13 +28,17 @@ export interface VrmHairOptions {
  */
 export class VrmHair {
   readonly skeleton: VrmSkeleton;
+  /** The meshes that are not drawn. */
   #hidden: readonly Mesh[] = [];
+  /** The bones of the model's own hair. */
   readonly #bones: ReadonlySet<Object3D>;
+  /** These functions draw the hidden triangles again. */
   readonly #showTriangles: readonly (() => void)[];
   #fit: HeadFit;
   #change: HeadFitChange;
   readonly #fitIsGiven: boolean;
   #character: HairCharacter | null = null;
+  /** What `attach` and `hide` have changed, to undo it. */
   #bodyWasVisible = true;
   readonly #wasVisible = new Map<Mesh, boolean>();
 

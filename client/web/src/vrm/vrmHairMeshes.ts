@@ -9,6 +9,7 @@ import { atRest, headSpace } from "./vrmSkeleton";
 const kHairName = /hair|bangs|fringe|ponytail|pigtail|twintail|ahoge|kami|\u9aea|\u30d8\u30a2/i;
 /** Names that are not hair, even if they contain other words for hair. */
 const kOtherName = /hairband|hair_?pin|hair_?clip|ribbon|eyebrow|eyelash|brow|lash|ear(?!th)/i;
+/** A mesh is hair if a larger share of its triangles' corners than this belongs to bones of hair. */
 const kShareOfHairBones = 0.6;
 /** The share of the scalp that a mesh must cover, outside of another mesh, to be hair by its place. */
 const kShareOfScalp = 0.6;

@@ -22,9 +22,11 @@ export class VrmSkeleton {
    * the model is at rest.
    */
   readonly anchor = new Object3D();
+  /** The model's node for each bone of a pose, in the order of `Bone`. */
   readonly #nodes: Object3D[];
+  /** The transform from head space, with its origin at the joint, to the head bone's own axes. */
   readonly #anchorAtJoint: Matrix4;
-  /** of the anchor from the head joint, head space */
+  /** The translation of the anchor from the head joint, head space. */
   readonly #offset = new Matrix4();
   /** For each bone's node at rest, the transform to the head joint's place with head space's axes. */
   readonly #restInHead: Matrix4[];

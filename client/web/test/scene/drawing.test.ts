@@ -31,6 +31,7 @@ describe("draw calls", async () => {
   const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
   const materials: RawShaderMaterial[] = [];
   const drawing = new GroomDrawing(made, group, uniforms, (material) => materials.push(material));
+  /** A character whose head is `px` pixels high, with the detail and the list of strands that belong to that size. */
   const at = (px: number) => {
     const detail = detailFor(px, 1, drawing.strandCount);
     return { detail, list: drawing.listFor(detail.toleranceM) };
@@ -39,6 +40,7 @@ describe("draw calls", async () => {
   test("characters of one groom and one drawing level share one", () => {
     const drawn = counts();
     drawing.show(
+      // The 20 characters have the records from 5 on.
       Array.from({ length: 20 }, () => at(400)),
       5,
       drawn,
@@ -56,6 +58,8 @@ describe("draw calls", async () => {
     expect(material.uniforms.first_record.value).toBe(5);
   });
 
+  // Each character's points get rows of a texture (`StrandDeformPass`). Too few rows would let characters overwrite
+  // each other's hair.
   test("strands and rows for their points are as many as their share needs", () => {
     const near = at(400);
     expect(drawing.pointRowsOf(near)).toBeGreaterThan(0);
@@ -67,6 +71,7 @@ describe("draw calls", async () => {
   test("points that have no room take strands from all alike", () => {
     const shown = [at(400), at(300)];
     const wanted = shown.map((one) => one.detail.strandShare);
+    // The few strands of this groom need far fewer than 1000 rows, so no share changes.
     fitShares([{ drawing, shown }], 1000);
     expect(shown.map((one) => one.detail.strandShare)).toEqual(wanted);
     const rows = () => shown.reduce((sum, one) => sum + drawing.pointRowsOf(one), 0);
@@ -77,6 +82,8 @@ describe("draw calls", async () => {
     expect(shown[0].detail.strandShare / wanted[0]).toBeCloseTo(shown[1].detail.strandShare / wanted[1], 6);
   });
 
+  // A strand's points are omitted by a tolerance, and each tolerance has its own list of vertices. Characters with
+  // another list need another draw call, whose records follow those of the call before.
   test("another drawing level is another draw call, which begins at its own records", () => {
     const drawn = counts();
     drawing.show([at(400), at(400), at(30)], 0, drawn);
@@ -91,6 +98,7 @@ describe("draw calls", async () => {
   test("with details of their own, too, all are drawn: those of one list together", () => {
     const hall = new Group();
     const mixed = new GroomDrawing(made, hall, uniforms, () => {});
+    // Without follow hairs an instance of a mesh is one character.
     const one = (list: number, strandShare: number) => ({
       list,
       detail: { ...detailFor(400, 1, 40), followHairCount: 0, strandShare },
@@ -102,6 +110,7 @@ describe("draw calls", async () => {
     const instances = strands.map(
       (mesh) => (mesh as unknown as { geometry: { instanceCount: number } }).geometry.instanceCount,
     );
+    // Each of the two lists has two characters, whatever their shares are.
     expect(instances).toEqual([2, 2]);
   });
 
@@ -110,6 +119,7 @@ describe("draw calls", async () => {
     drawing.show([], 0, drawn);
     expect(drawn.drawCalls).toBe(0);
     expect(group.children.some((mesh) => mesh.visible)).toBe(false);
+    // The caller could adapt the material of every mesh: `materials` has what GroomDrawing gave it.
     expect(materials.length).toBe(group.children.length);
     drawing.dispose();
     expect(group.children).toHaveLength(0);
@@ -172,6 +182,8 @@ describe("placement", () => {
     const turned = Float64Array.from(pose);
     turned.set(new Quaternion().setFromEuler(new Euler(0.3, -0.7, 0.2)).toArray(), 0);
     turned.set(new Quaternion().setFromEuler(new Euler(-0.2, 0.4, 0.9)).toArray(), 7);
+    // A mirror along one axis or along all three turns the room inside out. One along two axes is half a turn, and the
+    // last scale mirrors nothing.
     for (const scale of [
       [-1, 1, 1],
       [2, -2, 2],
@@ -211,6 +223,7 @@ describe("placement", () => {
     room.updateMatrixWorld();
     const where = placed(character, pose, room.matrixWorld);
     const point = new Vector3(0.1, 0.2, -0.3);
+    // The anchor alone places the head: the room's scale and position must not count a second time.
     const wanted = point.clone().applyMatrix4(anchor.matrixWorld);
     expect(drawnAt(where, 0, point).distanceTo(wanted)).toBeLessThan(1e-9);
     room.updateMatrixWorld();
@@ -237,6 +250,7 @@ describe("placement", () => {
 
 describe("how a head is seen", () => {
   const pose = rigidPose([0, 0, 0, 1], [0, 0, -2]);
+  /** The views of a square canvas of that height, from a camera at the origin. Without a height the aspect is NaN. */
   const through = (heightPx: number) => {
     const camera = new PerspectiveCamera(40, heightPx > 0 ? 1 : NaN);
     const size = new Vector2(heightPx, heightPx);

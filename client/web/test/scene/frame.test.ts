@@ -10,6 +10,7 @@ import { someGroom } from "../support/grooms";
 
 const groom = await someGroom();
 const shape = { points: groom.points, body: groom.body };
+/** A character at (x, y, z), m, which is turned by `yaw` rad about +Y. */
 const at = (x: number, y: number, z: number, yaw = 0): Framed => ({
   pose: rigidPose([0, Math.sin(yaw / 2), 0, Math.cos(yaw / 2)], [x, y, z]),
   size: 1,
@@ -20,6 +21,7 @@ const at = (x: number, y: number, z: number, yaw = 0): Framed => ({
 function extent(camera: PerspectiveCamera, characters: readonly Framed[]): { x: number; y: number } {
   camera.updateProjectionMatrix();
   camera.updateWorldMatrix(true, false);
+  // `nearest` is the largest z in the camera's own axes, where the camera looks along -z.
   const most = { x: 0, y: 0 };
   let nearest = -Infinity;
   const point = new Vector3();
@@ -42,6 +44,7 @@ function extent(camera: PerspectiveCamera, characters: readonly Framed[]): { x: 
 describe("a framed picture", () => {
   test("shows all of one character or many, wide or tall, and nearly fills one side", () => {
     const groups = [[at(0, 0, 0)], [at(5, 1.6, -3, 1)], [at(-1, 1.6, 0), at(0, 1.6, -0.5), at(1, 1.5, 0.3)]];
+    // The aspects are those of an upright phone, a square and a wide screen.
     for (const characters of groups)
       for (const aspect of [0.46, 1, 16 / 9])
         for (const fov of [20, 35, 75]) {
@@ -99,6 +102,8 @@ test("a camera without a finite aspect, as of a canvas without a size, stays whe
 
 test("frame refuses what it cannot do", () => {
   const camera = new PerspectiveCamera();
+  // In each pair of a camera and options one thing is wrong. The first two have no perspective camera. Then come a
+  // misspelt option, margins that are not above 0, a name in place of a member's number, and no object as options.
   for (const bad of [
     [new OrthographicCamera(), {}],
     [undefined, {}],
@@ -125,6 +130,7 @@ describe("a HairScene", () => {
   });
 
   test("draws a member that its source names twice once", async () => {
+    // The scene has one `HairCharacter` for each member's number. A second one in the picture would take its place.
     const member = { member: 1, own: false, groomKey: "a", groom, pose: rigidPose(), lattice: null };
     const hair = new HairScene({ sample: () => [member, member] }, renderer);
     const camera = new PerspectiveCamera(35, 4 / 3);
@@ -141,8 +147,10 @@ describe("a HairScene", () => {
     const members: ShownMember[] = [];
     const hair = new HairScene({ sample: () => members }, renderer);
     const camera = new PerspectiveCamera(35, 4 / 3);
+    // The x of each place at which the camera was pointed.
     const centres: number[] = [];
     hair.addEventListener("framed", ({ centre }) => centres.push(centre.x));
+    // `frame` is called while the room is empty, as a page calls it at its start. The camera waits.
     hair.frame(camera);
     hair.update(camera);
     expect(camera.position.length()).toBe(0);

@@ -47,6 +47,7 @@ function fakeRenderer(viewport = new Vector4(0, 0, kPx, kPx)): WebGLRenderer {
   } as unknown as WebGLRenderer;
 }
 
+/** A square camera of 40 degrees at (x, y, z), which looks at `towards`: by default at the origin. */
 function cameraAt(x: number, y: number, z: number, towards = new Vector3()): PerspectiveCamera {
   const camera = new PerspectiveCamera(40, 1, 0.1, 100);
   camera.position.set(x, y, z);
@@ -63,6 +64,8 @@ test("a WebGPURenderer is refused in words that say what is needed", () => {
 });
 
 describe("further cameras", () => {
+  // `seenBy` and `drawnIn` take the radius, m, of the ball about the head that a view must meet, and the head's scale:
+  // 0.5 and 1 here.
   const pose = rigidPose([0, 0, 0, 1], [0, 0, 0]);
   const renderer = fakeRenderer();
   // The main camera turns its back on the character, which is at the origin.
@@ -79,6 +82,7 @@ describe("further cameras", () => {
 
   test("one that does not see the character adds no detail", () => {
     const far = furtherViews(renderer, [cameraAt(0, 0, 8)]);
+    // This camera is the nearest one, but it turns its back on the character. If it counted, the head would be larger.
     const beside = furtherViews(renderer, [cameraAt(0, 0, 0.7, new Vector3(0, 0, 9))]);
     expect(drawnIn([...far, ...beside], pose, 0.5, 1).headPx).toBeCloseTo(seenBy(far, pose, 0.5, 1).headPx, 6);
   });
@@ -86,6 +90,7 @@ describe("further cameras", () => {
   test("a cube camera sees all around it, with the pixels of its target", () => {
     const target = new WebGLCubeRenderTarget(128);
     const [view] = furtherViews(renderer, [new CubeCamera(0.1, 100, target)]);
+    // The heads are on three sides of the camera. A usual camera sees at most one of them.
     for (const at of [
       [0, 0, 2],
       [0, -2, 0],
@@ -126,6 +131,7 @@ describe("further cameras", () => {
     elements[14] = plane.w;
     const views = furtherViews(renderer, [camera]);
     const seenAt = (z: number) => seenBy(views, rigidPose([0, 0, 0, 1], [0, 0, z]), 0.1, 1).inView;
+    // At z = 2 the head is between the camera and the mirror, and at z = 0 it is behind the mirror.
     expect(seenAt(2)).toBe(false);
     expect(seenAt(0)).toBe(true);
     // This head is 93 m away and within the camera's 100 m. The skewed far plane must not hide it.
@@ -167,6 +173,7 @@ describe("shadow maps", async () => {
     expect(only.headPx).toBeCloseTo(seenBy(seeing, pose, 0.3, 1).headPx, 6);
   });
 
+  /** Draws one character, 600 pixels high with two follow hairs beside each strand, and returns its mesh of strands. */
   const drawingWith = (castShadow: boolean) => {
     const group = new Group();
     const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
@@ -183,9 +190,12 @@ describe("shadow maps", async () => {
     const before = strands.geometry.instanceCount;
     // Each strand is drawn with its two follow hairs.
     expect(before).toBe(3);
+    // three.js calls `onBeforeShadow` and `onAfterShadow` with these arguments. The functions under test read only the
+    // renderer.
     const args = [scene, sun, sun.shadow.camera, strands.geometry, strands.customDepthMaterial!, null] as const;
     const renderer = fakeRenderer(new Vector4(0, 0, 512, 512));
     strands.onBeforeShadow(renderer, ...(args as unknown as [never, never, never, never, never, never]));
+    // The one instance is the one character.
     expect(strands.geometry.instanceCount).toBe(1);
     expect((strands.customDepthMaterial as RawShaderMaterial).uniforms.copies.value).toBe(1);
     expect(uniforms.all.viewport_px.value.toArray()).toEqual([512, 512]);
@@ -196,6 +206,7 @@ describe("shadow maps", async () => {
     expect(strands.material.uniforms.copies.value).toBe(3);
   });
 
+  // A program that wants no shadows of hair must not pay for them: a shadow map takes a third of a picture's strands.
   test("stay empty unless they are asked for", () => {
     for (const mesh of drawingWith(false).group.children) expect(mesh.castShadow).toBe(false);
   });
@@ -210,10 +221,13 @@ describe("shadow maps", async () => {
   });
 });
 
+// A ribbon of hair is widened to a share of a pixel (strand.vert), so shaders must know the viewport of each picture.
+// With that of another picture, hair in a small one would be too thin or too wide.
 test("each picture has the width of hair for its own viewport", () => {
   const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
   uniforms.setTarget(fakeRenderer(new Vector4(0, 0, 1280, 720)));
   expect(uniforms.all.viewport_px.value.toArray()).toEqual([1280, 720]);
+  // This viewport is a small second picture on the same canvas. Its own size counts, and not where it begins.
   uniforms.setTarget(fakeRenderer(new Vector4(900, 0, 320, 180)));
   expect(uniforms.all.viewport_px.value.toArray()).toEqual([320, 180]);
 });
@@ -245,6 +259,8 @@ describe("an environment", () => {
     const side = new Vector3(0.6, 0.8, 0);
     addEnvironment(rig, radiance(0.5, 0.4, side), 1);
     expect(rig.towards[0].distanceTo(side)).toBeLessThan(1e-6);
+    // The directional light is what the side has more than the opposite side: 4 * 0.511664 * 0.4 / pi = 0.26, where
+    // 0.511664 is three.js's factor for the harmonics that `more` sets.
     expect(rig.colours[0].r).toBeGreaterThan(0.1);
     // A surface that faces up gets the ambient light, and 0.8 of the directional light: 0.8 is the cosine of the angle
     // between them. Together they must be what three.js computes for the environment.
@@ -270,6 +286,8 @@ describe("an environment", () => {
 test("fog of both kinds reaches the shaders, and goes when the scene has none", () => {
   const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
   const range = () => uniforms.all.fog_range.value.toArray();
+  // `fog_range` has the near and far distance of a `Fog`, m, and the density of a `FogExp2`. The kind that the scene
+  // does not have is 0.
   uniforms.setFog(new Fog(0xffffff, 2, 9));
   expect(range()).toEqual([2, 9, 0]);
   expect(uniforms.all.fog_colour.value.r).toBe(1);

@@ -33,6 +33,7 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
     hair.updateAt(nowMs, camera);
   }
 
+  // Each function spoils one input of the scene. None of them may throw in the program's render loop.
   const corruptions: Record<string, () => void> = {
     "a camera": () => camera.position.setX(NaN),
     "a camera's projection": () => {
@@ -59,6 +60,7 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
   };
   for (const [what, corrupt] of Object.entries(corruptions))
     test(`of ${what} end no update, are counted, and are told at most once a second`, () => {
+      // Any time will do. It stands still, so both updates below are within one second of the first report.
       const clock = vi.spyOn(performance, "now").mockReturnValue(50_000);
       corrupt();
       update();
@@ -73,10 +75,13 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
       expect(warn).toHaveBeenCalledTimes(2);
       clock.mockRestore();
       expect(warn.mock.calls[0][0]).toMatch(/^hairnet: [^\n]*(not finite|NaN)[^\n]* dropped/);
+      // What is dropped here must not reach the server either. A comparison with NaN fails.
       for (const { screenHeight } of reported) expect(screenHeight).toBeGreaterThanOrEqual(0);
     });
 
   test("of the time reach nobody", () => {
+    // The scene reports importance every 250 ms of this time (kImportanceEveryMs of hairScene.ts). Without a time there
+    // is no report.
     for (let n = 0; n < 3; ++n) hair.updateAt(NaN, camera);
     reported = [];
     hair.updateAt(NaN, camera);
@@ -89,6 +94,7 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
     expect(hair.statistics.characters).toBe(0);
     expect(reported).toEqual([{ member: 1, screenHeight: 0, inView: false }]);
     expect(warn).not.toHaveBeenCalled();
+    // A scale of -1 mirrors the hair and draws it at its usual size.
     hair.scale.setScalar(-1);
     update();
     expect(hair.statistics.characters).toBe(1);
@@ -99,6 +105,7 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
     const parent = new Group();
     parent.scale.set(1, 2, 1);
     parent.add(hair);
+    // The five updates are a second apart by the scene's clock. A line in each of them would flood the console.
     for (let n = 0; n < 5; ++n) update();
     expect(hair.statistics.characters).toBe(0);
     expect(warn).toHaveBeenCalledTimes(1);

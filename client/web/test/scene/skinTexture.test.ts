@@ -8,6 +8,8 @@ import { SceneUniforms } from "../../src/scene/hairMaterials";
 import { SkinTexture } from "../../src/scene/skinTexture";
 import { geometryOf, strandsFile } from "../support/grooms";
 
+// A skin of two bones' grids: 3 x 4 x 5 = 60 nodes of the head, then 5 x 6 x 7 = 210 nodes of the left shoulder. Each
+// node has 4 bytes.
 const skin: Skin = {
   grids: [
     { bone: Bone.head, origin: [-0.1, -0.2, -0.3], cellM: 0.02, dims: [3, 4, 5], first: 0 },
@@ -31,6 +33,8 @@ it("has no grid before a skin is known, then those of its bones", () => {
   const { data, width } = skin_nodes.value!.image;
   expect(width).toBe(kSkinRow);
   expect((data as Uint8Array).subarray(0, skin.nodes.length)).toEqual(skin.nodes);
+  // The same object again makes no new texture. A skin with fewer grids leaves nothing of the one before: a cell of
+  // 0 m means that the bone has no grid.
   const before = skin_nodes.value;
   texture.fill(skin);
   expect(skin_nodes.value).toBe(before);
@@ -38,6 +42,8 @@ it("has no grid before a skin is known, then those of its bones", () => {
   expect(skin_place.value[4 * Bone.leftShoulder + 3]).toBe(0);
 });
 
+// Materials take over their uniforms when they are made. The skin comes later, so it must be written into these
+// uniforms, and not replace them.
 it("reaches the materials of cards that were made before it was known", async () => {
   const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
   const texture = new SkinTexture();
@@ -46,6 +52,7 @@ it("reaches the materials of cards that were made before it was known", async ()
     if (part === "card") read.push(() => own.skin_thickness.value);
   };
   const made = await geometryOf(await strandsFile());
+  // The groom of the test has no cards. One triangle makes GroomDrawing create their mesh and material.
   const geometry = { ...made, cards: { ...made.cards, triangles: Uint32Array.of(0, 1, 2) } };
   new GroomDrawing(geometry, new Group(), uniforms, adapt, false, texture);
   texture.fill(skin);

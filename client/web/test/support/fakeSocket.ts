@@ -1,6 +1,9 @@
 import type { WebSocketLike } from "../../src/net/socket";
 
-/** A socket whose other end is the test. */
+/**
+ * A socket whose other end is the test: `open` and `break` call what the code under test listens with, and `sent` has
+ * what that code sent. `WebSocketLike` (src/net/socket.ts) explains the members.
+ */
 export class FakeSocket implements WebSocketLike {
   binaryType = "blob";
   bufferedAmount = 0;
@@ -17,9 +20,11 @@ export class FakeSocket implements WebSocketLike {
   close(): void {
     this.closed = true;
   }
+  /** The connection is open. */
   open(): void {
     this.onopen?.(undefined as never);
   }
+  /** The connection ends without a closing handshake, for which browsers report the code 1006. */
   break(reason = ""): void {
     this.onclose?.({ code: 1006, reason });
   }

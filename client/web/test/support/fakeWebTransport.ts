@@ -1,6 +1,6 @@
 import type WebSocket from "ws";
 
-/** What a server's `/wt.json` says. */
+/** What a server's `/wt.json` says: where it takes sessions, and the SHA-256 (32 bytes) of its certificate. */
 export const kWebTransportPage = JSON.stringify({
   port: 7421,
   path: "/wt",
@@ -9,6 +9,7 @@ export const kWebTransportPage = JSON.stringify({
 
 /** The other end of a WebTransport session is the test. Put it in the place of the platform's `WebTransport`. */
 export class FakeWebTransport {
+  /** All sessions since `reset`, in the order in which the code under test made them. */
   static made: FakeWebTransport[] = [];
   /** What becomes of new sessions: they open, fail, or stay silent. */
   static fate: "open" | "fail" | "silence" = "open";
@@ -23,9 +24,12 @@ export class FakeWebTransport {
 
   readonly ready: Promise<void>;
   readonly closed: Promise<{ closeCode: number; reason: string }>;
+  /** What the code under test wrote to its stream. */
   readonly sent: Uint8Array[] = [];
   readonly datagramsSent: Uint8Array[] = [];
+  /** The code under test has closed the session. */
   isClosed = false;
+  /** The code under test has ended its stream, which carries what must arrive. */
   streamEnded = false;
   readonly datagrams;
   readonly incomingUnidirectionalStreams;
@@ -57,6 +61,8 @@ export class FakeWebTransport {
       },
     });
     const writable = () => new WritableStream<Uint8Array>({ write: (bytes) => this.#take(bytes, this.datagramsSent) });
+    // Datagrams of Hairnet have at most kDatagramBytesMax bytes (1024), so each of them fits into 1200. The code under
+    // test raises the mark.
     this.datagrams = {
       maxDatagramSize: 1200,
       incomingHighWaterMark: 1,
@@ -96,10 +102,11 @@ export class FakeWebTransport {
     this.#refuse(new Error("closed"));
   }
 
+  /** The server's bytes on the stream of the session. */
   tell(bytes: Uint8Array): void {
     this.#stream.enqueue(bytes);
   }
-  /** A one-way stream of the server's. */
+  /** The server opens a one-way stream, as it does for each download. */
   openStream(): ReadableStreamDefaultController<Uint8Array> {
     let opened!: ReadableStreamDefaultController<Uint8Array>;
     this.#streams.enqueue(
@@ -114,6 +121,7 @@ export class FakeWebTransport {
   tellDatagram(bytes: Uint8Array): void {
     this.#incoming.enqueue(bytes);
   }
+  /** The server ends the session. */
   end(reason: string): void {
     this.#end({ closeCode: 0, reason });
   }

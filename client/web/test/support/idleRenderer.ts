@@ -2,7 +2,10 @@ import type { WebGLRenderer } from "three";
 
 const nothing = () => null;
 
-/** It draws nothing: only what is drawn by the GPU needs a real one. */
+/**
+ * Stands for a WebGLRenderer with a canvas of 800 x 600 pixels and without float targets. It draws nothing, and is
+ * enough for all that a scene does before the GPU has its turn.
+ */
 export const idleRenderer = {
   xr: { isPresenting: false },
   domElement: { addEventListener: nothing, removeEventListener: nothing },

@@ -3,6 +3,7 @@ import { connect, rigidPose, type Member, type OwnCharacter, type Room, type Roo
 import type { WebSocketLike } from "../../src/index";
 import { until } from "./until";
 
+/** A person takes a picture and sends a pose this often: 100 times a second, a little more often than most headsets. */
 const kEveryMs = 10;
 
 /** A WebSocket of Node's `ws`. */
@@ -13,10 +14,14 @@ export function openSocket(url: string): WebSocket {
   return socket;
 }
 
-/** Someone in a room, as a page is: it takes pictures, and moves its head while it has a character. */
+/**
+ * Someone in a room, who does what a page does: samples the room again and again, and pushes poses of a head that turns
+ * while there is an own character. Call `leave` at the end of a test.
+ */
 export class Person {
   /** The room's newest connection. */
   socket!: WebSocket;
+  /** A test sets what `room.addCharacter` returns; the person then pushes its poses. */
   own: OwnCharacter | null = null;
   /** Whether the character's head turns. A head that rests sends poses, but its hair comes to rest. */
   moves = true;
@@ -36,6 +41,7 @@ export class Person {
   static async join(server: string, options: RoomOptions = {}): Promise<Person> {
     let newest: WebSocket | undefined;
     let person: Person | undefined;
+    // The first socket is made before there is a Person, later ones when the room reconnects.
     const makeSocket = (url: string): WebSocketLike => {
       newest = openSocket(url);
       if (person) person.socket = newest;
@@ -65,6 +71,7 @@ export class Person {
   #turn(): void {
     const nowMs = performance.now();
     this.room.sample(nowMs);
+    // Half the angle of the head, rad: it turns by 0.6 rad to both sides about once a second, so that its hair swings.
     const turn = this.moves ? 0.3 * Math.sin(nowMs / 150) : 0;
     this.own?.push(rigidPose([0, Math.sin(turn), 0, Math.cos(turn)], [0, 1.6, 0]));
   }

@@ -6,23 +6,26 @@ import { inject } from "vitest";
 import { program } from "./programs";
 import { until } from "./until";
 
-/** A hairnet-server on this machine's loopback. */
+/** A hairnet-server on this machine's loopback, in a process of its own. Call `dispose` at the end of a test. */
 export class Server {
+  /** 0 until the first `start`: the server then chooses a free port. */
   port = 0;
   #process: ChildProcess | null = null;
   /** The server's files; `dispose` removes the folder. */
   protected readonly folder = mkdtempSync(join(tmpdir(), "hairnet-web-"));
 
+  /** `flags`: further arguments of hairnet-server. */
   constructor(private readonly flags: readonly string[] = []) {}
 
   get address(): string {
     return `http://127.0.0.1:${this.port}`;
   }
 
-  /** On a free port the first time, on the same port afterwards. */
+  /** Starts the program: on a free port the first time, and on the same port afterwards. Waits until it listens. */
   async start(): Promise<void> {
     const portFile = join(this.folder, "port");
     rmSync(portFile, { force: true });
+    // Learning hair would take processor time from the tests. Levels are built once for all servers (levelCache.ts).
     const own = ["--workers", "1", "--level-cache", inject("levelCache"), "--learn-hair", "never"];
     const flags = ["--port", String(this.port), "--port-file", portFile, ...own, ...this.flags];
     this.#process = spawn(program("hairnet-server"), flags, { stdio: ["ignore", "ignore", "inherit"] });
@@ -33,7 +36,7 @@ export class Server {
     this.port = Number(readFileSync(portFile, "utf8"));
   }
 
-  /** Its connections stay open, and nothing comes over them until `resume`. */
+  /** Stops the process: its connections stay open, and nothing comes over them until `resume`. */
   pause(): void {
     this.#process?.kill("SIGSTOP");
   }
@@ -41,12 +44,12 @@ export class Server {
     this.#process?.kill("SIGCONT");
   }
 
-  /** At once, like a crash. */
+  /** Ends the process at once, like a crash: no client hears a goodbye. */
   async kill(): Promise<void> {
     await this.#end("SIGKILL");
   }
 
-  /** As an operator does. */
+  /** Asks the process to end, as an operator does, and waits until it has ended. */
   async stop(): Promise<void> {
     await this.#end("SIGTERM");
   }

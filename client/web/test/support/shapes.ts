@@ -1,5 +1,6 @@
 import type { Lattice } from "../../src/hair/movedLattice";
 
+/** A lattice of `dims` nodes, `spacingM` apart on every axis, with its first node at `origin` (head space, m). */
 export function latticeOf(
   dims: readonly [number, number, number],
   spacingM = 0.1,

@@ -1,13 +1,16 @@
-/** The numbers of one attribute: floats, IEEE halves, or bytes, of 255. */
+/**
+ * The numbers of one attribute of vertices: floats, halves (16 bits of IEEE 754), or bytes, which are shares of 255.
+ */
 export interface AttributeArray {
   readonly array: Float32Array<ArrayBuffer> | Uint16Array<ArrayBuffer> | Uint8Array<ArrayBuffer>;
-  /** numbers a vertex */
+  /** How many numbers a vertex has. */
   readonly size: number;
 }
 
-/** By their names in the shaders of client/shaders. */
+/** Attributes by their names in the shaders of client/shaders. */
 export type Attributes = Readonly<Record<string, AttributeArray>>;
 
+/** A mesh: its vertices' attributes, and three indices of vertices for each triangle. */
 export interface MeshArrays {
   readonly attributes: Attributes;
   readonly triangles: Uint32Array<ArrayBuffer>;
@@ -15,25 +18,25 @@ export interface MeshArrays {
 
 /** The drawn points of the strands, for one tolerance. Strands are in the order of drawing. */
 export interface SimplifiedStrands {
-  /** largest distance of an omitted point from the drawn line, m */
+  /** The largest distance of an omitted point from the drawn line, m. */
   readonly toleranceM: number;
-  /** two triangles a segment */
+  /** The indices of vertices: two triangles for each drawn segment. */
   readonly triangles: Uint32Array<ArrayBuffer>;
-  /** the first n strands have the indices below end[n]; strand count + 1 */
+  /** The first n strands have the indices before end[n]; strand count + 1 numbers. */
   readonly end: Uint32Array<ArrayBuffer>;
 }
 
 /** The drawn strands, in the order of drawing. `rest` and `arc` fill rows of kPointRow points, the last with zeros. */
 export interface StrandGeometry {
-  /** 4 a point: head space, m; delta */
+  /** 4 numbers a point: x y z in head space, m, and its share of the lattice's motion. */
   readonly rest: Float32Array<ArrayBuffer>;
-  /** 2 a point: length from the root, m; number in its strand, 0 where FFD alone places */
+  /** 2 numbers a point: the length from the root, m, and its number in the strand, or 0 where FFD alone places it. */
   readonly arc: Float32Array<ArrayBuffer>;
-  /** the first n strands have the points below pointEnd[n]; strand count + 1 */
+  /** The first n strands have the points before pointEnd[n]; strand count + 1 numbers. */
   readonly pointEnd: Uint32Array<ArrayBuffer>;
-  /** of two vertices a point, left and right of its ribbon */
+  /** The attributes of two vertices a point, left and right in the ribbon that is drawn. */
   readonly attributes: Attributes;
-  /** from all points to few */
+  /** Lists with more and more omitted points, beginning with all points. */
   readonly lists: readonly SimplifiedStrands[];
 }
 
@@ -43,14 +46,14 @@ export interface StrandGeometry {
  */
 export interface GroomGeometry {
   readonly strands: StrandGeometry;
-  /** number of drawn strands, with the copies of clumps */
+  /** The number of drawn strands, with the copies of clumps. */
   readonly strandCount: number;
-  /** the width at the root, m, when all strands are drawn with two follow hairs each */
+  /** The width of a strand at its root, m, when all strands are drawn with two follow hairs each. */
   readonly strandWidthM: number;
   readonly cards: MeshArrays;
   readonly fabric: MeshArrays;
   readonly body: MeshArrays;
-  /** radius of a ball about the head joint that contains body and hair, m */
+  /** The radius of a ball about the head joint that contains body and hair at rest, m. */
   readonly radiusM: number;
 }
 

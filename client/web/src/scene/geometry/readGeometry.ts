@@ -18,9 +18,13 @@ enum Part {
   bodyIndices,
 }
 
-/** The attributes of a vertex by their names in the shaders, one after the other: a type and how many of it. */
+/**
+ * The attributes of a vertex in the module's memory, in their order: the name in the shaders, the type of number, and
+ * how many numbers. `hairnet_part` of client/hairnet.h has the same layouts.
+ */
 type Layout = Readonly<Record<string, readonly [type: keyof typeof kTypes, size: number]>>;
 const kTypes = { float: Float32Array, half: Uint16Array, byte: Uint8Array };
+/** What all vertices have: six transmittances of light at rest and two further bytes. */
 const kLight: Layout = { sides: ["byte", 4], ends: ["byte", 4] };
 const kStrand: Layout = { ...kLight, strand: ["float", 1] };
 const kOfHair: Layout = { rest: ["float", 4], direction: ["half", 4], ...kLight };
@@ -77,7 +81,7 @@ export function readGeometry(instance: Instance, groom: number, isCoarse: boolea
   return made;
 }
 
-/** `numbers` a point; the last row is filled with zeros. */
+/** Copies points of `numbers` numbers each, and fills the last row of kPointRow points with zeros. */
 function wholeRows(points: Float32Array, numbers: number): Float32Array<ArrayBuffer> {
   const row = numbers * kPointRow;
   const filled = new Float32Array(Math.ceil(points.length / row) * row);
