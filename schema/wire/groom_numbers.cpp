@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numeric>
 
 #include "core/assert.hpp"
@@ -202,84 +203,44 @@ std::int64_t distance(std::span<const std::int32_t> a, std::span<const std::int3
   return sum + size_of(a.subspan(both));
 }
 
-// What tells quickly that a run is no better reference than another. The search compares each run with 2048 others, so
-// each number of all runs has a list of its own, which compilers can vectorize over.
-struct RunOutlines {
-  // Errors of the first point.
-  std::array<std::vector<std::int32_t>, 3> first;
-  // The size of the errors after the first point, at most kRestMax: then a bound has 32 bits.
-  std::vector<std::int32_t> rest;
-  // Counts the numbers of a run.
-  std::vector<std::int32_t> length;
+// What tells quickly that a run is no better reference than another. The search compares each run with 2048 of them, so
+// they lie side by side.
+struct RunOutline {
+  std::array<std::int32_t, 3> first{};  // errors of the first point
+  std::int32_t length = 0;              // numbers of the run
+  std::int64_t rest = 0;                // size of the errors after the first point
 };
 
-RunOutlines outlines_of(std::span<const std::int32_t> errors, std::span<const PointRun> runs) {
-  constexpr std::int64_t kRestMax = 1 << 29;
-  RunOutlines outlines;
-  for (const PointRun& run : runs) {
-    const std::span<const std::int32_t> own = errors_of(errors, run);
-    for (std::size_t i = 0; i < 3; ++i) outlines.first[i].push_back(own.empty() ? 0 : own[i]);
-    outlines.rest.push_back(own.empty() ? 0 : static_cast<std::int32_t>(std::min(size_of(own.subspan(3)), kRestMax)));
-    outlines.length.push_back(static_cast<std::int32_t>(own.size()));
-  }
-  return outlines;
+RunOutline outline(std::span<const std::int32_t> errors) {
+  if (errors.empty()) return {};
+  return {{errors[0], errors[1], errors[2]}, static_cast<std::int32_t>(errors.size()), size_of(errors.subspan(3))};
 }
 
-// Bounds of the distances of run `r` and the `count` runs from `begin` on. Of a longer run only the beginning counts,
-// which its rest does not tell. A fixed `count` lets compilers vectorize the loop.
-template <std::size_t count>
-std::array<std::int32_t, count> bounds_of(const RunOutlines& of, std::size_t r, std::size_t begin) {
-  const std::int32_t x = of.first[0][r], y = of.first[1][r], z = of.first[2][r], rest = of.rest[r];
-  const std::int32_t length = of.length[r];
-  const std::int32_t* const xs = &of.first[0][begin];
-  const std::int32_t* const ys = &of.first[1][begin];
-  const std::int32_t* const zs = &of.first[2][begin];
-  const std::int32_t* const rests = &of.rest[begin];
-  const std::int32_t* const lengths = &of.length[begin];
-  std::array<std::int32_t, count> bounds;
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::int32_t of_rest = lengths[k] > length ? 0 : std::abs(rest - rests[k]);
-    bounds[k] = std::abs(x - xs[k]) + std::abs(y - ys[k]) + std::abs(z - zs[k]) + of_rest;
-  }
-  return bounds;
+// Is never more than distance(). Of a longer run only the beginning counts, which its rest does not tell.
+std::int64_t min_distance(const RunOutline& own, const RunOutline& other) {
+  std::int64_t sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) sum += std::abs(own.first[i] - other.first[i]);
+  return other.length > own.length ? sum : sum + std::abs(own.rest - other.rest);
 }
 
-// Sets bounds[k] to a number that is never more than the distance() of run `r` and the run bounds.size() - k before it.
-void bound_distances(const RunOutlines& of, std::size_t r, std::span<std::int32_t> bounds) {
-  constexpr std::size_t kAtOnce = 32;
-  const std::size_t begin = r - bounds.size();
-  std::size_t k = 0;
-  for (; k + kAtOnce <= bounds.size(); k += kAtOnce)
-    std::ranges::copy(bounds_of<kAtOnce>(of, r, begin + k), bounds.begin() + static_cast<std::ptrdiff_t>(k));
-  for (; k < bounds.size(); ++k) bounds[k] = bounds_of<1>(of, r, begin + k)[0];
-}
-
-// Gives each run the earlier one of the most similar errors, the nearest of several. Returns how many runs before it
-// that is.
+// Gives each run the earlier one of the most similar errors. Returns how many runs before it that is.
 std::vector<std::int32_t> find_references(std::span<const std::int32_t> errors, std::vector<PointRun>& runs) {
-  std::vector<std::int32_t> back(runs.size()), room(kReferencesTriedMax);
-  const RunOutlines outlines = outlines_of(errors, runs);
+  std::vector<std::int32_t> back(runs.size());
+  std::vector<RunOutline> outlines;
+  outlines.reserve(runs.size());
+  for (const PointRun& run : runs) outlines.push_back(outline(errors_of(errors, run)));
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const std::span<const std::int32_t> own = errors_of(errors, runs[r]);
+    std::int64_t least = size_of(own);
     // The bound makes the search linear in the number of strands. Strands of a hairstyle lie in order, so similar ones
     // are near.
-    const std::span<std::int32_t> bounds = std::span(room).first(std::min(r, kReferencesTriedMax));
-    bound_distances(outlines, r, bounds);
-    const auto distance_of = [&](std::size_t before, std::int64_t limit) {
+    for (std::size_t before = 1; before <= std::min(r, kReferencesTriedMax) && least > 0; ++before) {
+      if (min_distance(outlines[r], outlines[r - before]) >= least) continue;
       const PointRun& other = runs[r - before];
-      return other.stride == runs[r].stride ? distance(own, errors_of(errors, other), limit) : limit;
-    };
-    std::int64_t limit = size_of(own);
-    // The most promising run is measured first, since its distance makes most of the others hopeless. The limit above
-    // it lets the search below find it again, or an equal one that is nearer.
-    if (const auto promising = std::ranges::min_element(bounds); promising != bounds.end() && *promising < limit)
-      limit = std::min(limit, 1 + distance_of(static_cast<std::size_t>(bounds.end() - promising), limit));
-    for (std::size_t before = 1; before <= bounds.size() && limit > 0; ++before) {
-      if (bounds[bounds.size() - before] >= limit) continue;
-      if (const std::int64_t d = distance_of(before, limit); d < limit) {
-        limit = d;
+      if (other.stride != runs[r].stride) continue;
+      if (const std::int64_t d = distance(own, errors_of(errors, other), least); d < least) {
+        least = d;
         back[r] = static_cast<std::int32_t>(before);
-        const PointRun& other = runs[r - before];
         runs[r].reference = {static_cast<std::uint32_t>(other.begin), static_cast<std::uint32_t>(other.end)};
       }
     }
