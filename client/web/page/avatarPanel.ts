@@ -1,4 +1,4 @@
-import { DirectionalLight, HemisphereLight, type Mesh, type Object3D, type Scene } from "three";
+import type { Mesh, Scene } from "three";
 import type { Groom, Pose } from "../src/index";
 import type { HairCharacter } from "../src/scene/index";
 import type * as avatars from "./avatar/avatar";
@@ -29,7 +29,6 @@ export class AvatarPanel {
   avatar: avatars.Avatar | null = null;
   readonly #fits = new RememberedFits();
   /** The lights that the panel has added for a model; none where the scene has lights of its own. */
-  readonly #lights: Object3D[] = [];
   readonly #name = make("p", { className: "note" });
   readonly #file = make("input", { type: "file", accept: ".vrm" });
   readonly #controls = make("div", { hidden: true });
@@ -77,7 +76,6 @@ export class AvatarPanel {
     ++this.#request;
     this.avatar?.dispose();
     this.avatar = null;
-    for (const light of this.#lights.splice(0)) light.removeFromParent();
     this.#file.value = "";
     this.#show();
   }
@@ -112,28 +110,11 @@ export class AvatarPanel {
       this.#key = RememberedFits.keyOf(file);
       this.#fit = this.#fits.get(this.#key);
       avatar.set(this.#fit);
-      this.#light();
       this.host.join();
     } catch (error) {
       this.host.showError(`${name}: ${messageOf(error)}`);
     }
     if (request === this.#request) this.#show();
-  }
-
-  // A page whose scene has no light would show a black model.
-  #light(): void {
-    let hasLight = false;
-    this.host.stage.scene.traverse((object) => {
-      hasLight ||= "isLight" in object;
-    });
-    if (hasLight || this.host.stage.scene.environment) return;
-    // The lights are a warm one from the front and above, a cold one from behind, and soft light from all around.
-    const key = new DirectionalLight(0xfff4e6, 2.4);
-    key.position.set(-1, 2.2, 2);
-    const rim = new DirectionalLight(0xdfe8ff, 1.6);
-    rim.position.set(1, 1.8, -2);
-    this.#lights.push(key, rim, new HemisphereLight(0xc8d0de, 0x8a7a6c, 1.6));
-    this.host.stage.scene.add(...this.#lights);
   }
 
   #show(): void {

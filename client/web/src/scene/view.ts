@@ -13,11 +13,8 @@ import {
   type Vector4,
   type WebGLRenderer,
 } from "three";
-import { kHeadM } from "../generated/constants";
+import { kHeadM, kScreenHeightMax } from "../generated/constants";
 import type { Pose } from "../hair/pose";
-
-/** Servers take no larger `screen_height` (schema/PROTOCOL.md). */
-const kScreenHeightMax = 100;
 
 /** What a camera, an eye of a headset, or a shadow map sees. */
 export interface View {

@@ -68,17 +68,22 @@ describe("draw calls", async () => {
     expect(drawing.pointRowsOf(none)).toBe(0);
   });
 
-  test("points that have no room take strands from all alike", () => {
-    const shown = [at(400), at(300)];
-    const wanted = shown.map((one) => one.detail.strandShare);
-    // The few strands of this groom need far fewer than 1000 rows, so no share changes.
-    fitShares([{ drawing, shown }], 1000);
-    expect(shown.map((one) => one.detail.strandShare)).toEqual(wanted);
-    const rows = () => shown.reduce((sum, one) => sum + drawing.pointRowsOf(one), 0);
-    // One row less than both need: the strands of both must be cut by the same factor.
-    const most = rows() - 1;
-    fitShares([{ drawing, shown }], most);
+  test("points that have no room take strands from all alike", async () => {
+    // Each character has some ten rows of points, so that a cut of a few rows leaves most strands.
+    const large = await geometryOf(await strandsFile(2000));
+    const many = new GroomDrawing(large, new Group(), uniforms, () => {});
+    const one = (px: number) => ({ detail: detailFor(px, 1, many.strandCount), list: 0 });
+    const shown = [one(400), one(300)];
+    const wanted = shown.map(({ detail }) => detail.strandShare);
+    const rows = () => shown.reduce((sum, each) => sum + many.pointRowsOf(each), 0);
+    expect(rows()).toBeGreaterThan(8);
+    fitShares([{ drawing: many, shown }], 1000);
+    expect(shown.map(({ detail }) => detail.strandShare)).toEqual(wanted);
+    // Two rows less than both need: the strands of both must be cut by the same factor.
+    const most = rows() - 2;
+    fitShares([{ drawing: many, shown }], most);
     expect(rows()).toBeLessThanOrEqual(most);
+    expect(shown[0].detail.strandShare).toBeGreaterThan(0.5 * wanted[0]);
     expect(shown[0].detail.strandShare / wanted[0]).toBeCloseTo(shown[1].detail.strandShare / wanted[1], 6);
   });
 
@@ -264,7 +269,7 @@ describe("how a head is seen", () => {
     expect(two.headPx).toBeCloseTo(2 * one.headPx, 6);
     // A head of 0.24 m, 2 m away, in a view of 40 degrees: half of the view is tan(pi / 9) times the distance.
     expect(one.screenHeight).toBeCloseTo(0.24 / (2 * 2 * Math.tan(Math.PI / 9)), 6);
-    // Servers refuse a larger screen height (kScreenHeightMax of view.ts).
+    // Servers refuse a larger screen height (kScreenHeightMax).
     expect(seenBy(through(600), pose, 0.5, 1e6).screenHeight).toBe(100);
   });
 
