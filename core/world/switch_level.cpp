@@ -58,6 +58,8 @@ void switch_to_rigid(Character& c) {
     c.level = LevelIndex::rigid;
     c.state = {};
     c.learnt = {};
+    // It may have been on its way to the rigid level already.
+    c.rigid_ease_s = -1;
   } else if (c.rigid_ease_s < 0) {
     c.rigid_ease_s = 0;
   }

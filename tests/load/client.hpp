@@ -116,7 +116,6 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   std::uint64_t tick_ = 0;
   std::int64_t tick_arrival_ns_ = 0, tick_ns_ = 0;
   struct Other {
-    std::uint64_t tick = 0;
     // The arrival of the last frame; zero when there was none in this session or its hair was at rest.
     std::int64_t arrival_ns = 0;
   };

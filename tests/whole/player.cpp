@@ -55,7 +55,6 @@ void Player::make_core() {
   options.trace = random_.next();
   core_ = std::make_unique<link::LinkCore>(options);
   members_.clear();
-  removing_.clear();
   has_session_ = false;
   haired_.clear();
   counted_undecodable_ = counted_unknown_ = counted_evaluated_ = 0;
@@ -320,9 +319,7 @@ void Player::note_break() {
     broken_life_ = connection_ ? connection_->life() : -1;
     broken_host_ = host_;
     broken_connection_ = connection_;
-    had_character_ = std::ranges::any_of(members_, [this](const auto& m) {
-      return m.second.own && !removing_.contains(server::number_of(m.second.key));
-    });
+    had_character_ = std::ranges::any_of(members_, [](const auto& m) { return m.second.own; });
   }
 }
 

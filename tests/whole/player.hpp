@@ -197,7 +197,6 @@ class Player final : public ClientEvents {
   std::uint64_t dials_ = 0;
   // The own characters, by number.
   std::map<std::uint32_t, Character> characters_;
-  std::set<std::uint32_t> removing_;
   // The number of the newest own character. Numbers are not used again.
   std::uint32_t last_number_ = 0;
   std::map<std::uint32_t, Member> members_;

@@ -60,7 +60,6 @@ struct Player::EventHandler {
     if (!resumed) {
       p.welcomed_ns_ = p.timeline_->now_ns();
       p.members_.clear();
-      p.removing_.clear();
     }
     for (auto& [number, member] : p.members_) {
       member.frames = 0;

@@ -147,7 +147,8 @@ class Reader {
     for (const std::string_view key : {"references", "payload", "inherits", "specializes"}) {
       for (const std::string& other : usda::strings(usda::field(prim.metadata, key))) others_.add(other);
     }
-    if (!is_curves(prim)) return;
+    // The first prim is the file itself: it has no parent and holds no curves, whatever attributes it has.
+    if (p == 0 || !is_curves(prim)) return;
     const State& state = states_[p];
     std::string hidden = state.hidden;
     if (hidden.empty() && (state.purpose == "guide" || state.purpose == "proxy"))

@@ -28,7 +28,6 @@ const kMeshesShownMax = 60;
 export class AvatarPanel {
   avatar: avatars.Avatar | null = null;
   readonly #fits = new RememberedFits();
-  /** The lights that the panel has added for a model; none where the scene has lights of its own. */
   readonly #name = make("p", { className: "note" });
   readonly #file = make("input", { type: "file", accept: ".vrm" });
   readonly #controls = make("div", { hidden: true });

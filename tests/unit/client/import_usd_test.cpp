@@ -67,6 +67,10 @@ TEST(ImportUsd, reads_curves_with_the_axis_and_unit_of_the_file) {
   EXPECT_THAT(strands.doubts, IsEmpty());
 }
 
+TEST(ImportUsd, attributes_of_the_file_itself_are_no_curves) {
+  EXPECT_THAT(refusal("#usda 1.0\n" + kTwoOfTwo + kFourPoints), HasSubstr("no "));
+}
+
 TEST(ImportUsd, a_file_that_states_no_axis_and_unit_has_none) {
   const ImportedStrands strands = strands_of(file_of(kTwoOfTwo + kFourPoints));
   EXPECT_EQ(strands.up, std::nullopt);

@@ -419,6 +419,27 @@ TEST(World, the_rigid_level_is_eased_into) {
   EXPECT_EQ(ticks, 9);
 }
 
+// The head jumps by 5 mm, so that its hair comes to rest before the easing ends, and is rigid at the request that
+// follows.
+TEST(World, rigid_may_be_requested_at_each_tick_of_the_easing) {
+  const auto levels = make_levels();
+  World world({});
+  const CharacterId id = world.add({levels, LevelIndex::low, {}});
+  world.set_pose(id, rigid_pose({Quat::Identity(), {0.005, 0, 0}}));
+  for (int tick = 0; tick < 4; ++tick) world.step();
+  int ticks = 0;
+  for (; world.lattice(id).level != LevelIndex::rigid && ticks < 20; ++ticks) {
+    ASSERT_TRUE(world.set_level(id, LevelIndex::rigid));
+    world.step();
+  }
+  EXPECT_GT(ticks, 1);
+  EXPECT_LE(ticks, 9);
+  // The character goes on as any other.
+  ASSERT_TRUE(world.set_level(id, LevelIndex::low));
+  world.step();
+  EXPECT_EQ(world.lattice(id).level, LevelIndex::low);
+}
+
 // Three of the nine ticks of easing have passed. Hair must go on from where it is, at rest relative to the head; a
 // start in the design would be a jump.
 TEST(World, level_requested_while_easing_out_continues_from_the_current_hair) {
