@@ -145,7 +145,7 @@ void set_groups(std::span<const CurveSet> sets, const Sampled& sampled, Imported
     if (is_new) names.push_back(name);
     if (names.size() > GroomLimits{}.group_count_max) {
       strands.doubts.push_back("there are more groups than the " + std::to_string(GroomLimits{}.group_count_max) +
-                              " of a groom: they become one");
+                               " of a groom: they become one");
       strands.groups.clear();
       return;
     }
