@@ -42,14 +42,14 @@ constexpr double kEntitledMin = 0.8, kEntitledMax = 1.0;
 
 // The rungs of the ladder, by the finest level asked for. A rung that costs more than a finer one and has more error is
 // left out: low at every tick (medium at every second tick is better), and high at every second tick (medium at every
-// tick is better). So are rungs that a crowd does not miss: without ether below low, learnt hair at every second tick,
-// and medium above learnt hair, the mean error of 400 people grows by 0.2 points at most at any budget, and falls by up
-// to 8, since each step is then worth its time. Without medium it would grow by 5.7 points where no hair is learnt, and
-// without strides of 2 by 6.1.
+// tick is better). So are learnt hair at every second tick, and medium above learnt hair: without them the mean error
+// of 400 people grows by 0.2 points at most at any budget, and falls by up to 7, since each step is then worth its
+// time. Without medium above low it would grow by 5.7 points, and without low and medium at every second tick by 6.1.
 using enum LevelIndex;
-constexpr std::array<Rung, 6> kToHigh{{{rigid, 4}, {low, 4}, {low, 2}, {medium, 2}, {medium, 1}, {high, 1}}};
-constexpr std::span<const Rung> kToMedium = std::span(kToHigh).first(5);
-constexpr std::array<Rung, 4> kToLow{{{rigid, 4}, {low, 4}, {low, 2}, {low, 1}}};
+constexpr std::array<Rung, 7> kToHigh{
+    {{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {medium, 2}, {medium, 1}, {high, 1}}};
+constexpr std::span<const Rung> kToMedium = std::span(kToHigh).first(6);
+constexpr std::array<Rung, 5> kToLow{{{rigid, 4}, {ether, 4}, {low, 4}, {low, 2}, {low, 1}}};
 constexpr std::array<Rung, 4> kToEther{{{rigid, 4}, {ether, 4}, {ether, 2}, {ether, 1}}};
 constexpr std::array<Rung, 4> kLearntToHigh{{{rigid, 4}, {learnt, 4}, {learnt, 1}, {high, 1}}};
 constexpr std::array<Rung, 4> kLearntToMedium{{{rigid, 4}, {learnt, 4}, {learnt, 1}, {medium, 1}}};
@@ -62,17 +62,15 @@ constexpr std::size_t kLadderCount = 2 * kLevelCount;
 constexpr std::array<std::span<const Rung>, kLadderCount> kLadders{kToHigh,   kToMedium, kToLow,        kToEther,
                                                                    kToLow,    kToRigid,  kLearntToHigh, kLearntToMedium,
                                                                    kToLearnt, kToLearnt, kToLearnt,     kToRigid};
-// The rung that each character of a client gets before any of them gets more (BudgetItem::even): hair that moves at
-// every fourth tick.
-constexpr std::uint8_t even_rung(std::span<const Rung> ladder) {
-  return ladder[1].level == rigid ? 0 : 1;
-}
+// The rung that each character of a client gets before any of them gets more (BudgetItem::even): low or learnt at every
+// fourth tick, or ether.
+constexpr std::array<std::uint8_t, kLadderCount> kEven{2, 2, 2, 1, 2, 0, 1, 1, 1, 1, 1, 0};
 
 // Each ladder goes from the largest error to the least, and fits an item.
 static_assert([] {
   for (std::size_t l = 0; l < kLadderCount; ++l) {
     const std::span<const Rung> ladder = kLadders[l];
-    if (ladder.size() < 2 || ladder.size() > kRungCountMax) return false;
+    if (ladder.empty() || ladder.size() > kRungCountMax || kEven[l] >= ladder.size()) return false;
     if (ladder.back().stride != 1) return false;
     for (std::size_t r = 1; r < ladder.size(); ++r) {
       if (error_of(ladder[r].level, ladder[r].stride) >= error_of(ladder[r - 1].level, ladder[r - 1].stride))
@@ -251,7 +249,7 @@ class Chooser {
       item.error = kRungErrors[ladder].data();
       item.now = rung_of(c.now, ladder);
       item.last = static_cast<std::uint8_t>(kLadders[ladder].size() - 1);
-      item.even = even_rung(kLadders[ladder]);
+      item.even = kEven[ladder];
       prices.put(ladder, c.observer_count, item);
       // No observer sees the character now, so it is not raised: the detail would be wasted. It is not lowered either,
       // because the loss would be visible when an observer looks again.

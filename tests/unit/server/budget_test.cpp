@@ -294,12 +294,10 @@ TEST(Budget, changes_nothing_while_nothing_changes) {
 }
 
 // Measured times and sizes on screen fluctuate by 3 %, which is less than the 5 % between kBudgetUp and kBudgetDown.
-// After 10 s of settling, characters should not change back and forth in 20 s; the largest fluctuation may come late,
-// so one last change of two people is allowed. Beyond that a crowd is restless: where a step costs about as much as the
-// noise, 1.5 % of 400 crowds were.
+// After 10 s of settling, characters must not change back and forth in 20 s; the largest fluctuation may come late, so
+// one last change of a character is allowed.
 TEST(Budget, does_not_flicker_when_costs_and_importance_are_noisy) {
-  int restless = 0;
-  for (unsigned seed = 0; seed < 100; ++seed) {
+  for (unsigned seed = 0; seed < 40; ++seed) {
     Play play = random_play(seed, false);
     Dice dice{std::mt19937(seed + 1000)};
     const std::vector<BudgetCharacter> steady = play.characters;
@@ -314,15 +312,13 @@ TEST(Budget, does_not_flicker_when_costs_and_importance_are_noisy) {
       if (tick < 30 * 10) continue;
       for (const BudgetCharacter& c : play.characters) changes[c.key] += c.since_s == 0;
     }
-    int sum = 0, largest = 0;
+    int changed = 0;
     for (const auto& [key, count] : changes) {
-      sum += count;
-      largest = std::max(largest, count);
+      EXPECT_LE(count, 1) << "seed " << seed << ", character " << key;
+      changed += count;
     }
-    restless += largest > 1 || sum > 2;
-    EXPECT_LE(largest, 4) << "seed " << seed << ": nobody changes all the time";
+    EXPECT_LE(changed, 2) << "seed " << seed << " of " << steady.size();
   }
-  EXPECT_LE(restless, 3);
 }
 
 TEST(Budget, lowers_at_once_and_gives_back_within_two_seconds) {
