@@ -17,9 +17,12 @@ namespace {
 constexpr float kStillSpeed_m_per_s = 1e-3f;
 // Hair that settles loses half of its velocity in this time.
 constexpr double kSettleHalf_s = 1.0 / 15;
-// In this time, hair that settles on a body comes to go half as far in a turn. Friction is a viscosity here, so without
-// this such hair would creep for ever.
-constexpr double kStickHalf_s = 1;
+// In this time, hair that sticks comes to go half as far in a turn. Friction is a viscosity here, so without this, hair
+// that lies on something would creep for long, or for ever.
+constexpr double kStickHalf_s = 0.5;
+// Hair sticks after it has settled for so long. Nothing but the own body can hold it up, and most of it glides off that
+// meanwhile. Touched hair sticks at once.
+constexpr double kStickAfter_s = 4;
 
 // Tolerance for a state from outside: the wire's coarsest step may have rounded a coordinate by a millimetre. Hair
 // within a metre of a head moves hardly faster than the head (is_teleport).
@@ -89,11 +92,12 @@ void count_stillness(double elapsed_s, Character& c) {
 // Springs that turn far in one linearised step can keep a lattice in a cycle that never ends, or, scaled back by the
 // limit of its energy before each step, with a velocity that leads nowhere; light nodes may swing on and on. Long after
 // all else is at rest, each turn therefore goes half its way and velocities are damped, which ends all of it and
-// changes no state of rest, and the speed is that of the way. Hair on a body goes less and less of it, so it sticks
-// where it has crept to.
+// changes no state of rest, and the speed is that of the way. Then hair goes less and less of it, so what still creeps
+// sticks where it has come to.
 void settle(const TickContext& terms, Character& c) {
   if (still_s(terms, c) < kSettleAfter_s) return;
-  const double stuck = c.touch ? std::exp2(-(still_s(terms, c) - kSettleAfter_s) / kStickHalf_s) : 1;
+  const double stuck_s = still_s(terms, c) - kSettleAfter_s - (c.touch ? 0 : kStickAfter_s);
+  const double stuck = std::exp2(-std::max(0.0, stuck_s) / kStickHalf_s);
   const auto share = static_cast<float>(0.5 * stuck);
   const auto damping = static_cast<float>(std::exp2(-terms.plan(c).interval_s / kSettleHalf_s));
   HAIRNET_ASSERT(c.unsettled.displacement.size() == c.state.displacement.size());

@@ -96,8 +96,9 @@ class Player final : public ClientEvents {
     LevelIndex level = LevelIndex::rigid;
     // The sample time of the last frame of level `learnt`.
     std::optional<std::int64_t> learnt_ns;
-    // The time at which the hair last equalled that of the server's World, within the error, or could not be compared.
-    std::int64_t like_ns = 0;
+    // The arrival of the first frame since which the hair has not equalled that of the server's World, within the
+    // error.
+    std::optional<std::int64_t> off_since_ns;
     Pose pose;
     std::string tag;
     std::optional<wire::Appearance> appearance;

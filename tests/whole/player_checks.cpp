@@ -311,18 +311,22 @@ void Player::check_hair(const link::FrameBatch& batch, const link::Frame& frame,
       is_usual && is_learnt ? std::ldexp(2 * wire::Observe{}.error_m, octaves) : max_apart(coarsest_m_, octaves);
   const float max_m = coded_m + (is_learnt ? kLearntApart_m : 0);
   const bool is_like = !is_shown || apart_m <= max_m;
-  if (is_like || member.frames == 0) member.like_ns = now_ns;
+  if (is_like || member.frames == 0) member.off_since_ns.reset();
   if (is_like) return;
   const std::string what = "member " + std::to_string(frame.member) + " at tick " + std::to_string(batch.tick);
   if (!is_learnt) return fault(what + ": has other hair than in the World");
   journal_->count("frames of learnt hair that is off");
+  // The time counts from the first frame that is off, because a client cannot report it earlier, and a poor line may
+  // have brought nothing for seconds before.
+  if (!member.off_since_ns) member.off_since_ns = now_ns;
   const NetworkQuality& quality = plan_.quality;
   const std::int64_t trip_ns = 2 * (quality.delay_ns + quality.jitter_ns);
   // The client's message may wait behind a groom, or get lost.
   const std::int64_t off_ns_max = quality.lossy || !plan_.steady ? 6 * kSecond_ns : kSecond_ns + trip_ns;
-  if (now_ns - member.like_ns > off_ns_max)
-    fault(what + ": has had other hair than in the World for " + std::to_string((now_ns - member.like_ns) / kMs) +
-          " ms, which is " + std::to_string(1e3 * apart_m) + " mm off");
+  const std::int64_t off_ns = now_ns - *member.off_since_ns;
+  if (off_ns > off_ns_max)
+    fault(what + ": has had other hair than in the World for " + std::to_string(off_ns / kMs) + " ms, which is " +
+          std::to_string(1e3 * apart_m) + " mm off");
 }
 
 // Checks that a steady client misses no step of its own first character, and that each frame arrives soon after its

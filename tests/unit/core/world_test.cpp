@@ -334,6 +334,28 @@ TEST(World, hair_that_swings_undamped_comes_to_rest_where_damped_hair_does) {
     EXPECT_NEAR((world.state(id).displacement[i] - world.state(at_rest).displacement[i]).norm(), 0, 1e-3);
 }
 
+// Viscosity lets this hair come home in 20 s, as friction on a shoulder can. It must not keep its character awake: it
+// sticks 4 s after settling begins (kStickAfter_s in character.cpp), has stopped 4 s later, and sleeps.
+TEST(World, hair_that_creeps_for_long_sticks_and_sleeps) {
+  auto levels = std::make_shared<LevelSet>();
+  Level& level = levels->levels[0];
+  level = support::make_random_level({.spring_count = 0, .attachment_count = 0, .drag = false, .contacts = false});
+  for (std::size_t i = 0; i < level.ether_damping.size(); ++i) level.ether_damping[i] = 20 * level.ether_stiffness[i];
+  WorldDef def;
+  World world(def);
+  const CharacterId id = world.add({levels, LevelIndex::high, {}});
+  world.step();
+  const std::vector<Vec3f> away(level.rest.size(), {0, 0, 0.1f}), still(level.rest.size(), Vec3f::Zero());
+  ASSERT_TRUE(world.set_state(id, away, still));
+  const auto pass = [&](double time_s) {
+    for (double t_s = 0; t_s < time_s; t_s += def.tick_s) world.step();
+  };
+  pass(kSettleAfter_s + 4);
+  EXPECT_GT(world.state(id).speed_max_m_per_s, 1.5e-3f) << "this test needs hair that creeps";
+  pass(4 + kSleepAfter_s);
+  EXPECT_TRUE(world.lattice(id).asleep);
+}
+
 TEST(World, a_still_character_sleeps_and_wakes_by_motion_wind_and_change_of_level_or_material) {
   const auto levels = make_levels();
   World world({});
