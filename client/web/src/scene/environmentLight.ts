@@ -22,6 +22,8 @@ export class EnvironmentLight {
   #version = -1;
   #rotation = "";
   #harmonics: SphericalHarmonics3 | null = null;
+  // Counts the searches: only the last one's result counts, since an earlier one may end after it.
+  #searches = 0;
 
   /**
    * The radiance of the scene's environment. Null: the scene has no environment, or the radiance is not found yet. Do
@@ -41,6 +43,7 @@ export class EnvironmentLight {
   }
 
   async #find(renderer: WebGLRenderer, { environment, environmentRotation }: Scene): Promise<void> {
+    const search = ++this.#searches;
     const target = new WebGLCubeRenderTarget(kSidePx, { type: HalfFloatType });
     const around = new Scene();
     around.background = environment;
@@ -48,9 +51,9 @@ export class EnvironmentLight {
     new CubeCamera(0.1, 10, target).update(renderer, around);
     try {
       const { sh } = await LightProbeGenerator.fromCubeRenderTarget(renderer, target);
-      if (environment === this.#texture) this.#harmonics = sh;
+      if (search === this.#searches) this.#harmonics = sh;
     } catch {
-      this.#texture = null; // the context is lost: the next picture tries again
+      if (search === this.#searches) this.#texture = null; // the context is lost: the next picture tries again
     } finally {
       target.dispose();
     }

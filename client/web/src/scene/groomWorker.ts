@@ -19,20 +19,22 @@ const instance = new Promise<WebAssembly.Module>((resolve) => {
 self.onmessage = async ({ data }: MessageEvent<{ module?: WebAssembly.Module; id: number; file?: Uint8Array }>) => {
   if (data.module) return onModule(data.module);
   const { id, file } = data;
+  let module: Instance | undefined;
+  let groom = 0;
   try {
-    const module = await instance;
-    const groom = file ? module.makeOf("hairnet_groom_load", file) : grooms.get(id)!;
+    module = await instance;
+    groom = file ? module.makeOf("hairnet_groom_load", file) : grooms.get(id)!;
     const coarse = file ? readGeometry(module, groom, true) : null;
     if (coarse) {
       grooms.set(id, groom);
       self.postMessage({ id, coarse }, { transfer: buffersOf(coarse) });
       return;
     }
-    grooms.delete(id);
     const geometry = readGeometry(module, groom, false)!;
-    module.call("hairnet_groom_free", groom);
     self.postMessage({ id, geometry }, { transfer: buffersOf(geometry) });
   } catch (error) {
     self.postMessage({ id, error: messageOf(error) });
   }
+  grooms.delete(id);
+  if (groom !== 0) module?.call("hairnet_groom_free", groom);
 };
