@@ -38,8 +38,9 @@ std::string fit_text(std::string_view text) {
     const std::string_view character = bytes == 0 ? "?" : text.substr(0, bytes);
     if (fitted.size() + character.size() > kTextBytesMax) break;
     fitted += character;
-    // A byte that begins no character is passed over alone, since the next byte may begin one.
-    text.remove_prefix(std::max<std::size_t>(bytes, 1));
+    // A byte that begins no character is passed over alone, since the next byte may begin one. A control character is
+    // passed over as a whole.
+    text.remove_prefix(std::max<std::size_t>(first_character(text).bytes, 1));
   }
   HAIRNET_VALIDATE(is_text(fitted));
   return fitted;

@@ -50,6 +50,14 @@ TEST(Text, is_cut_between_characters) {
   EXPECT_EQ(fit_text(text), before);
 }
 
+TEST(Text, has_one_question_mark_for_each_forbidden_character) {
+  EXPECT_EQ(fit_text("a\nb"), "a?b");
+  // The control character U+0085 has two bytes.
+  EXPECT_EQ(fit_text("a\u0085b"), "a?b");
+  // The first byte begins a character of two bytes, and the next one does not go on with it.
+  EXPECT_EQ(fit_text(std::string("a\xc3") + 'b'), "a?b");
+}
+
 TEST(Text, any_text_is_made_to_fit_and_fitting_text_is_unchanged) {
   std::mt19937 random(1);
   for (int round = 0; round < 2000; ++round) {
