@@ -227,7 +227,8 @@ typedef struct hairnet_event {
   double wait_s;
   const char* text; /* one line; "" without one. Until the next call of this function. */
 } hairnet_event;
-/* The next event that hairnet_advance() met, in order; 0: there is none. Of more than 10 000 that wait the oldest are lost. */
+/* The next event that hairnet_advance() met, in order; 0: there is none, or no memory for it. Of more than 10 000 that wait the oldest
+ * are lost. */
 HAIRNET_API int32_t hairnet_next_event(hairnet_room* room, hairnet_event* event);
 
 typedef struct hairnet_counters {

@@ -14,7 +14,7 @@ namespace hairnet {
 struct NumberRange {
   static constexpr double kSmallest = 1e-12;
 
-  // Includes the unit.
+  // The name of the value with its unit.
   std::string_view name;
   double value = 0, least = 0, most = 0;
   double smallest = kSmallest;

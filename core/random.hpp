@@ -4,8 +4,8 @@
 
 namespace hairnet {
 
-// SplitMix64 with its own mapping to reals: the standard library's distributions differ between vendors. The numbers
-// are for hair and wind, not for secrets: a few of them tell all later ones.
+// The generator SplitMix64 with its own mapping to reals, since the standard library's distributions differ between
+// vendors. The numbers are for hair and wind and not for secrets: from a few of them all later ones can be computed.
 class Random {
  public:
   explicit Random(std::uint64_t seed, std::uint64_t stream = 0) : state_(seed * kStep ^ mix(stream + kStep)) {}
@@ -14,7 +14,7 @@ class Random {
   double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }  // [0, 1)
   double symmetric() { return 2 * unit() - 1; }                          // [-1, 1)
   double between(double low, double high) { return low + (high - low) * unit(); }
-  // Bell-shaped, standard deviation 1, never beyond 3.5.
+  // The sum of four uniform numbers: bell-shaped, with standard deviation 1, and never beyond 3.5.
   double bell() { return (unit() + unit() + unit() + unit() - 2) * 1.7320508075688772; }
 
  private:

@@ -9,7 +9,7 @@ namespace hairnet {
 
 struct Utf8Character {
   std::uint32_t code = 0;
-  // Zero means that the text does not begin with a character of UTF-8.
+  // The length of the character. Zero means that the text does not begin with a character of UTF-8.
   std::size_t bytes = 0;
 };
 

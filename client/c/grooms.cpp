@@ -4,11 +4,13 @@
 #include "client/assets/made/made.hpp"
 #include "client/c/handles.hpp"
 
+// Grooms: their files, making them, and reading them. hairnet.h says what each function promises.
 namespace hairnet::c {
 namespace {
 
 // Bounds the memory of a wrong call. The largest made hairstyle takes 938 kB (schema/wire/README.md).
 constexpr std::size_t kGroomFileBytesMax = std::size_t{64} << 20;
+// hairnet.h promises these limits.
 constexpr std::uint32_t kStrandPointsMin = 2, kStrandPointsMax = 256;
 
 Result<ImportedStrands> strands_of(const float* points, const std::uint32_t* counts, std::size_t strand_count) {

@@ -35,8 +35,8 @@ struct hairnet_geometry {
 
 namespace hairnet::c {
 
-// Numbers of bases, from 1, of all that were ever asked for and still exist. Callers name a basis on their GPU by its
-// number, as an address could be used again for another basis.
+// Gives each basis a number, from 1, for as long as the basis exists. Callers of the C functions name a basis on their
+// GPU by its number; an address could be used again for another basis.
 class BasisNumbers {
  public:
   std::uint32_t number_of(const std::shared_ptr<const Basis>& basis) {
@@ -63,10 +63,11 @@ struct hairnet_scene {
     std::shared_ptr<const hairnet::LevelGeometry> geometry;
   };
   std::vector<Shown> shown;
-  // One for all characters of a groom with lattices of one geometry; what nobody needs any more is dropped.
+  // The prepared points of each groom with each geometry; all characters that share both share an entry.
+  // forget_unused() drops the entries that no shown character needs.
   mutable std::map<std::pair<const hairnet::Groom*, const hairnet::LevelGeometry*>, hairnet::draw::HairPoints> points;
   mutable hairnet::c::BasisNumbers bases;
-  // The skin that was asked for last, for its caller.
+  // The result of the last hairnet_shown_skin(), to which the caller has pointers.
   mutable std::optional<hairnet::SkinPush> skin;
   mutable std::vector<hairnet_skin_grid> skin_grids;
 };
@@ -77,23 +78,25 @@ struct hairnet_levels {
 };
 
 struct hairnet_room {
-  // Is there for a room whose sockets are the caller's; null when they are the library's.
+  // Set for a room of hairnet_open(), whose sockets are the caller's; null for one of hairnet_connect().
   std::unique_ptr<hairnet::link::LinkCore> core;
-  // The room owns this conversation of the core.
+  // The conversation of `core`, which the room owns.
   hairnet::link::CoreConversation* conversation = nullptr;
   std::unique_ptr<hairnet::room::Room> room;
   hairnet_scene scene;
+  // The events that were taken from the room; hairnet_next_event() hands out the one at next_event.
   std::vector<hairnet::room::Event> events;
   std::size_t next_event = 0;
+  // Texts and bytes to which the caller got pointers, valid until the next call of the same function.
   std::string event_text, host;
   std::vector<std::uint8_t> packet;
-  // Those of others' hands that were asked for last, for their caller.
+  // The shapes of the last hairnet_get_hands(), to which the caller has pointers.
   mutable std::vector<hairnet_hand_shape> hand_shapes;
 };
 
 namespace hairnet::c {
 
-// Writes one line where the caller wants it.
+// Writes one line into the caller's buffer; a null buffer gets none.
 inline void tell(std::string_view line, char* error, std::size_t error_size) {
   if (error == nullptr || error_size == 0) return;
   // A line that does not fit is cut, and always ends by a 0.
@@ -142,8 +145,8 @@ hairnet_error keep(Result<Groom>&& groom, hairnet_error code, hairnet_groom** ou
 // Refuses options of a size that this library does not know.
 Refusal of_another_size(const char* macro);
 
-// The caller's options; those that it does not give, and fields that its version does not know, have their defaults,
-// which the macro of that name fills in.
+// Returns the caller's options with a default for each field that the caller's version of the struct lacks. Null
+// options are all default. `macro` is the name of the macro that fills in the defaults, for the error.
 template <class Options>
 Result<Options> full_options(const Options* given, Options defaults, const char* macro) {
   if (given == nullptr) return defaults;
@@ -155,16 +158,16 @@ Result<Options> full_options(const Options* given, Options defaults, const char*
   return defaults;
 }
 
-// HAIRNET_OK, or what refused an argument.
+// Returns HAIRNET_OK, or HAIRNET_INVALID with the result's error as the line.
 template <class T>
 hairnet_error done_or_error(const Result<T>& result, char* error, std::size_t error_size) {
   return result ? hairnet_error{HAIRNET_OK} : refuse(HAIRNET_INVALID, result.error(), error, error_size);
 }
 
-// x y z w, and x y z.
+// Rotations are quaternions in the order x y z w.
 RigidTransform place_of(const double rotation[4], const double position[3]);
 void write_place(const RigidTransform& place, double* rotation, double* position);
-// The error is one line; its sizes and place are not checked.
+// The error is one line. Sizes and place are not checked here; validate() does so.
 Result<TouchBody> body_of(const hairnet_touch_body& given);
 hairnet_touch_body body_of(const wire::Prop& prop);
 Pose pose_of(const double* numbers);

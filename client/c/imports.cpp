@@ -7,10 +7,11 @@
 #include "core/file_name.hpp"
 #include "core/shown_text.hpp"
 
+// Grooms from the files of other programs. hairnet.h says what each function promises.
 namespace hairnet::c {
 namespace {
 
-// All files are in memory at once, so their number, names and bytes are bounded.
+// All files are in memory at once, so their number, the bytes of a name, and the MiB in all are bounded.
 constexpr std::size_t kImportFilesMax = 64, kImportNameBytesMax = 255, kImportMiBMax = 512;
 
 Result<std::optional<Axis>> axis_of(const char* option, const char* text) {
@@ -20,6 +21,7 @@ Result<std::optional<Axis>> axis_of(const char* option, const char* text) {
   return std::optional<Axis>(*axis);
 }
 
+// The caller's options as those of the import. The error names the option.
 Result<HairImport> import_of(const hairnet_import_options& options) {
   HairImport import;
   const Result<std::optional<Axis>> up = axis_of("up", options.up), face = axis_of("face", options.face);
@@ -58,7 +60,7 @@ Result<std::vector<std::string>> names_of(std::span<const hairnet_file> files) {
     if (file.byte_count > (kImportMiBMax << 20) - byte_count)
       return Refusal("the files have more than " + std::to_string(kImportMiBMax) + " MiB in all");
     byte_count += file.byte_count;
-    // Names go into messages, so control characters in them are shown and not passed on.
+    // Messages show the names, so control characters in them are escaped.
     names.push_back(shown_text(name, name.size(), '\0'));
   }
   return names;

@@ -12,10 +12,10 @@ struct hairnet_picture {
   hairnet::draw::CharacterRecords records;
   hairnet::draw::HairMotion motion;
   hairnet::c::BasisNumbers bases;
-  // The program's own lattices have these, by the place of their characters.
+  // The geometry of each lattice that the program itself gives, by the index of its character in the call.
   std::vector<hairnet::LevelGeometry> geometries;
   std::vector<hairnet::draw::ShownCharacter> characters;
-  // The places of the characters that are drawn, by their records.
+  // For each record, the index of its character in the call.
   std::vector<std::size_t> order;
   std::vector<hairnet_source> sources;
   std::vector<hairnet_motion> motions;
@@ -61,14 +61,15 @@ Eigen::AlignedBox3f box_of(const float (&box)[6]) {
   return {Vec3f(box[0], box[1], box[2]), Vec3f(box[3], box[4], box[5])};
 }
 
-// `geometry`: for a lattice of the program itself, which moves nothing where it is none.
+// Reads the lattice of a scene's character, or the program's own one, whose geometry goes into `geometry`. Neither: the
+// hair is at rest.
 hairnet_error read_lattice(const hairnet_drawn& one, LevelGeometry& geometry, MovedLattice& moved) {
   if (one.scene != nullptr) {
     if (one.index >= one.scene->shown.size()) return HAIRNET_NOT_THERE;
     moved = one.scene->shown[one.index].lattice;
   } else if (one.nodes != nullptr) {
     const auto& [origin, spacing, counts, basis, mode_count] = one.lattice;
-    // A lattice that is none moves nothing, which is how a caller says that hair is at rest.
+    // An invalid lattice moves nothing, which is how a caller says that hair is at rest.
     if (!is_valid(one.lattice)) return HAIRNET_OK;
     geometry.lattice = {Vec3f(origin), Vec3f(spacing), {}};
     std::ranges::copy(counts, geometry.lattice.dims.begin());
@@ -92,7 +93,8 @@ hairnet_error read_character(const hairnet_drawn& one, LevelGeometry& geometry, 
   return read_lattice(one, geometry, character.lattice);
 }
 
-// The places of those that are drawn, by their records. False: these are not 0, 1 and so on, each once.
+// Finds the character of each record. Returns false unless the records of the drawn characters are 0, 1 and so on, each
+// once.
 bool put_in_order(std::span<const hairnet_drawn> drawn, std::vector<std::size_t>& order) {
   const auto is_drawn = [](const hairnet_drawn& one) { return one.record != HAIRNET_NOT_DRAWN; };
   order.assign(static_cast<std::size_t>(std::ranges::count_if(drawn, is_drawn)), drawn.size());

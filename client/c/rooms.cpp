@@ -6,7 +6,7 @@
 namespace hairnet::c {
 namespace {
 
-// The conversation's options; an error is one line.
+// The options of the conversation. The error is one line that names the field.
 Result<link::LinkCoreOptions> core_options(const hairnet_options& options) {
   link::LinkCoreOptions core;
   core.client_name = options.name == nullptr ? "hairnet" : options.name;
@@ -45,6 +45,7 @@ room::Room* own_room(hairnet_room* room, std::uint32_t own) {
   return room->room->groom_of(own) == wire::GroomHash{} ? nullptr : room->room.get();
 }
 
+// Makes the scene of what the room shows now.
 void show(hairnet_room& room) {
   hairnet_scene& scene = room.scene;
   // The scene is made again at each advance, so that its places stay valid until the next one.
@@ -176,9 +177,12 @@ hairnet_error hairnet_open(const hairnet_options* options, int64_t now_ns, hairn
 }
 
 void hairnet_close(hairnet_room* room) {
-  room->room->close();
-  // The room is empty now, and so is its scene.
-  c::show(*room);
+  c::guarded([&] {
+    room->room->close();
+    // The room is empty now, and so is its scene.
+    c::show(*room);
+    return hairnet_error{HAIRNET_OK};
+  });
 }
 
 void hairnet_room_free(hairnet_room* room) {
@@ -201,18 +205,25 @@ int32_t hairnet_may_set_wind(const hairnet_room* room) {
 }
 
 int32_t hairnet_next_event(hairnet_room* room, hairnet_event* event) {
-  // Events are taken from the room in groups and handed out one by one.
-  if (room->next_event == room->events.size()) {
-    room->events = room->room->take_events();
-    room->next_event = 0;
-    if (room->events.empty()) return 0;
-  }
-  *event = {};
-  room->event_text.clear();
-  std::visit([&](const auto& e) { c::write(e, *event, room->event_text); }, room->events[room->next_event++]);
-  // The text lives in the handle until the next call, so that the caller has nothing to free.
-  event->text = room->event_text.c_str();
-  return 1;
+  std::int32_t is_there = 0;
+  c::guarded([&] {
+    // Events are taken from the room in groups and handed out one by one.
+    if (room->next_event == room->events.size()) {
+      room->events = room->room->take_events();
+      room->next_event = 0;
+      if (room->events.empty()) return hairnet_error{HAIRNET_OK};
+    }
+    *event = {};
+    room->event_text.clear();
+    std::visit([&](const auto& e) { c::write(e, *event, room->event_text); }, room->events[room->next_event]);
+    // The text lives in the handle until the next call, so that the caller has nothing to free.
+    event->text = room->event_text.c_str();
+    // An event for which memory was lacking comes at the next call.
+    ++room->next_event;
+    is_there = 1;
+    return hairnet_error{HAIRNET_OK};
+  });
+  return is_there;
 }
 
 void hairnet_get_counters(const hairnet_room* room, hairnet_counters* counters) {
@@ -389,11 +400,14 @@ void hairnet_get_wind(const hairnet_room* room, hairnet_wind* wind) {
 }
 
 void hairnet_report_importance(hairnet_room* room, const hairnet_importance* members, size_t count) {
-  std::vector<wire::MemberImportance> all;
-  for (std::size_t i = 0; i < count; ++i) {
-    all.push_back({members[i].member, members[i].screen_height, members[i].in_view != 0});
-  }
-  room->room->report_importance(std::move(all));
+  c::guarded([&] {
+    std::vector<wire::MemberImportance> all;
+    for (std::size_t i = 0; i < count; ++i) {
+      all.push_back({members[i].member, members[i].screen_height, members[i].in_view != 0});
+    }
+    room->room->report_importance(std::move(all));
+    return hairnet_error{HAIRNET_OK};
+  });
 }
 
 void hairnet_fetch_first(hairnet_room* room, uint32_t member, int32_t only) {
@@ -424,8 +438,11 @@ hairnet_error hairnet_moderate(hairnet_room* room, hairnet_moderation action, ui
 }
 
 void hairnet_advance(hairnet_room* room) {
-  room->room->advance();
-  c::show(*room);
+  c::guarded([&] {
+    room->room->advance();
+    c::show(*room);
+    return hairnet_error{HAIRNET_OK};
+  });
 }
 
 const hairnet_scene* hairnet_room_scene(const hairnet_room* room) {

@@ -4,6 +4,8 @@
 #include "client/draw/mode_texels.hpp"
 #include "client/room/appearance.hpp"
 
+// The characters of a scene and the geometry of grooms, for programs that draw by themselves. hairnet.h says what each
+// function promises.
 namespace hairnet::c {
 namespace {
 
@@ -11,7 +13,7 @@ const hairnet_scene::Shown* at(const hairnet_scene* scene, std::size_t index) {
   return index < scene->shown.size() ? &scene->shown[index] : nullptr;
 }
 
-// Null: its hair is at rest.
+// Returns null for an index beyond the end, and for a character whose hair is at rest.
 const hairnet_scene::Shown* moved_at(const hairnet_scene* scene, std::size_t index) {
   const hairnet_scene::Shown* one = at(scene, index);
   return one == nullptr || one->lattice.geometry == nullptr ? nullptr : one;
@@ -61,9 +63,8 @@ draw::HairPoints& points_of(const hairnet_scene& scene, const hairnet_scene::Sho
   const std::pair key(member.groom.get(), shown.lattice.geometry);
   const auto found = scene.points.find(key);
   if (found != scene.points.end()) {
-    // The skin comes with the basis, later than the groom; points that were prepared without it are prepared again.
+    // The skin comes with the basis, later than the groom. Points that were prepared without it are prepared again.
     if (found->second.has_skin() == (member.skin != nullptr)) return found->second;
-    // The skin has come since.
     scene.points.erase(found);
   }
   const auto geometry = shown.lattice.geometry != nullptr ? shown.geometry : nullptr;
@@ -74,7 +75,7 @@ void write_vectors(std::span<const Vec3f> from, float* out) {
   for (const Vec3f& vector : from) out = std::ranges::copy(vector, out).out;
 }
 
-// As the header says.
+// The layouts that hairnet.h describes have these sizes in bytes.
 static_assert(sizeof(draw::StrandVertex) == 12 && sizeof(draw::CardVertex) == 48);
 static_assert(sizeof(draw::FabricVertex) == 52 && sizeof(draw::BodyVertex) == 32);
 

@@ -21,7 +21,8 @@ hairnet_error connect(const hairnet_options& options, const link::LinkCoreOption
     bool is_refused = false;
     for (const link::Event& event : connection->poll()) {
       const auto* end = std::get_if<link::Disconnected>(&event);
-      // What says something else than this protocol is no server of ours.
+      // A goodbye with another reason than these two is a refusal by a server of ours. Without one, or with an answer
+      // in another protocol, no server of ours is there.
       is_refused = is_refused || (end != nullptr && end->reason != wire::GoodbyeReason::none &&
                                   end->reason != wire::GoodbyeReason::protocol_error);
     }

@@ -111,7 +111,7 @@ hairnet_error hairnet_take_hold(hairnet_room* room, uint32_t member, uint32_t ha
         if (!room->room->members().contains(member)) return c::no_such_member(error, error_size);
         // The message has floats. A double beyond them becomes infinite, which the room refuses.
         const Vec3f at = Vec3(place[0], place[1], place[2]).cast<float>();
-        // As in hand_of(): a number that is too large stays invalid.
+        // A number that is too large stays invalid, as in hand_of().
         const auto number = static_cast<std::uint8_t>(std::min(hand, c::kNumberMax));
         return c::done_or_error(room->room->take_hold(member, number, at, static_cast<float>(radius_m)), error,
                                 error_size);

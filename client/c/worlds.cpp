@@ -14,13 +14,15 @@
 using namespace hairnet;
 
 #if defined(__wasm__)
-// Belongs to the module's host: whoever builds there waits for it, and nobody else could ask.
+// The host of the WebAssembly module provides this function. The module has one thread, so during a build nothing but
+// this call could report the progress.
 __attribute__((import_module("hairnet"), import_name("on_progress"))) void hairnet_on_progress(double fraction);
 #endif
 
 namespace {
 
-// As a world takes it: rounded, and also by the stricter of the two measures of a rotation's length.
+// Whether a world accepts the pose: in the range of the protocol, and by is_valid(), which measures a rotation's length
+// more strictly.
 bool is_pose(const Pose& pose) {
   return wire::validate_pose(pose) == wire::PoseRefusal::none && is_valid(pose);
 }
@@ -72,7 +74,7 @@ struct hairnet_build {
 };
 
 struct hairnet_world {
-  // It goes from one pose to the other during an advance: ticks lie anywhere between the caller's pictures.
+  // A character goes from `before` to `pose` during an advance, since ticks lie anywhere between the caller's calls.
   struct Character {
     std::shared_ptr<room::Member> member;
     Pose before, pose;
@@ -80,7 +82,7 @@ struct hairnet_world {
     // The next tick jumps to the pose.
     bool teleport = false;
   };
-  // So does each hand and prop.
+  // A hand or a prop, which goes from `before` to `body.place` in the same way.
   struct Body {
     TouchBody body;
     RigidTransform before;
@@ -97,13 +99,13 @@ struct hairnet_world {
     const auto found = characters.find(own);
     return found == characters.end() ? nullptr : found->second.get();
   }
-  // PlayedWorld asks for what is shown by two equal times, and for a tick by its two ends.
+  // PlayedWorld passes two equal times for the pose to show, and a tick's two ends for the pose to step.
   local::TickPose pose_at(Character& character, double from_s, double to_s) const {
     if (from_s == to_s) return {character.pose};
     if (std::exchange(character.teleport, false)) return {character.before = character.pose, true};
     return {interpolate(character.before, character.pose, into(to_s))};
   }
-  // Which share of the advance has passed.
+  // The share of the advance that has passed at this time, 0 ... 1.
   [[nodiscard]] double into(double time_s) const {
     const double span_s = now_s - before_s;
     return span_s > 0 ? std::clamp((time_s - before_s) / span_s, 0.0, 1.0) : 1;
@@ -114,14 +116,15 @@ struct hairnet_world {
     for (auto& [key, moving] : bodies) {
       there.push_back(moving.body);
       there.back().place = interpolate(moving.before, moving.body.place, into(time_s));
-      // The jump belongs to the first tick after it. Later ticks of the same advance move the body on.
+      // The jump belongs to the first tick of the advance. In later ticks the body moves on from there.
       moving.body.has_jumped = false;
     }
     return there;
   }
+  // Moves the world on by this many seconds, and shows the result.
   void advance(double seconds) {
     before_s = std::exchange(now_s, now_s + seconds);
-    // One tick behind: the poses of this advance then cover every tick that the World steps.
+    // The shown time is one tick behind: the poses of this advance then cover every tick that the World steps.
     world.advance_to(now_s - 1 / world.tick_rate_hz());
     for (const auto& [own, character] : characters) character->before = character->pose;
     for (auto& [key, moving] : bodies) moving.before = moving.body.place;
@@ -140,11 +143,12 @@ struct hairnet_world {
     c::forget_unused(scene);
   }
 
-  // One tick behind, so that all poses that a tick asks for are known.
+  // It plays one tick behind, so that all poses that a tick asks for are known.
   local::PlayedWorld world;
-  // The last advance went from one to the other.
+  // The last advance went from before_s to now_s.
   double before_s = 0, now_s = 0;
-  // By own number, which the world gives.
+  // The characters by their own number, which PlayedWorld::add() gives. Callbacks of the world refer to them, so they
+  // must not move.
   std::map<std::uint32_t, std::unique_ptr<Character>> characters;
   std::map<TouchKey, Body> bodies;
   hairnet_scene scene;
@@ -283,12 +287,14 @@ hairnet_error hairnet_world_set_levels(hairnet_world* world, uint32_t own, const
 }
 
 hairnet_error hairnet_world_remove(hairnet_world* world, uint32_t own) {
-  if (world->find(own) == nullptr) return HAIRNET_NOT_THERE;
-  // The world goes first, as its callback refers to the character.
-  world->world.remove(own);
-  world->characters.erase(own);
-  world->show();
-  return HAIRNET_OK;
+  return c::guarded([&] {
+    if (world->find(own) == nullptr) return hairnet_error{HAIRNET_NOT_THERE};
+    // The world goes first, as its callback refers to the character.
+    world->world.remove(own);
+    world->characters.erase(own);
+    world->show();
+    return hairnet_error{HAIRNET_OK};
+  });
 }
 
 hairnet_error hairnet_world_push_pose(hairnet_world* world, uint32_t own, const double pose[HAIRNET_POSE_NUMBERS],
@@ -308,18 +314,24 @@ hairnet_error hairnet_world_push_pose(hairnet_world* world, uint32_t own, const 
 hairnet_error hairnet_world_set_level(hairnet_world* world, uint32_t own, hairnet_level level) {
   if (static_cast<unsigned>(level) > HAIRNET_RIGID) return HAIRNET_INVALID;
   if (world->find(own) == nullptr) return HAIRNET_NOT_THERE;
-  world->world.set_level(own, static_cast<LevelIndex>(level));
-  return HAIRNET_OK;
+  return c::guarded([&] {
+    world->world.set_level(own, static_cast<LevelIndex>(level));
+    return hairnet_error{HAIRNET_OK};
+  });
 }
 
 hairnet_error hairnet_world_set_material(hairnet_world* world, uint32_t own, const hairnet_material* material,
                                          char* error, size_t error_size) {
-  if (world->find(own) == nullptr) return c::no_such_character(error, error_size);
-  const MaterialScale scale = c::scale_of(*material);
-  if (const std::string invalid = validate(scale); !invalid.empty())
-    return c::refuse(HAIRNET_INVALID, invalid, error, error_size);
-  world->world.set_material(own, scale);
-  return HAIRNET_OK;
+  return c::guarded(
+      [&] {
+        if (world->find(own) == nullptr) return c::no_such_character(error, error_size);
+        const MaterialScale scale = c::scale_of(*material);
+        if (const std::string invalid = validate(scale); !invalid.empty())
+          return c::refuse(HAIRNET_INVALID, invalid, error, error_size);
+        world->world.set_material(own, scale);
+        return hairnet_error{HAIRNET_OK};
+      },
+      error, error_size);
 }
 
 hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, const char* tag, size_t tag_size,
@@ -341,16 +353,20 @@ hairnet_error hairnet_world_set_appearance(hairnet_world* world, uint32_t own, c
 }
 
 hairnet_error hairnet_world_set_wind(hairnet_world* world, const hairnet_wind* wind, char* error, size_t error_size) {
-  const Wind wanted = c::wind_of(*wind);
-  if (const std::string invalid = validate(wanted); !invalid.empty())
-    return c::refuse(HAIRNET_INVALID, invalid, error, error_size);
-  world->world.set_wind(wanted);
-  return HAIRNET_OK;
+  return c::guarded(
+      [&] {
+        const Wind wanted = c::wind_of(*wind);
+        if (const std::string invalid = validate(wanted); !invalid.empty())
+          return c::refuse(HAIRNET_INVALID, invalid, error, error_size);
+        world->world.set_wind(wanted);
+        return hairnet_error{HAIRNET_OK};
+      },
+      error, error_size);
 }
 
 namespace {
 
-// Bounds the work for each tick, which compares bodies with heads.
+// The most bodies in a world: every tick compares bodies with heads.
 constexpr std::size_t kBodiesMax = 1024;
 
 }  // namespace
@@ -408,7 +424,8 @@ hairnet_error hairnet_world_let_go(hairnet_world* world, uint32_t own, uint32_t 
 }
 
 hairnet_error hairnet_world_advance(hairnet_world* world, double seconds) {
-  // A machine that is too slow shows slow motion. Catching up would make each advance longer than the one before.
+  // A longer time counts as 0.1 s, so a machine that is too slow shows slow motion. Catching up would make each advance
+  // longer than the one before.
   constexpr double kMost_s = 0.1;
   if (!(seconds >= 0) || !std::isfinite(seconds)) return HAIRNET_INVALID;
   return c::guarded([&] {

@@ -12,14 +12,14 @@ using Vec4f = Eigen::Vector4f;
 
 // The texture of nodes shrinks only when it has more rows than these, and more than four times those wanted.
 constexpr std::size_t kNodeRowsMin = 8;
-// Are the numbers of texels in a record (character.glsl lists all). The w of texels that hold positions carries numbers
-// that have no texel of their own.
+// The places of texels in a record (character.glsl lists all). Texels with positions have a number in w that has no
+// texel of its own.
 constexpr std::size_t kFirstBone = 6, kLatticeTexel = 16, kTipTexel = 19, kDensityTexel = 20, kCoefficientTexel = 21;
 // Coefficients of hair are far smaller: larger ones are damaged, and would throw strands across the picture.
 constexpr float kCoefficientMax_m = 1e3f;
-// Follow hairs stray so far from their strand.
+// Follow hairs lie at most this far beside their strand.
 constexpr float kStray_m = 2.5e-3f;
-// Stands for the number of a source where the picture before has brought the nodes.
+// A record has this number in place of its source when its nodes are in the texture from the picture before.
 constexpr float kNodesAreThere = -1;
 
 Vec4f with(const Vec3f& v, float w) {

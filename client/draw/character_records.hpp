@@ -49,14 +49,14 @@ class CharacterRecords {
   [[nodiscard]] std::size_t count() const { return records_.size() / kRecordTexels; }
   [[nodiscard]] const std::vector<Eigen::Vector4f>& records() const { return records_; }
 
-  // Says where the nodes of some records come from. The records lie from `first` to before `end`; others between them
-  // have another source, or their nodes are there already, which the shader sees in each record. So one draw call for
-  // each source suffices.
+  // What the nodes of some records come from. The records lie from `first` to before `end`, so one draw call for each
+  // source suffices. Some records between them have another source, or have their nodes already; each record tells the
+  // shader which.
   struct Source {
     // Null: the nodes are uploaded.
     std::shared_ptr<const Basis> basis;
     const LevelGeometry* geometry = nullptr;
-    // Any character that has the basis: its number.
+    // The number of any character that has the basis.
     std::size_t character = 0;
     std::size_t first = 0, end = 0;
   };
@@ -87,9 +87,10 @@ class CharacterRecords {
   std::size_t source_of(std::size_t character);
 
   std::span<const ShownCharacter> characters_;
+  // One entry for each character of begin(), kept from picture to picture.
   std::vector<Nodes> nodes_;
   std::vector<Eigen::Vector4f> records_, uploaded_nodes_;
-  // The first is always there, for uploaded nodes.
+  // The first entry is always there: the source of uploaded nodes.
   std::vector<Source> sources_{1};
   std::vector<Vec3f> scratch_;
   std::size_t node_rows_ = 0, rows_max_ = 0;

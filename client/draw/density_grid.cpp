@@ -5,15 +5,14 @@
 #include <vector>
 
 #include "client/draw/groom_geometry.hpp"
+#include "client/draw/occlusion_grid.hpp"
 
 namespace hairnet::draw {
 namespace {
 
-// Empty cells at each side of the hair: a point adds to the cells around it, and light is sampled a little beside it.
+// This many cells at each side of the hair stay empty: a point adds to the cells around it, and light is sampled a
+// little beside it.
 constexpr float kCellsBeside = 1.5f;
-// The share of blocked light that is lost, as in the resting hair (OcclusionGrid): both must agree, since only their
-// difference is drawn.
-constexpr float kDensityShare = 0.22f;
 
 }  // namespace
 
@@ -44,9 +43,10 @@ DensityGrid density_grid(const Eigen::AlignedBox3f& box, std::size_t number, flo
   // than 1 mm.
   grid.cell = grid.cell.cwiseMax(std::max(grid.cell.maxCoeff() / 3, 1e-3f)).eval();
   grid.origin = box.center() - 0.5f * static_cast<float>(DensityGrid::kDensitySide) * grid.cell;
-  // The optical depth is the width times the length of strands over the area of a cell; 0.75 is about the mean of the
-  // taper along a strand (strand.vert). Dividing by the volume gives it for a metre of the way.
-  grid.weight = kDensityShare * 0.75f * width_m / grid.cell.prod();
+  // The optical depth is the width times the length of strands over the area of a cell. Dividing by the volume gives it
+  // for a metre of the way. Share and taper are those of resting hair (OcclusionGrid), since only the difference
+  // between moved and resting hair is drawn.
+  grid.weight = kHairShare * kMeanTaper * width_m / grid.cell.prod();
   return grid;
 }
 

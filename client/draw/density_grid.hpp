@@ -19,7 +19,8 @@ struct DensityGrid {
   // No more strands of a character are counted; each then stands for several, so the sum is about the same.
   static constexpr std::size_t kDensityStrandsMax = 1500;
 
-  // Counts from 0; in records 1 is added, since 0 means none there.
+  // The number of the grid in its picture, from 0. A character's record has it plus 1, since 0 in a record means no
+  // grid.
   std::size_t number = 0;
   // The corner, and the size of a cell, which may differ between axes.
   Vec3f origin, cell;

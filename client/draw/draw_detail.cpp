@@ -9,7 +9,8 @@ namespace {
 // A head of this height on the screen has kFullStrands.
 constexpr float kFullHead_px = 350;
 constexpr float kFullStrands = 10'000;
-// Even the furthest head has so many strands, or all: fewer strands, though wider, would leave the skin bare.
+// Even the furthest head has this many strands, or all that it has: fewer strands, though wider, would leave the skin
+// bare.
 constexpr float kStrandsMin = 300;
 
 // 0 up to `from`, 1 from `to` on.

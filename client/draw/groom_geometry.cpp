@@ -10,8 +10,8 @@
 namespace hairnet::draw {
 namespace {
 
-// A strand has this width when so many are drawn. It is several times that of a real hair, since a strand stands for
-// several.
+// A strand has this width, 0.4 mm, when 10 000 strands are drawn. It is several times that of a real hair, since a
+// strand stands for several.
 constexpr float kWidth_m = 4e-4f, kWidthCount = 10'000;
 
 // Fewer strands are drawn wider, so that a head looks covered at any density.
@@ -31,7 +31,7 @@ float radius_of(const Groom& groom) {
 }  // namespace
 
 Half4 to_halves(const Vec3f& v, float w) {
-  // The largest half is 65504.
+  // The largest half is 65504; a larger number would become infinite.
   const auto half = [](float x) { return Eigen::half(std::clamp(x, -6e4f, 6e4f)).x; };
   return {half(v.x()), half(v.y()), half(v.z()), half(w)};
 }

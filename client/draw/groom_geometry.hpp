@@ -10,7 +10,7 @@
 
 namespace hairnet::draw {
 
-// A strand and two follow hairs, as a head of 350 to 600 pixels has.
+// The lines that are drawn for each strand of a head of 350 to 600 pixels: the strand itself and two follow hairs.
 inline constexpr float kCopies = 3;
 
 // A groom at rest in head space, as data for the shaders, made once for all its characters: the GPU deforms it, so
@@ -22,9 +22,9 @@ using Byte4 = std::array<std::uint8_t, 4>;
 // A vertex of a strand's ribbon. It has no position: the shader reads its point from the texture that StrandDeformPass
 // writes, at its own number divided by two.
 struct StrandVertex {
-  // These are the transmittance from +x -x +y -y, and from +z -z, then the fraction of the strand's length, and 0.
+  // These are the transmittances from +x -x +y -y, and from +z -z, then the fraction of the strand's length, and 0.
   Byte4 sides, ends;
-  // Indexes the strand in the order of drawing.
+  // The index of the strand in the order of drawing.
   float strand;
 };
 // The points of the drawn strands in the order of drawing, for StrandDeformPass. So the first n strands are also the
@@ -54,16 +54,16 @@ struct CardVertex {
   Half4 direction;
   // The first six are as those of strands; then the fraction along the card, and 0 on the left or 255 on the right.
   Byte4 sides, ends;
-  // Is a unit vector from the left to the right point of the pair, then the number of the card, for its random numbers.
+  // A unit vector from the left to the right point of the pair, then the number of the card, for its random numbers.
   std::array<float, 4> side;
 };
 // A point of a thread, which the shader widens by `cord`, or of cloth, which has its own width.
 struct FabricVertex {
   std::array<float, 4> rest;
-  // Is the normal of cloth or the tangent of a thread, then the derivative of delta by the length, 1/m.
+  // The normal of cloth or the tangent of a thread, then the derivative of delta by the length, 1/m.
   Half4 direction;
   Byte4 sides, ends;
-  // Is linear RGB, then the opacity.
+  // Linear RGB, then the opacity.
   std::array<float, 4> albedo;
   // Half of a thread's width, m, negative on its left; 0 for cloth.
   float cord;
@@ -71,7 +71,7 @@ struct FabricVertex {
 // The body is skinned by bones instead of FFD; its five shares sum to 1.
 struct BodyVertex {
   std::array<float, 3> rest;
-  // Is the normal, then the share of scalp at the vertex (Scalp::at).
+  // The normal, then the share of scalp at the vertex (Scalp::at).
   Half4 normal;
   // The first six are as those of strands; then the share of the fifth bone, and 0.
   Byte4 sides, ends;
@@ -90,9 +90,9 @@ struct GroomGeometry {
   std::vector<StrandVertex> strand_vertices;
   // The first list has all points, and the last the fewest.
   std::vector<SimplifiedStrands> simplified_strands;
-  // Counts drawn strands, including the copies of clumps.
+  // The number of drawn strands, including the copies of clumps.
   std::size_t strand_count = 0;
-  // Is the width at the root when all strands and two follow hairs each are drawn.
+  // The width at the root when all strands and two follow hairs each are drawn.
   float strand_width_m = 0;
   Mesh<CardVertex> cards;
   Mesh<FabricVertex> fabric;

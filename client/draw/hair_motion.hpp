@@ -21,7 +21,7 @@ struct MovingCharacter {
   float ball_radius_m = 0;
   // The head's height on the screen, pixels.
   float head_px = 0;
-  // Is ShownCharacter::scale.
+  // The size of the character, as a factor on its groom's (ShownCharacter::scale).
   float scale = 1;
 };
 
@@ -30,9 +30,9 @@ struct MovingCharacter {
 // One thread.
 class HairMotion {
  public:
-  // So many characters at most have a known motion, the largest on the screen; the shader has arrays of that length.
+  // At most this many characters, the largest on the screen, have a known motion: the shader has arrays of this length.
   static constexpr std::size_t kMovingMax = 8;
-  // The motion of a character's hair is given at so many nodes on each axis of a cube (swing()).
+  // swing() gives the motion of a character's hair at this many nodes on each axis of a cube.
   static constexpr std::size_t kSwingNodes = 8;
 
   // The motion of one character's hair since the last picture.
@@ -54,7 +54,7 @@ class HairMotion {
   // The nodes as they were, copied, since their geometry may be gone in the next picture.
   struct Nodes {
     Lattice lattice;
-    // Is empty for hair at rest.
+    // Empty for hair at rest.
     std::vector<Vec3f> grid_displacements;
   };
 
@@ -66,7 +66,7 @@ class HairMotion {
   };
   void write_swing(std::size_t motion, const Nodes& now, const Nodes& before, float ball_radius_m);
 
-  // By id. It never has more than kMovingMax entries.
+  // The characters of the last picture by their id, at most kMovingMax.
   std::map<std::uint64_t, Before> before_;
   std::vector<Eigen::Vector4f> swing_ =
       std::vector<Eigen::Vector4f>(kMovingMax * kSwingNodes * kSwingNodes * kSwingNodes, Eigen::Vector4f::Zero());

@@ -37,11 +37,13 @@ class HairPoints {
  private:
   std::shared_ptr<const Groom> groom_;
   std::shared_ptr<const LevelGeometry> geometry_;
+  // The weight delta of eq. 7 at each point: 0 where hair stays with the skin, 1 where the lattice moves it.
   std::vector<float> blend_;
   RestTangents rest_tangents_;
   std::optional<Deformer> deformer_;
   std::optional<SkinPush> push_;
   StrandLengths lengths_;
+  // Memory for the displacements of a lattice that comes as coefficients.
   std::vector<Vec3f> nodes_;
 };
 

@@ -12,6 +12,7 @@ namespace {
 constexpr std::array<std::array<float, 2>, 3> kBearingHeight_deg{{{-42, 42}, {55, 12}, {152, 38}}};
 constexpr std::array<std::array<float, 3>, 3> kColours{
     {{1.02f, 0.98f, 0.92f}, {0.24f, 0.26f, 0.29f}, {0.80f, 0.84f, 0.92f}}};
+// The light from above and from below, linear RGB, which reaches every place that hair does not cover.
 constexpr std::array<float, 3> kAmbientAbove{0.22f, 0.23f, 0.25f}, kAmbientBelow{0.13f, 0.12f, 0.115f};
 
 // Bearing 0 is the direction to the camera, positive to its right.

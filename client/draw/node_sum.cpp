@@ -8,7 +8,7 @@
 namespace hairnet::draw {
 
 NodeSum node_sum_for(std::string_view renderer) {
-  // Names of software renderers of Chromium, Mesa and Windows, in lower case.
+  // Parts of the names of software renderers (of Chromium, Mesa and Windows), in lower case.
   constexpr std::array<std::string_view, 5> kSoftware{"swiftshader", "llvmpipe", "softpipe", "software",
                                                       "microsoft basic render"};
   std::string name;

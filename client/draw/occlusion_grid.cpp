@@ -6,21 +6,18 @@
 namespace hairnet::draw {
 namespace {
 
-// Cells along the longest side of the hair. The memory grows with the third power, and each cell has 14 rays.
+// The number of cells along the longest side of the hair. Memory grows with its third power, and each cell has 14 rays.
 constexpr int kCellsAcross = 56;
 // Smaller cells would hold one strand or none, and the light would be spotted.
 constexpr float kCellMin_m = 0.004f;
-// Empty cells about the hair, so that light at its border is interpolated towards full light.
+// This many empty cells surround the hair, so that the light at its border is interpolated towards full light.
 constexpr int kMargin = 2;
 // Points of groom files are multiples of 0.05 mm. No side of a cell lies on one: rounding would decide its cell.
 constexpr float kBetweenPoints_m = 1.9e-5f;
-// The shade of the grid fades out over so many cells outside of it. A hard end would show as an edge on the body.
+// Over this many cells outside of the grid its shade fades out. A hard end would show as an edge on the body.
 constexpr float kFade = 5;
-// This share of blocked light is lost; the rest is scattered on by the hair. Losing all of it would make the inside of
-// thick hair black.
-constexpr float kHairShare = 0.22f;
-// Skin in a cell adds so much. One cell of skin lets a fifth of the light through, and two a twenty-fifth: the edge of
-// the shade is soft.
+// Skin in a cell adds this optical depth. One cell of skin lets exp(-1.6), a fifth, of the light through, and two cells
+// a twenty-fifth: so the edge of the shade is soft.
 constexpr float kBodyExtinction = 1.6f;
 // Faces first, then corners: gather() gives rays below 6 the weight of faces.
 constexpr std::array<std::array<int, 3>, 14> kRays{{{1, 0, 0},
@@ -84,9 +81,8 @@ bool OcclusionGrid::find(const Vec3f& position, std::size_t& cell) const {
 }
 
 void OcclusionGrid::add_hair(const Groom& groom, float width_m) {
-  // The optical depth that a metre of strand adds to a cell: its projected area over that of the cell's face; 0.75 is
-  // about the mean of the taper along a strand (strand.vert).
-  const float per_m = kHairShare * 0.75f * width_m / (cell_m_ * cell_m_);
+  // A metre of strand adds this optical depth to its cell: its projected area divided by the area of the cell's face.
+  const float per_m = kHairShare * kMeanTaper * width_m / (cell_m_ * cell_m_);
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const std::span<const Vec3f> strand = groom.strand_points(s);
     std::size_t cell = 0;
@@ -206,6 +202,7 @@ Transmittance OcclusionGrid::gather(const Vec3f& position, const Vec3f& normal) 
       if (along <= 0) continue;
       // A little weight remains for rays from behind, so that no side of a surface is undefined.
       const float before = surface ? std::max(normal.dot(direction_of(kRays[ray])), 0.02f) : 1;
+      // A face has weight one half, and each of its four corners an eighth.
       const float weight = (ray < 6 ? 0.5f : 0.125f) * before;
       left += weight * rays[ray];
       weights += weight;

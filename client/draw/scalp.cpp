@@ -12,11 +12,11 @@ namespace {
 constexpr float kReachMin_m = 0.014f;
 // The area where hair usually grows.
 constexpr float kSkull_m2 = 0.06f;
-// The reach is so many spacings of roots: grooms of few strands need a wider one to look closed.
+// The reach is this many times the spacing of the roots: grooms of few strands need a wider reach to look closed.
 constexpr float kSpacings = 1.5f;
-// The median density is that of so many roots, whatever the number of strands, which bounds the cost.
+// The median density is taken over this many roots, whatever the number of strands, which bounds the cost.
 constexpr std::size_t kSamples = 256;
-// The root of a card counts as so many roots across its width, since a card stands for a row of hairs.
+// The root of a card counts as this many roots across its width, since a card stands for a row of hairs.
 constexpr int kCardRoots = 4;
 // Shares of the usual density: bare skin below the first, full scalp above the second. At a straight hairline the
 // density is half.

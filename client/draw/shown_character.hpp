@@ -26,7 +26,8 @@ struct ShownCharacter {
   Vec3f hair_colour{0.16f, 0.07f, 0.03f};
   std::optional<Vec3f> hair_tip_colour;
   Vec3f skin_colour{0.75f, 0.52f, 0.42f};
-  // The roughness of the hair, 0 to 1: rougher hair has wider highlights.
+  // The roughness of the hair, 0 to 1: rougher hair has wider highlights. The default, about 0.3, is that of
+  // room::default_appearance.
   float roughness = 77.0f / 255;
   // None means that the detail is chosen by the size on the screen.
   std::optional<DrawDetail> detail;

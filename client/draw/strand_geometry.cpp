@@ -9,25 +9,26 @@
 namespace hairnet::draw {
 namespace {
 
-// A smooth line sags no further from its pieces, if kPiecesMax allows.
+// The smooth line through a strand's points is divided until no piece is further than this from it, as far as
+// kPiecesMax allows.
 constexpr float kSag_m = 5e-4f;
 // Longer pieces would show corners where a lattice bends straight hair.
 constexpr float kPiece_m = 0.012f;
-// Two pieces for each segment at most: each point costs 32 bytes for every character, and FFD.
+// A segment has at most two pieces, because each point costs 32 bytes and one FFD for every character.
 constexpr int kPiecesMax = 2;
 // The finest list has all points, and each next one allows three to five times the error.
 constexpr std::array<float, 4> kTolerances_m{0, 2.5e-4f, 8e-4f, 4e-3f};
-// Points of a strand that is limited to its length: the cost grows with their square, because limit_lengths.frag walks
-// from the root for each point.
+// Strands of up to this many points are limited to their length at rest. limit_lengths.frag walks from the root for
+// each point, so the cost grows with the square of the number.
 constexpr std::size_t kPlacedMax = 256;
-// In so many points at least one stays, since the cost of simplifying grows with their square.
+// At least one of this many points in a row stays, since the cost of simplifying grows with their square.
 constexpr std::size_t kRunMax = 256;
 
-// A point of a drawn line: place at rest, delta of eq. 7, share of the strand's length.
+// A point of a drawn line: its place at rest, the delta of eq. 7, and the fraction of the strand's length up to it.
 struct LinePoint {
   Vec3f x;
   float delta, fraction;
-  // A point of the groom; false: a point of the spline between two of them.
+  // Whether it is a point of the groom; otherwise it is a point of the spline between two of them.
   bool own = true;
 };
 using Line = std::vector<LinePoint>;
@@ -98,10 +99,10 @@ void simplify(const Line& line, std::size_t first, std::size_t last, float toler
 std::vector<bool> kept_points(const Line& line, float tolerance_m) {
   std::vector<bool> kept(line.size(), tolerance_m == 0);
   kept.front() = kept.back() = true;
-  // All lists of kTolerances_m but the last keep every fourth point, for the lattice to bend: at rest the points of a
-  // straight strand all lie on the line, and would be dropped. Roots and tips always stay: they are visible ends.
+  // Every fourth point stays in all lists but the last (4 mm), so that a lattice can bend the line: at rest the points
+  // of a straight strand all lie on the line, and would be dropped. Root and tip always stay.
   for (std::size_t i = 0; i < line.size(); i += 4) kept[i] = kept[i] || tolerance_m < 2e-3f;
-  // The first two lists, which are nearly exact, keep the groom's own points.
+  // The first two lists (0 and 0.25 mm) are nearly exact, and keep the groom's own points.
   for (std::size_t i = 0; i < line.size(); ++i) kept[i] = kept[i] || (line[i].own && tolerance_m < 5e-4f);
   kept[line.size() / 2] = kept[line.size() / 4] = true;
   for (std::size_t i = 0; i < line.size(); i += kRunMax) kept[i] = true;
@@ -151,6 +152,7 @@ class Lines {
   const GeometrySource& source_;
   ClumpStrands drawn_;
   std::vector<Vec3f> points_;
+  // The strand of the groom whose per-point data each drawn strand has.
   std::vector<std::size_t> parents_;
 };
 
@@ -162,7 +164,7 @@ void add_points(const Line& line, std::size_t strand, const OcclusionGrid& occlu
     const Vec3f& x = line[i].x;
     if (i > 0) arc_m += (x - line[i - 1].x).norm();
     points.rest.push_back({x.x(), x.y(), x.z(), line[i].delta});
-    // Number 0 makes the shader place the point by FFD alone.
+    // The number 0 makes the shader place the point by FFD alone, without a limit to the length.
     points.arc.push_back({arc_m, line.size() <= kPlacedMax ? static_cast<float>(i) : 0.0f});
     const Transmittance left = occlusion.at(x);
     // The same vertex twice: the shader tells left from right by the vertex's parity.

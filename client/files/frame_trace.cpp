@@ -11,6 +11,7 @@ namespace hairnet {
 struct FrameTrace::Files {
   NpyWriter frames, poses, displacements;
   std::string folder;
+  // The number of rows in displacements.npy so far, which is where the next frame's displacements begin.
   std::int64_t displacement_count = 0;
 };
 
@@ -18,6 +19,8 @@ Result<FrameTrace> FrameTrace::create(const std::string& folder) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) return Refusal(folder + ": cannot be made: " + error.message());
+  // The shapes are those of the rows in `add`: 8 numbers for each frame; a position and a quaternion for each bone; one
+  // vector for each displaced node.
   auto frames = NpyWriter::create(folder + "/frames.npy", NpyType::int64, {8});
   auto poses = NpyWriter::create(folder + "/poses.npy", NpyType::float32, {kBoneCount, 7});
   auto displacements = NpyWriter::create(folder + "/displacements.npy", NpyType::float32, {3});

@@ -13,16 +13,16 @@ namespace hairnet {
 
 struct TracedFrame {
   std::uint64_t tick = 0;
-  // Holds session << 32 | the client's number.
+  // The name of the character: session << 32 | the owner's number for it.
   std::uint64_t character = 0;
-  // Is the level that was stepped.
+  // The level that was stepped.
   LevelIndex level = LevelIndex::rigid;
   bool discontinuous = false;
   bool asleep = false;
   Pose pose;
-  // Is the displacement of the level, or of the finest where frames came from a server; in active order, head space, m.
+  // The displacement of the level, or of the finest where frames came from a server; in active order, head space, m.
   std::span<const Vec3f> displacement;
-  // Counts ticks from one step to the next.
+  // The number of ticks from one step of the character to the next.
   int step_stride = 1;
 };
 
@@ -36,7 +36,7 @@ class FrameTrace {
   ~FrameTrace();
   // Appends a row. A failure to write shows in finish().
   void add(const TracedFrame& frame);
-  // Gives the three files their names. Without it none of them appears, and the folder stays.
+  // Renames the three files to their final names. Without this call they do not appear, and the folder stays.
   Result<void> finish();
 
  private:

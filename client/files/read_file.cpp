@@ -40,6 +40,7 @@ Result<std::vector<std::byte>> read_file(const std::string& path, std::size_t by
 
   // Reads in growing pieces, because the file may change after its size was read.
   std::vector<std::byte> bytes;
+  // Pieces grow from 64 KB to 16 MB: a small file takes little memory, and a large one few reads.
   std::size_t piece = std::size_t{1} << 16;
   while (true) {
     const std::size_t before = bytes.size();

@@ -40,7 +40,7 @@ class VideoWriter {
   OutputFile file_;
   std::string path_;
   std::size_t picture_bytes_ = 0;
-  // Are the process of ffmpeg, the pipe to its input, and the pipe from its error output.
+  // The process of ffmpeg, the pipe to its input, and the pipe from its error output.
   int process_ = -1, pictures_fd_ = -1, complaints_fd_ = -1;
 };
 

@@ -20,6 +20,7 @@ constexpr std::array<Scheme, 4> kSchemes{{{"tcp", Transport::tcp, 7420},
                                           {"tls", Transport::tls, 7420},
                                           {"ws", Transport::ws, 80},
                                           {"wss", Transport::wss, 443}}};
+// The longest name of a host, about that of the DNS (RFC 1035).
 constexpr std::size_t kHostBytesMax = 255;
 
 Refusal refuse(std::string_view text, std::string_view error) {

@@ -25,7 +25,7 @@ struct Address {
   Transport transport = Transport::tcp;
   std::string host = "127.0.0.1";
   std::uint16_t port = 7420;
-  // Is the path of the WebSocket.
+  // The path of the WebSocket.
   std::string path = "/ws";
 
   [[nodiscard]] bool encrypted() const { return transport == Transport::tls || transport == Transport::wss; }
@@ -38,7 +38,7 @@ struct Address {
 
 // How a server's certificate is checked.
 struct TlsOptions {
-  // Names a PEM file of the authorities that may sign; empty: the system's store.
+  // A PEM file of the authorities that may sign; empty: the system's store.
   std::string ca_file;
   // Accepts any certificate: for a demo, never for users.
   bool insecure = false;

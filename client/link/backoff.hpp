@@ -10,6 +10,7 @@ namespace hairnet::link {
 // same waits. One thread.
 class Backoff {
  public:
+  // The bound of the first waits, 0.1 s, and the longest bound, 5 s.
   static constexpr std::int64_t kBoundMin_ns = 100'000'000;
   static constexpr std::int64_t kBoundMax_ns = 5'000'000'000;
 

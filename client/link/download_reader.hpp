@@ -25,9 +25,10 @@ class DownloadReader {
     std::vector<std::uint8_t> bytes;
   };
 
-  // False: a size is out of bounds, or the stream ends within a packet. The server breaks the protocol.
+  // Takes bytes of a download; `is_last` marks the end of its stream. False means that a size is out of bounds, or that
+  // the stream ends within a packet: the server breaks the protocol.
   [[nodiscard]] bool feed(StreamId download, std::span<const std::uint8_t> bytes, bool is_last);
-  // The server sends no more of it: forgets what has come. Returns how many bytes that was.
+  // Forgets what has come of a download of which the server sends no more. Returns how many bytes that was.
   std::size_t drop(StreamId download);
   [[nodiscard]] const std::deque<Packet>& packets() const { return packets_; }
   // Returns the first packet. Asserts that there is one.

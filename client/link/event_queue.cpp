@@ -9,7 +9,8 @@
 namespace hairnet::link {
 namespace {
 
-// What an event holds beside itself.
+// The memory that an event refers to outside of itself. Events without a function of their own have little more than a
+// text.
 std::size_t content_bytes(const FrameBatch& batch) {
   std::size_t bytes = 0;
   for (const Frame& frame : batch.frames) bytes += sizeof frame + frame.coefficients.size() * sizeof(float);
@@ -37,7 +38,7 @@ std::size_t bytes_of(const Event& event) {
   return sizeof event + std::visit([](const auto& e) { return content_bytes(e); }, event);
 }
 
-// The next ticks bring newer ones.
+// Whether the event may be dropped, because later ticks bring newer frames or hands.
 bool is_of_one_tick(const Event& event) {
   return std::holds_alternative<FrameBatch>(event) || std::holds_alternative<wire::RoomHands>(event);
 }

@@ -28,8 +28,10 @@ class EventQueue {
   void check_invariants() const;
 
   std::deque<Event> events_;
+  // The bytes in `events_` of frames and hands, and of all other events.
   std::size_t frame_bytes_ = 0, other_bytes_ = 0;
   std::uint64_t frames_dropped_ = 0;
+  // Whether the last event was added.
   bool ended_ = false;
 };
 

@@ -14,15 +14,15 @@ namespace hairnet::link {
 // The server has welcomed the client: for the first time, or after a Reconnecting.
 struct Connected {
   wire::Welcome welcome;
-  // Is true after a Reconnecting; `welcome.resumed` then says whether the server still had the session.
+  // True after a Reconnecting; `welcome.resumed` then says whether the server still had the session.
   bool again = false;
 };
 // The connection is lost and the link is reconnecting; Connected or Disconnected follows.
 struct Reconnecting {
-  // Is the server's reason; none when the connection broke.
+  // The server's reason; none when the connection broke.
   wire::GoodbyeReason reason = wire::GoodbyeReason::none;
   std::string detail;
-  // Is the wait before the next attempt.
+  // The wait before the next attempt.
   double wait_s = 0;
 };
 // The last event. `reason` is the server's, or client_leaves after leaving, or none when the connection broke. `detail`

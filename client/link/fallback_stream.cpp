@@ -10,13 +10,14 @@ namespace {
 
 using boost::system::error_code;
 
+// Tries WebTransport first, then the transport of the address, as make_fallback_stream() says.
 class FallbackStream final : public ServerStream {
  public:
   FallbackStream(asio::io_context& io, StreamOptions options, std::shared_ptr<FallbackMemory> memory)
       : io_(&io), options_(std::move(options)), memory_(std::move(memory)), retry_(io) {}
 
   asio::awaitable<std::string> open() override {
-    // A client that has met a blocked network does not wait the 3 s again at each reconnect.
+    // After a blocked attempt a client does not wait the 3 s of kWebTransportWait again at each reconnect.
     if (!is_blocked()) {
       const auto attempt = make_web_transport_stream(*io_, options_);
       stream_ = attempt;
@@ -33,7 +34,7 @@ class FallbackStream final : public ServerStream {
     stream_ = make_server_stream(*io_, options_);
     co_return co_await stream_->open();
   }
-  // Tries beside the open stream, whose packets go on meanwhile; a failure costs nothing but the try.
+  // Tries WebTransport again beside the open stream, whose packets go on meanwhile.
   asio::awaitable<std::shared_ptr<ServerStream>> better() override {
     while (may_get_better_ && !is_closed_) {
       retry_.expires_after(std::chrono::nanoseconds(memory_->blocked_until_ns - channel::monotonic_ns()));
@@ -68,9 +69,10 @@ class FallbackStream final : public ServerStream {
   [[nodiscard]] std::string_view fallback_reason() const override { return fallback_reason_; }
 
  private:
+  // The result of an attempt at WebTransport.
   struct Outcome {
     WebTransportFailure failure;
-    // Is one line, or empty.
+    // One line, or empty.
     std::string error;
   };
 
@@ -96,13 +98,15 @@ class FallbackStream final : public ServerStream {
                           std::to_string(kWebTransportWait / std::chrono::seconds(1)) + " s"};
   }
 
+  // The io_context outlives the stream.
   asio::io_context* io_;
   const StreamOptions options_;
   const std::shared_ptr<FallbackMemory> memory_;
   asio::steady_timer retry_;
-  // stream_ is the one that is in use, better_ an attempt at WebTransport beside it, while it opens.
+  // stream_ is the stream in use. better_ is an attempt at WebTransport beside it, while the attempt opens.
   std::shared_ptr<ServerStream> stream_, better_;
   std::string fallback_reason_;
+  // may_get_better_: a blocked network was the reason for the fallback, so a later try may succeed.
   bool is_closed_ = false, may_get_better_ = false;
 };
 

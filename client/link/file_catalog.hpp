@@ -10,7 +10,7 @@
 
 namespace hairnet::link {
 
-// Files of one kind, decoded, while a core needs them. One thread.
+// Decoded files of one kind. Each is here as long as a LinkCore holds it. One thread.
 template <class Known>
 class KnownFiles {
  public:
@@ -30,7 +30,7 @@ class KnownFiles {
   }
 
  private:
-  // Holds files by the hash of their bytes.
+  // Files by the hash of their bytes.
   std::map<wire::GroomHash, std::weak_ptr<const Known>> files_;
 };
 

@@ -12,29 +12,29 @@ namespace hairnet::link {
 
 // One character at one tick, decoded.
 struct Frame {
-  // Is the character's number in the room.
+  // The character's number in the room.
   std::uint32_t member = 0;
-  // Is this client's own number; zero means another client's character.
+  // This client's own number; zero means another client's character.
   std::uint32_t character = 0;
-  // Is the level that the server steps.
+  // The level that the server steps.
   LevelIndex level = LevelIndex::rigid;
   // Marks a teleport or a reset: do not interpolate from the last frame.
   bool discontinuous = false;
   // The lattice is at rest: the server sends no further frame until the character wakes.
   bool asleep = false;
-  // The frame came already, before its basis.
+  // The frame was reported before, when its basis had not arrived.
   bool repeated = false;
-  // Shows the last known hair from before a reconnect; the new server has no lattice yet.
+  // The coefficients are the last known ones from before a reconnect, since the new server has no lattice yet.
   bool last_known = false;
-  // Counts ticks from one step of the character to the next.
+  // The number of ticks from one step of the character to the next.
   std::uint8_t step_stride = 1;
-  // Is the same in seconds; zero means not known.
+  // The same in seconds; zero means not known.
   float step_s = 0;
-  // Is the pose of the head and shoulders at that step.
+  // The pose of the head and shoulders at that step.
   Pose pose;
-  // Holds coefficients of the basis, m; those that are missing at the end are 0.
+  // Coefficients of the basis, m; those that are missing at the end are 0.
   std::vector<float> coefficients;
-  // Is null when the hair is at rest, or its basis has not arrived yet.
+  // Null when the hair is at rest, or its basis has not arrived yet.
   std::shared_ptr<const KnownBasis> basis;
 };
 
@@ -44,9 +44,9 @@ void displacements_of(const Frame& frame, std::vector<Vec3f>& out);
 // The frames of one tick.
 struct FrameBatch {
   std::uint64_t tick = 0;
-  // Is the time at which the poses were sampled (tick time minus pose delay), on the server's clock.
+  // The time at which the poses were sampled (tick time minus pose delay), on the server's clock.
   std::int64_t sample_time_ns = 0;
-  // Is the time at which the batch came, or could be decoded at last, on this client's clock.
+  // The time at which the batch came, or could be decoded at last, on this client's clock.
   std::int64_t received_ns = 0;
   std::vector<Frame> frames;
 };

@@ -15,10 +15,10 @@ namespace hairnet::link {
 // Grooms of other clients that are being downloaded in pieces and checked against their hashes. No I/O; one thread.
 class GroomFetch {
  public:
-  // Counts the files of the present round of downloads: those on their way, and those that have arrived since no file
-  // was on its way.
+  // The present round of downloads: the files on their way, and those that have arrived since last no file was on its
+  // way.
   struct Progress {
-    // Count the bytes that are here, and the bytes of all files whose size is known.
+    // `bytes` have arrived, of the `byte_count` of all files whose size is known.
     std::uint64_t bytes = 0, byte_count = 0;
   };
   [[nodiscard]] Progress progress() const;
@@ -35,13 +35,14 @@ class GroomFetch {
   GroomFetched fail(const wire::GroomHash& hash, std::string error);
 
   struct Fetch {
-    // Holds the bytes that have arrived.
+    // The bytes that have arrived.
     std::vector<std::uint8_t> bytes;
-    // Is the size of the file; zero until a piece has arrived.
+    // The size of the file; zero until a piece has arrived.
     std::uint64_t byte_count = 0;
   };
+  // The files that are on their way.
   std::map<wire::GroomHash, Fetch> fetches_;
-  // Counts the bytes of the files that have arrived whole in this round.
+  // The bytes of the files that have arrived whole in this round.
   std::uint64_t arrived_bytes_ = 0;
 };
 

@@ -28,7 +28,8 @@ class GroomFiles {
     HAIRNET_ASSERT(known_);
   }
 
-  // The server announces the same file again over each connection. Another one replaces the file that is here.
+  // Takes the announcement of a groom's file. The same file comes again over each connection; another file replaces the
+  // one that is here.
   void announce(const wire::GroomHash& groom, const wire::GroomHash& file) {
     Entry& entry = entries_[groom];
     if (entry.file != file) entry = {file, known_->find(file), false, std::nullopt};
@@ -84,18 +85,20 @@ class GroomFiles {
   }
 
  private:
-  // Is the time between two requests for one file: a server that has too much to send refuses requests meanwhile.
+  // The time between two requests for one file: a server that has too much to send refuses requests meanwhile.
   static constexpr std::int64_t kAskAgain_ns = 2'000'000'000;
   struct Entry {
     wire::GroomHash file{};
     std::shared_ptr<const Known> known;
+    // The file has arrived and cannot be decoded, so it is not requested again.
     bool is_unusable = false;
-    // Is the time of the last request.
+    // The time of the last request.
     std::optional<std::int64_t> asked_ns;
   };
   std::shared_ptr<KnownFiles<Known>> known_;
+  // Turns the bytes of a file into a Known.
   Decode decode_;
-  // Holds an entry for each groom.
+  // What is known of the file of each groom.
   std::map<wire::GroomHash, Entry> entries_;
 };
 

@@ -31,7 +31,7 @@ class ImportanceReporter {
 
  private:
   struct Reported {
-    // Are the newest value, and the one in the last message to the server.
+    // The newest value, and the one in the last message to the server.
     wire::MemberImportance now, sent;
     bool due = true, is_sent = false, has_left = false;
   };

@@ -17,7 +17,7 @@ struct HairSnapshot {
   wire::GroomHash groom{};
   std::shared_ptr<const KnownBasis> basis;
   std::vector<float> coefficients;
-  // Is the same hair in the form that a server takes.
+  // The same hair in the form that a server takes.
   wire::HairState state;
 };
 
@@ -40,11 +40,12 @@ class LastKnownHair {
 
  private:
   static constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
+  // The hair of one character.
   struct Kept {
     HairSnapshot hair;
     // The server has the groom.
     bool is_ready = false;
-    // The hair is shown until then, while frames are rigid.
+    // While frames are rigid, the hair is shown until this time.
     std::int64_t until_ns = kNever_ns;
   };
   std::map<std::uint32_t, Kept> last_known_;

@@ -9,15 +9,16 @@
 namespace hairnet::link {
 namespace {
 
-// So much of the residual remains after each tick: at 30 Hz, the rate of learnt hair, it is halved every 0.14 s.
+// The share of the residual that remains after each tick: at 30 Hz, the rate of learnt hair, it is halved every 0.14 s.
 constexpr float kResidualKept = 0.85f;
-// Nobody sees a smaller step of the hair.
+// A residual below this is dropped: nobody sees a smaller step of the hair.
 constexpr float kNothing_m = 1e-5f;
 
 float at(const std::vector<float>& numbers, std::size_t k) {
   return k < numbers.size() ? numbers[k] : 0;
 }
 
+// Multiplies all numbers by the share. A list in which nothing visible is left becomes empty, which means zero.
 void fade(std::vector<float>& numbers, float share) {
   for (float& x : numbers) x *= share;
   if (std::ranges::all_of(numbers, [](float x) { return std::abs(x) < kNothing_m; })) numbers.clear();
@@ -27,9 +28,10 @@ void fade(std::vector<float>& numbers, float share) {
 
 std::optional<LearntMotion> LearntTrack::begin(std::shared_ptr<const LearntHair> hair, const LearntFrame& frame) {
   HAIRNET_ASSERT(frame.to);
+  // A gap of more than kLearntGapMax_ticks (8) ticks: the network's state cannot be continued across it.
   const bool is_gap = !frame.from || frame.ticks > kLearntGapMax_ticks;
   is_new_ = false;
-  // After the level ends, one more step says how the hair would have gone on.
+  // After the learnt level ends, one more step tells how the learnt hair would have continued.
   const bool is_needed = frame.is_learnt || (was_evaluated_ && !is_gap && !frame.discontinuous);
   if (!hair || !is_needed) {
     hair_ = nullptr;
@@ -50,6 +52,7 @@ std::optional<LearntMotion> LearntTrack::begin(std::shared_ptr<const LearntHair>
   }
   is_new_ = !std::exchange(has_begun_, true);
   if (is_new_) state_ = {};
+  // Across a gap or a jump the network sees a head that does not move.
   const bool is_held = is_gap || frame.discontinuous;
   return LearntMotion{.state = &state_,
                       .from = is_held ? frame.to : frame.from,

@@ -69,31 +69,32 @@ struct Link::Impl {
     thread.join();
   }
 
+  // Runs `use` with the core under the mutex. `use` must not wait, since the other thread may need the core meanwhile.
   template <class Use>
   auto with_core(Use use) const {
     const std::lock_guard lock(mutex);
     return use(core);
   }
-  // Runs `use` with the core under the mutex. It must not wait, since the other thread may need the core meanwhile.
+  // The same for calls that change the core.
   template <class Use>
   auto with_core(Use use) {
     const std::lock_guard lock(mutex);
     return use(core);
   }
-  // Changes the core from the caller's thread, and wakes the I/O thread, which does what the core then wants.
+  // Changes the core on the caller's thread, and wakes the I/O thread, which does what the core then wants.
   template <class Use>
   void ask(Use use) {
     with_core(use);
     asio::post(io, [this] { look_again(); });
   }
-  // Wakes watch() and transmit(), which both run on the I/O thread, as this does. A coroutine that waits wakes up now;
-  // one that writes asks the core again when the write is done. So no wake-up can get lost.
+  // Wakes watch() and transmit(), which run on the I/O thread, as this function does. If one of them is not waiting but
+  // writing, it asks the core again after the write. So no wake-up can get lost.
   void look_again() {
     wake.cancel();
     if (current) current->wake.cancel();
   }
 
-  // Gives the core its time-outs, and the connections that it wants.
+  // Calls turn() whenever something has happened or a deadline has come, as long as the link exists.
   asio::awaitable<void> watch() {
     while (true) {
       const std::int64_t deadline_ns = turn(channel::monotonic_ns());
@@ -148,6 +149,8 @@ struct Link::Impl {
     core.on_closed("", now_ns);
   }
 
+  // Opens the connection and begins the conversation over it. Then waits for a better transport to move to, where there
+  // may be one.
   asio::awaitable<void> connect(std::shared_ptr<Connection> c) {
     std::string error = co_await c->stream->open();
     // The core may have dropped this connection while it was opening, and may already have another one.
@@ -192,6 +195,7 @@ struct Link::Impl {
     talk_over(current);
   }
 
+  // Passes what arrives to the core, until the connection ends.
   asio::awaitable<void> receive(std::shared_ptr<Connection> c) {
     while (true) {
       ServerStream::Read read = co_await c->stream->read();
@@ -224,6 +228,7 @@ struct Link::Impl {
       core.on_bytes(bytes, channel::monotonic_ns());
   }
 
+  // Sends the core's packets, until the connection ends.
   asio::awaitable<void> transmit(std::shared_ptr<Connection> c) {
     std::vector<std::uint8_t> bytes;
     while (!c->over) {
@@ -245,7 +250,8 @@ struct Link::Impl {
     }
   }
 
-  // A packet, or as many as make one good write. Returns whether they may be lost.
+  // Fills `bytes` with one packet, or for a byte stream with as many as make one good write. Returns whether they may
+  // be lost.
   bool gather(std::vector<std::uint8_t>& bytes, bool is_message) {
     const std::lock_guard lock(mutex);
     // The packet is made at the last moment: the newest poses are in it, and its clock is that of sending.
@@ -267,27 +273,31 @@ struct Link::Impl {
     if (!std::exchange(answered, true)) answer.set_value(std::move(welcome));
   }
 
-  // Is the longest wait of a timer, an hour: a time-out of "never" would overflow Asio's clock.
+  // The longest wait of a timer, an hour: a time-out of "never" would overflow Asio's clock.
   static constexpr std::int64_t kWait_ns_max = 3'600'000'000'000;
 
   const LinkOptions options;
   mutable std::mutex mutex;
   LinkCore core;
-  // Both belong to the open connection.
+  // Both describe the open connection, for Link::transport() and Link::fallback_reason(); empty without one.
   std::string transport, fallback_reason;
   asio::io_context io;
+  // The guard keeps io.run() going while nothing is pending.
   asio::executor_work_guard<asio::io_context::executor_type> work = asio::make_work_guard(io);
+  // watch() waits on this timer.
   asio::steady_timer wake{io};
+  // The connection that the core knows; null: none. Coroutines share it, so it outlives its replacement.
   std::shared_ptr<Connection> current;
   const std::shared_ptr<FallbackMemory> fallback_memory =
       std::make_shared<FallbackMemory>(FallbackMemory{options.blocked_for});
+  // answered: `answer` has its value. ended: ended_promise has been set.
   bool answered = false, ended = false;
   std::promise<Result<wire::Welcome>> answer;
   std::promise<void> ended_promise;
   std::future<void> ended_future = ended_promise.get_future();
-  // Belongs to the caller's thread.
+  // Only the caller's thread uses it.
   bool connect_called = false;
-  // It is the last member, because it uses all members above.
+  // The thread is the last member, because it uses all members above.
   std::thread thread;
 };
 

@@ -20,7 +20,8 @@ struct LinkOptions {
   Address server;
   TlsOptions tls;
   TransportChoice transport = TransportChoice::automatic;
-  // With `automatic`, WebTransport is tried again so long after a try that was blocked, and the session moves to it.
+  // With `automatic`: after an attempt at WebTransport that was blocked, the link waits this long, tries again, and
+  // moves the session to it.
   std::chrono::nanoseconds blocked_for = std::chrono::seconds(60);
   LinkCoreOptions core;
 };
@@ -47,7 +48,7 @@ class Link final : public Conversation {
   [[nodiscard]] LinkCounters counters() const override;
   // How the open connection's packets travel: "webtransport", or the scheme of an address. Empty: none is open.
   [[nodiscard]] std::string transport() const;
-  // Says in one line why these packets do not travel by WebTransport, which was tried before. Empty: they do, or
+  // One line that says why packets do not travel by WebTransport, which was tried before. Empty: they do, or
   // WebTransport was not tried.
   [[nodiscard]] std::string fallback_reason() const;
   [[nodiscard]] std::shared_ptr<const Skin> skin_of(const wire::GroomHash& groom) const override;

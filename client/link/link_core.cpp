@@ -12,28 +12,31 @@ namespace {
 
 using wire::GoodbyeReason;
 
-// A pose waits for at most one chunk of a groom: it is kept small.
+// Groom bytes are sent in chunks of this size. It is small, because a pose may have to wait until a whole chunk is
+// sent.
 constexpr std::size_t kChunkBytes = 16u << 10;
 static_assert(kChunkBytes <= wire::kGroomChunkBytesMax);
-// So many poses, with the two poses of each character before them (SentPoses), fit kDatagramBytesMax.
+// This many poses, with the two earlier poses of each character (SentPoses), fit kDatagramBytesMax.
 constexpr std::size_t kPosesPerDatagram = 3;
 // More poses at once come from a crowd: they would take too many datagrams, and travel in the channel instead.
 constexpr std::size_t kPosesInDatagramsMax = 32;
 constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
 // Bases that frames of sleeping characters wait for are asked for again at this interval.
 constexpr std::int64_t kAskAgain_ns = 1'000'000'000;
-// A pose that was captured before the connection is sent up to this age. The server refuses poses of more than a
-// second.
+// A pose that was captured before the welcome is still sent up to this age. The server refuses poses of more than one
+// second, so half of that is left for the way.
 constexpr std::int64_t kPoseAgeMax_ns = 500'000'000;
-// After a goodbye the server gets so long to close the connection.
+// After a goodbye the server has this long to close the connection. It is less than the 600 ms that a Link's destructor
+// waits.
 constexpr std::int64_t kGoodbyeWait_ns = 400'000'000;
 // A session that lasted this long counts as successful: the backoff starts again at its shortest wait.
 constexpr std::int64_t kStable_ns = 5'000'000'000;
 // After a resume the server announces all members. A member that is not announced in this time has left.
 constexpr std::int64_t kMembersResendWait_ns = 1'000'000'000;
-// After so many redirects in a row without a welcome, servers contradict each other.
+// After this many redirects in a row without a welcome, the servers contradict each other (PROTOCOL.md, Fleets).
 constexpr std::uint8_t kRedirectsMax = 4;
-// A client that is redirected before its first welcome asks for so long, which is more than a dead server's lease.
+// A client that is redirected before its first welcome asks for this long, which is more than a dead server's lease (9
+// s by default, lease_s in server/app/config.hpp).
 constexpr std::int64_t kRoomPatience_ns = 30'000'000'000;
 
 std::int64_t to_ns(double seconds) {
@@ -58,7 +61,7 @@ bool is_final(GoodbyeReason reason) {
 
 namespace {
 
-// What no server takes is refused here, with the error that a server would send.
+// Refuses here what no server accepts, a tag that is too long, with the error that a server would send.
 std::optional<wire::Error> refused_here(const wire::ClientMessage& message) {
   const auto refused = [](const auto& m) -> std::optional<wire::Error> {
     if constexpr (requires { m.tag; }) {
@@ -206,6 +209,7 @@ void LinkCore::poll(std::int64_t now_ns) {
       ask_again_ns_ = now_ns + kAskAgain_ns;
       for (const wire::GroomHash& file : members_.wanted_again(now_ns)) request_groom(file);
     }
+    // The time for announcements after a resume is over: members that the server has not named have left.
     if (now_ns >= members_due_ns_) {
       members_due_ns_ = kNever_ns;
       tell_left(members_.drop_unconfirmed());
@@ -232,6 +236,8 @@ void LinkCore::poll(std::int64_t now_ns) {
   }
 }
 
+// The repeated requests of ask_again_ns_ have no deadline of their own: packets and signs of life bring a poll() often
+// enough.
 std::int64_t LinkCore::next_deadline_ns() const {
   if (ended()) return kNever_ns;
   const std::int64_t min_ns = std::min(deadline_ns_, give_up_ns_);
@@ -286,17 +292,19 @@ void LinkCore::on_closed(std::string detail, std::int64_t now_ns) {
 // that the server has not answered over this connection.
 void LinkCore::on_connection_lost(GoodbyeReason reason, std::string detail, std::int64_t now_ns, bool is_unanswered) {
   HAIRNET_ASSERT(state_ == State::opening || state_ == State::greeting || state_ == State::active);
-  // Before its first welcome a client tries again only after a redirect, and not for long.
+  // A client that had no welcome yet tries again only after a redirect, and only for kRoomPatience_ns.
   const bool was_active = active(), is_patient = sent_on_ns_ && now_ns - *sent_on_ns_ < kRoomPatience_ns;
   const bool is_refused = is_final(reason) || (!welcome_ && reason == GoodbyeReason::room_refused);
   if (!(welcome_ ? options_.reconnect : is_patient) || is_refused) return end(reason, std::move(detail));
   drop_connection(now_ns);
   if (!was_active) redirected_to_ = next_to_ask();
-  // After a wait the client has followed one redirect at most (PROTOCOL.md, Fleets).
+  // Hello.redirects is at most 1 after a wait (PROTOCOL.md, Fleets).
   redirects_ = std::min<std::uint8_t>(redirects_, 1);
   state_ = State::backing_off;
+  // The wait is at most as long as the outage so far (Backoff), which began with the lost session, or with the first
+  // redirect where there was none.
   const std::int64_t since_ns = away_since_ns_.value_or(sent_on_ns_.value_or(now_ns));
-  // A server that does not answer costs no wait while there are others to ask.
+  // While there are other servers to ask, the client does not wait for one that does not answer.
   const bool asks_on = is_unanswered && redirected_to_;
   const std::int64_t wait_ns = asks_on ? 0 : backoff_.next_ns(now_ns - since_ns);
   deadline_ns_ = now_ns + wait_ns;
@@ -304,7 +312,8 @@ void LinkCore::on_connection_lost(GoodbyeReason reason, std::string detail, std:
   check_invariants();
 }
 
-// When the last server does not answer: the caller's server comes first, then those in its welcome, then it again.
+// When the last server does not answer, the client asks the caller's server first, then those that the last welcome
+// named one after the other, and then begins again.
 std::optional<wire::ServerAt> LinkCore::next_to_ask() {
   const std::size_t count = welcome_ ? welcome_->others.size() : 0, turn = asked_++ % (count + 1);
   return turn == 0 ? std::nullopt : std::optional(welcome_->others[turn - 1]);
@@ -312,7 +321,7 @@ std::optional<wire::ServerAt> LinkCore::next_to_ask() {
 
 void LinkCore::drop_connection(std::int64_t now_ns) {
   if (active()) {
-    // A session that was too short continues the outage before it, so that the waits go on growing.
+    // A session of less than kStable_ns continues the outage before it, so that the waits go on growing.
     if (!away_since_ns_ || now_ns - active_since_ns_ >= kStable_ns) away_since_ns_ = now_ns;
     give_up_ns_ = options_.give_up_after_s > 0 ? now_ns + to_ns(options_.give_up_after_s) : kNever_ns;
   }
@@ -346,7 +355,8 @@ void LinkCore::push(Event event) {
 std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   if (!connection_ || ended() || goodbye_taken_) return {};
   if (state_ != State::greeting && state_ != State::active && state_ != State::leaving) return {};
-  // A piece of a groom goes when nothing else waits, or when other messages have had their share of the bytes.
+  // A chunk of a groom is sent when nothing else waits, or when other messages have had three quarters of the bytes
+  // (BulkScheduler).
   const bool is_chunk = active() && uploads_.is_waiting() && (queue_.empty() || upload_scheduler_.is_due());
   const bool as_datagrams = has_datagrams_ && queue_.next_pose_count() <= kPosesInDatagramsMax;
   std::optional<wire::ClientMessage> message =
@@ -369,8 +379,9 @@ std::vector<std::uint8_t> LinkCore::take_packet(std::int64_t now_ns) {
   return packet;
 }
 
-// Parts that do not fit a datagram are left out: first the earlier poses, then the hands, which go into the next
-// packet. Hands alone that do not fit make a packet that is no datagram.
+// A datagram has at most kDatagramBytesMax. Where the message is larger, the repeated poses are left out first. If that
+// is not enough, the hands go back into the queue, and the repeated poses return. A message of hands alone that is too
+// large is sent over the channel.
 std::vector<std::uint8_t> LinkCore::encode_datagram(wire::ClientMessage& message, std::int64_t now_ns) {
   auto& batch = std::get<wire::PoseBatch>(message);
   sent_poses_.repeat_in(batch);
@@ -577,18 +588,21 @@ void LinkCore::take(const GroomFetched& basis, const std::vector<wire::GroomHash
       if (sink_ || !decoded.pose) continue;
       FrameBatch events{tick, sample_time_ns, now_ns, {}};
       dispatch({tick, sample_time_ns, frame, decoded}, events, now_ns);
+      // The caller has had this frame before, without its hair (Frame::repeated).
       events.frames[0].repeated = true;
       push(std::move(events));
     }
   }
 }
 
+// Decodes all frames of the batch first, then steps the networks of learnt hair side by side, then reports the frames.
 void LinkCore::on(wire::FrameBatch& batch, std::int64_t now_ns) {
   FrameBatch events{batch.tick, batch.sample_time_ns, now_ns, {}};
   if (!sink_) events.frames.reserve(batch.frames.size());
   decoded_.clear();
   for (std::size_t i = 0; i < batch.frames.size(); ++i) {
     const wire::Frame& frame = batch.frames[i];
+    // Only frames of a datagram have generations: their numbers may belong to other members by now.
     const auto generation = batch.generations.empty() ? std::nullopt : std::optional(batch.generations[i]);
     const Members::DecodedFrame& decoded =
         decoded_.emplace_back(members_.decode_frame(frame, generation, batch.tick, batch.sample_time_ns, now_ns));
@@ -636,6 +650,7 @@ void LinkCore::dispatch(const ReceivedFrame& received, FrameBatch& events, std::
   }
 }
 
+// Gives an own character's frame the last known hair, if the frame has none.
 void LinkCore::show_last_known(Frame& frame, std::int64_t now_ns) {
   if (frame.basis) return;
   if (const HairSnapshot* hair = last_known_.of(frame.character, frame.level, now_ns)) {
@@ -650,18 +665,20 @@ void LinkCore::on(wire::Error& error, std::int64_t) {
   const bool may_be_fetch =
       error.reason == wire::ErrorReason::groom_unavailable || error.reason == wire::ErrorReason::limit_exceeded;
   const bool ends_fetch = may_be_fetch && fetch_.refuse(error.groom);
+  // The named file is a basis or learnt hair, which the server makes of a groom.
   const bool is_made =
       !members_.bases().grooms_of(error.groom).empty() || !members_.learnt().grooms_of(error.groom).empty();
-  // Frames that need the basis or the network ask for the file again.
+  // This is no error for the caller: frames that need the basis or the network ask for the file again.
   if (may_be_fetch && is_made) return;
   if (!ends_fetch && ends_upload(error)) {
     uploads_.drop(error.groom);
     requested_.on_refused(error.groom);
   }
+  // An error that answers a repeated message, whose first copy had arrived, is not reported.
   if (!requested_.on_error(error)) return push(std::move(error));
   if (error.reason != wire::ErrorReason::character_unknown) return;
-  // We sent the removal twice; the answer to the first one was lost with its connection. The member may have left
-  // already, as one that was not announced after a resume.
+  // We sent the removal twice; the answer to the first one was lost with its connection. The member may be gone
+  // already, because the server did not announce it after the resume.
   members_.remove_own(error.character);
   push(wire::CharacterRemoved{error.character});
 }

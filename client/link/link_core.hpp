@@ -35,17 +35,19 @@ struct LinkCoreOptions {
   // Empty means the lobby, and no token.
   std::string room, token;
   wire::Role role = wire::Role::participant;
-  // Is the time from an attempt to the server's welcome. A Link with TransportChoice::automatic adds the 3 s of
+  // The longest time from an attempt to the server's welcome, s. A Link with TransportChoice::automatic adds the 3 s of
   // kWebTransportWait, which an attempt at WebTransport may take first.
   double connect_timeout_s = 5;
-  // Reconnects after the first welcome; before it, only a redirect is a reason to try again.
+  // Whether the core connects again when a connection breaks after the first welcome. Before the first welcome, only a
+  // redirect is a reason to try again.
   bool reconnect = true;
-  // Trying to reconnect ends after this time; zero means never.
+  // Trying to reconnect ends this many seconds after the connection broke; zero means never.
   double give_up_after_s = 0;
   // The logs of all servers that the client meets name this number. It also seeds the waits between attempts, which
   // must differ between clients that lose their server together. Zero means that a Link draws a number.
   std::uint64_t trace = 0;
-  // Is the fraction of members whose frames are decoded; the others are only counted.
+  // The fraction of members whose frames are decoded; frames of other members are only counted. Load tests with
+  // thousands of clients lower it.
   double decode_share = 1;
   // Learnt hair is computed from poses alone: networks are downloaded, and frames of it are smaller.
   bool evaluate_learnt = true;
@@ -58,30 +60,31 @@ struct LinkCoreOptions {
 // What has happened since the start.
 struct LinkCounters {
   std::uint64_t bytes_sent = 0, bytes_received = 0;
-  // Counts whole packets that contain frames.
+  // The bytes of whole packets that contain frames.
   std::uint64_t frame_bytes_received = 0;
-  // Counts frames that were not polled in time.
+  // Frames that were dropped because the caller did not poll in time.
   std::uint64_t frames_dropped = 0;
-  // Counts poses that were not sent in time.
+  // Poses that were dropped because the connection was too slow, or because there was no session.
   std::uint64_t poses_dropped = 0;
   std::uint64_t frames_received = 0;
-  // Counts frames whose bytes are wrong.
+  // Frames whose bytes are wrong.
   std::uint64_t frames_undecodable = 0;
-  // Counts frames of a member that is not known (yet), and frames that are not newer than the member's last one.
+  // Frames of a member that is not known (yet), and frames that are not newer than the member's last one.
   std::uint64_t frames_unknown = 0;
-  // Counts frames without coefficients whose hair this client has evaluated.
+  // Frames without coefficients whose hair this client has evaluated.
   std::uint64_t frames_evaluated = 0;
-  // Counts frames without coefficients for which the learnt hair is not here.
+  // Frames without coefficients that came while the learnt hair was not here.
   std::uint64_t frames_lacking_learnt = 0;
-  // Counts the welcomes after the first.
+  // Welcomes after the first one.
   std::uint64_t reconnects = 0;
-  // Counts the reconnects to a server that still had the session.
+  // Reconnects to a server that still had the session.
   std::uint64_t resumes = 0;
-  // Counts connections that were given up because nothing came for channel::kSilence_ns.
+  // Connections that were given up because nothing came for channel::kSilence_ns, 10 s.
   std::uint64_t servers_silent = 0;
-  // Counts the redirects that were followed, to the server that holds the room.
+  // Redirects that were followed, to the server that holds the room.
   std::uint64_t redirects = 0;
-  // Counts the times that servers redirected the client on and on, so that it asked the first server again.
+  // How often a further redirect came after kRedirectsMax (4) redirects in a row, so that the client asked the first
+  // server again.
   std::uint64_t redirect_loops = 0;
   GroomFetch::Progress downloads;
 };
@@ -89,7 +92,7 @@ struct LinkCounters {
 // A frame as received, before any copy.
 struct ReceivedFrame {
   std::uint64_t tick = 0;
-  // Is on the server's clock.
+  // The time at which the poses of the frame were sampled, on the server's clock.
   std::int64_t sample_time_ns = 0;
   const wire::Frame& frame;
   const Members::DecodedFrame& decoded;
@@ -130,6 +133,7 @@ class LinkCore {
 
   // The caller's side.
 
+  // Lets the core want its first connection. Further calls do nothing.
   void start();
   // `bytes` is the groom's file and `hash` its hash; stored while they may be sent again. Asserts that `bytes` is not
   // null.
@@ -138,6 +142,8 @@ class LinkCore {
   // are also stored: characters, levels, and the newest of every message that has a kResent. A tag that is too long is
   // refused at once, with an Error event.
   void send(wire::ClientMessage message);
+  // Queues poses of own characters. Without a session they are dropped, but the newest one of each character is stored:
+  // a new server gets it after its welcome.
   void push_poses(std::vector<wire::PoseSample> poses);
   // Sends all hands of this client at `now_ns`; an empty list means that they are gone. Without a session they are
   // dropped. Asserts that they are valid.
@@ -146,13 +152,15 @@ class LinkCore {
   void report_importance(std::span<const wire::MemberImportance> members) { importance_.report(members); }
   // Requests the groom of another client: GroomFetched follows, or an Error (groom_unavailable).
   void request_groom(const wire::GroomHash& hash);
+  // Passes frames to `sink`, which must outlive the core, and no longer makes events of them. Null: frames are events.
   void set_frame_sink(FrameSink* sink) { sink_ = sink; }
   // Says goodbye; ended() follows.
   void leave(std::int64_t now_ns);
+  // Returns the events since the last call, in order. The last one of a conversation is Disconnected.
   std::vector<Event> take_events() { return events_.take_all(); }
   [[nodiscard]] bool active() const { return state_ == State::active; }
   [[nodiscard]] bool ended() const { return state_ == State::ended; }
-  // Says in one line why the conversation has ended; empty before ended().
+  // One line that says why the conversation has ended; empty before ended().
   [[nodiscard]] const std::string& end_detail() const { return end_detail_; }
   // Returns the last welcome.
   [[nodiscard]] const std::optional<wire::Welcome>& welcome() const { return welcome_; }
@@ -164,20 +172,27 @@ class LinkCore {
 
   // The connection's side.
 
+  // Does what is due at this time: time-outs, signs of life, reports of importance and repeated requests.
   void poll(std::int64_t now_ns);
+  // The time at which poll() must be called again, if nothing else happens before.
   [[nodiscard]] std::int64_t next_deadline_ns() const;
+  // Whether the owner must open a connection now.
   [[nodiscard]] bool wants_connection() const { return state_ == State::needs_connection && !connection_; }
   // Returns the server to connect to, as another server has named it; none: the server that the caller knows.
   [[nodiscard]] const std::optional<wire::ServerAt>& redirected_to() const { return redirected_to_; }
+  // The goodbye was taken, so no further packet comes: the owner ends its side of the stream and reads on.
   [[nodiscard]] bool wants_half_close() const { return connection_ && state_ == State::leaving && goodbye_taken_; }
+  // Whether the core is done with the open connection, which the owner must then close.
   [[nodiscard]] bool wants_close() const;
   // Gives up a connection that works, for a better one: wants_close() and then wants_connection() become true, and the
   // session goes on over the next connection. Returns false, and does nothing, without a session or where the options
   // say not to reconnect.
   bool replace_connection(std::string error, std::int64_t now_ns);
+  // The owner begins to open the connection that wants_connection() asked for; the time-out runs from now.
   void on_opening(std::int64_t now_ns);
   // `has_datagrams`: packets for which taken_may_be_lost() is true travel as datagrams.
   void on_open(std::int64_t now_ns, bool has_datagrams = false);
+  // Takes bytes of a stream, in order; packets may be split anywhere.
   void on_bytes(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
   // `packet` is exactly one packet, size prefix included, or a frame datagram.
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns);
@@ -189,6 +204,9 @@ class LinkCore {
   [[nodiscard]] bool taken_may_be_lost() const { return taken_may_be_lost_; }
 
  private:
+  // idle: before start(). backing_off: waits until deadline_ns_ before the next attempt. needs_connection:
+  // wants_connection() is true. opening: until on_open(). greeting: the hello is sent, or about to be. active: there is
+  // a session. leaving: the goodbye is queued. ended: Disconnected was pushed, and nothing follows.
   enum class State : std::uint8_t { idle, backing_off, needs_connection, opening, greeting, active, leaving, ended };
 
   void on(wire::Welcome& welcome, std::int64_t now_ns);
@@ -208,6 +226,7 @@ class LinkCore {
   void on(wire::GroomLearnt& announced, std::int64_t now_ns);
   void on(wire::GroomData& data, std::int64_t now_ns);
   void on(wire::FrameBatch& batch, std::int64_t now_ns);
+  // `grooms` are the grooms whose basis this file is.
   void take(const GroomFetched& basis, const std::vector<wire::GroomHash>& grooms, std::int64_t now_ns);
   void on(wire::Redirect& redirect, std::int64_t now_ns);
   void on(wire::Error& error, std::int64_t now_ns);
@@ -215,13 +234,17 @@ class LinkCore {
 
   void enqueue(wire::ClientMessage message);
   void resend_all(bool resumed, std::int64_t now_ns);
+  // `events` collects the frames of one batch.
   void dispatch(const ReceivedFrame& received, FrameBatch& events, std::int64_t now_ns);
   std::vector<std::uint8_t> encode_datagram(wire::ClientMessage& message, std::int64_t now_ns);
   void show_last_known(Frame& frame, std::int64_t now_ns);
   void tell_left(const std::vector<std::uint32_t>& members);
   void push(Event event);
+  // Waits, and then asks for another connection, or ends where that is of no use. `is_unanswered`: the server has not
+  // answered over this connection.
   void on_connection_lost(wire::GoodbyeReason reason, std::string detail, std::int64_t now_ns,
                           bool is_unanswered = false);
+  // The server to try next; none: the server that the caller knows.
   std::optional<wire::ServerAt> next_to_ask();
   void reconnect_to(std::string error, std::int64_t now_ns);
   // Ends what belongs to the connection; keeps the hair of the caller's characters.
@@ -231,43 +254,57 @@ class LinkCore {
 
   const LinkCoreOptions options_;
   State state_ = State::idle;
-  // Is true from on_opening() to on_closed().
+  // True from on_opening() to on_closed().
   bool connection_ = false;
   bool has_datagrams_ = false;
-  // goodbye_taken_: the last packet of the connection was taken. taken_may_be_lost_: see taken_may_be_lost().
+  // goodbye_taken_: take_packet() has returned the goodbye, after which it returns nothing. taken_may_be_lost_: see
+  // taken_may_be_lost().
   bool goodbye_taken_ = false, taken_may_be_lost_ = false;
-  // The state ends at this time at the latest.
+  // The present state ends at this time at the latest; the maximum means no limit.
   std::int64_t deadline_ns_ = std::numeric_limits<std::int64_t>::max();
   // While reconnecting, the core gives up at this time.
   std::int64_t give_up_ns_ = std::numeric_limits<std::int64_t>::max();
   // After a resume, members that the server has not announced by then have left.
   std::int64_t members_due_ns_ = std::numeric_limits<std::int64_t>::max();
-  // At this time bases are asked for again for which frames of sleeping characters wait.
+  // At this time poll() asks again for bases that frames of sleeping characters wait for.
   std::int64_t ask_again_ns_ = 0;
+  // The time of the last welcome.
   std::int64_t active_since_ns_ = 0;
-  // Is the start of the current or the last outage.
+  // The start of the current or the last outage. It sets the length of the waits between attempts (Backoff).
   std::optional<std::int64_t> away_since_ns_;
-  // Is the time when a packet, or a sign of life, went out last.
+  // The time when a packet, or a sign of life, went out last.
   std::int64_t sent_ns_ = 0;
+  // For how long nothing has come from the server.
   channel::Silence silence_{0};
+  // The random waits between attempts to connect.
   Backoff backoff_;
+  // Cuts the bytes of the present connection into packets.
   channel::PacketSplitter splitter_;
+  // Converts the server's clock to ours.
   channel::ClockEstimate clock_;
+  // What the caller has requested, to be sent again over a new connection.
   RequestedState requested_;
+  // The same for the wind, which other clients may set too.
   RequestedWind wind_;
+  // uploads_ has the groom bytes that the server wants; upload_scheduler_ decides when a chunk goes before other
+  // messages.
   UploadQueue uploads_;
   channel::BulkScheduler upload_scheduler_;
+  // All other messages that wait to be sent.
   SendQueue queue_;
-  // Holds what was sent over this connection, if it has datagrams.
+  // The poses that were sent as datagrams last, which the next datagrams repeat.
   SentPoses sent_poses_;
+  // The number of calls that sent hands; a receiver drops hands with an older number.
   std::uint32_t hands_sequence_ = 0;
   // The hands that were sent last were not an empty list.
   bool has_hands_ = false;
   Members members_;
-  // Holds the decoded frames of the batch that on() handles now.
+  // The decoded frames of the batch that on() handles now.
   std::vector<Members::DecodedFrame> decoded_;
+  // The hair of own characters from before an outage, shown until the new server sends its own.
   LastKnownHair last_known_;
   ImportanceReporter importance_;
+  // The downloads that are under way.
   GroomFetch fetch_;
   FrameSink* sink_ = nullptr;
   EventQueue events_;
@@ -276,12 +313,13 @@ class LinkCore {
   // redirected_to_ is the server to connect to, welcomed_at_ the one that sent the last welcome. None means the server
   // that the caller knows.
   std::optional<wire::ServerAt> redirected_to_, welcomed_at_;
-  // Counts the servers that next_to_ask() has named since the last welcome.
+  // How many servers next_to_ask() has named since the last welcome.
   std::size_t asked_ = 0;
-  // Counts redirects in a row, since the last welcome.
+  // Redirects in a row since the last welcome.
   std::uint8_t redirects_ = 0;
-  // Is the time of the first redirect since the last welcome.
+  // The time of the first redirect since the last welcome; kRoomPatience_ns runs from here.
   std::optional<std::int64_t> sent_on_ns_;
+  // The line of end_detail().
   std::string end_detail_;
 };
 

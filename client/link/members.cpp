@@ -11,12 +11,12 @@
 namespace hairnet::link {
 namespace {
 
-// Is the step of the displacements in a HairState: a quarter of a millimetre, which nobody sees.
+// The step of the displacements in a HairState: a quarter of a millimetre, which nobody sees.
 constexpr float kStateStep_m = 0.25e-3f;
-// Over a longer time the difference of two frames is no velocity: hair swings back and forth meanwhile.
+// Two frames that lie further apart in time give no velocity, because hair swings back and forth between them.
 constexpr std::int64_t kVelocityOver_ns_max = 250'000'000;
 
-// Counts `unit` in a value, clamped to the symmetric range of 16 bits.
+// Returns `value` in multiples of `unit`, rounded, and clamped to the symmetric range of 16 bits.
 std::int16_t to_integer(float value, float unit) {
   return static_cast<std::int16_t>(std::clamp(std::nearbyint(value / unit), -32767.0f, 32767.0f));
 }
@@ -73,8 +73,7 @@ bool Members::add_own(const wire::CharacterAdded& added) {
   return put(added.member, std::move(member));
 }
 
-// Returns whether the member is new. One that is known keeps its frames and only becomes confirmed, so that hair goes
-// on over a resume.
+// A member that is known keeps its frames and only becomes confirmed, so that its hair continues over a resume.
 bool Members::put(std::uint32_t number, Member member) {
   const auto [found, is_new] = members_.try_emplace(number);
   Member& known = found->second;
@@ -98,10 +97,11 @@ void Members::remove_own(std::uint32_t character) {
   std::erase_if(members_, [&](const auto& m) { return m.second.own && m.second.character == character; });
 }
 
-// Hashes the number, so that the choice does not depend on the order of arrival.
+// The choice depends on the number alone, so it is the same in whatever order members arrive.
 bool Members::decodes(std::uint32_t number) const {
   if (decode_share_ >= 1) return true;
-  // An odd multiplier near 2^32 over the golden ratio spreads consecutive numbers evenly.
+  // The multiplier is odd and near 2^32 over the golden ratio, which spreads consecutive numbers evenly over 32 bits
+  // (Fibonacci hashing).
   const std::uint32_t mixed = number * 0x9e3779b1u;
   return static_cast<double>(mixed) < decode_share_ * 4294967296.0;
 }
@@ -115,11 +115,11 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::optio
   // A datagram may be late, and its number may belong to another character by now, perhaps with another basis.
   if (generation && *generation != member.generation) return decoded;
   if (member.last_tick && tick <= *member.last_tick) {
-    // A newer frame has overtaken it: the next one is discontinuous in its place.
+    // A newer frame has overtaken this one, so this jump would be lost: the next frame is marked in its place.
     if (frame.discontinuous && tick < *member.last_tick) member.discontinuity_pending = true;
     return decoded;
   }
-  // The tick counts also when the frame cannot be decoded, so that a late one cannot take its place.
+  // The tick counts even if the frame turns out to be undecodable, so that an older frame cannot be shown after it.
   member.last_tick = tick;
   decoded.character = member.own ? member.character : 0;
   decoded.discontinuous = frame.discontinuous || member.discontinuity_pending;
@@ -131,7 +131,7 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::optio
   if (!is_rigid) decoded.wants_basis = wanted(bases_, member.groom, now_ns);
   const std::shared_ptr<const KnownBasis> basis = bases_.of(member.groom);
   const std::shared_ptr<const KnownBasis> basis_before = member.newest.basis;
-  // The mark of a discontinuity must reach the program with some frame, or it would interpolate across the jump.
+  // The mark of a jump must reach the program with some frame, or the program would interpolate across the jump.
   if (!decode(member, frame, tick, sample_time_ns, basis, decoded)) {
     member.discontinuity_pending = decoded.discontinuous;
     return decoded;
@@ -148,8 +148,8 @@ Members::DecodedFrame Members::decode_frame(const wire::Frame& frame, std::optio
   return decoded;
 }
 
-// Notes what the network of the member's groom must be stepped through for this frame; evaluate() does so later, for
-// many members together.
+// Notes the motion by which the network of the member's groom must be stepped for this frame. evaluate() steps the
+// networks of many members together.
 void Members::follow_learnt(Member& member, const std::shared_ptr<const KnownBasis>& basis_before,
                             const wire::Frame& frame, std::int64_t now_ns, DecodedFrame& decoded) {
   const auto& [newest, before] = std::tie(member.newest, member.before);
@@ -160,7 +160,7 @@ void Members::follow_learnt(Member& member, const std::shared_ptr<const KnownBas
   }
   // Residuals are differences of coefficients, and mean nothing in another basis.
   if (basis_before && basis_before != newest.basis) member.learnt = {};
-  // Most frames end here: on other levels nothing is learnt.
+  // Most frames end here: this one is on another level, and nothing of an earlier learnt frame still decays.
   if (frame.level != LevelIndex::learnt && member.learnt.is_idle()) return;
   LearntFrame learnt{.to = &newest.decoded.pose,
                      .is_learnt = frame.level == LevelIndex::learnt,
@@ -181,15 +181,15 @@ void Members::follow_learnt(Member& member, const std::shared_ptr<const KnownBas
   }
   const bool is_here = hair && learnt.is_learnt;
   const bool is_first = is_here && learnt_announced_.try_emplace(member.groom).second;
-  // The network is stepped later, together with those of other members; the map's nodes do not move, so the pointers
-  // stay valid.
+  // The pointers stay valid until evaluate(), because the nodes of the map do not move.
   evaluations_.push_back({&member, learnt, member.learnt.begin(std::move(hair), learnt)});
   if (is_here && !learnt.evaluated) learnt_announced_[member.groom].reset();
   const bool is_gap = learnt.evaluated && member.learnt.is_unsettled() && tells_of_gap(member.groom, *newest.tick);
   if (is_first || is_gap) decoded.evaluates = wire::EvaluateLearnt{member.groom, *learnt_.file_of(member.groom)};
 }
 
-// The server is told once, and again only when a network would have settled since: its answer takes a while.
+// After a gap the network needs kLearntSettled_ticks until its hair is right, and the server's answer takes a while. So
+// the server is told once, and again only after that many ticks.
 bool Members::tells_of_gap(const wire::GroomHash& groom, std::uint64_t tick) {
   std::optional<std::uint64_t>& announced = learnt_announced_[groom];
   if (announced && tick - *announced < kLearntSettled_ticks) return false;
@@ -198,7 +198,8 @@ bool Members::tells_of_gap(const wire::GroomHash& groom, std::uint64_t tick) {
 }
 
 void Members::evaluate() {
-  // Characters of one groom are stepped side by side.
+  // step_learnt() steps up to kLearntWidth characters of one groom side by side, so the frames are sorted by their
+  // network.
   const auto hair_of_one = [](const Evaluation& e) { return e.motion ? e.member->learnt.hair() : nullptr; };
   // Several frames of one member keep their order.
   std::ranges::stable_sort(evaluations_, std::less<>(), hair_of_one);
@@ -222,8 +223,8 @@ void Members::evaluate() {
 // Returns false for bytes that are no frame, or a pose out of range: a server is trusted no more than a client.
 bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tick, std::int64_t sample_time_ns,
                      const std::shared_ptr<const KnownBasis>& basis, DecodedFrame& decoded) {
-  // Decodes into the older of the two moments and swaps them only on success. A failure thus leaves the newest as it
-  // was; the one before is gone in any case.
+  // The frame is decoded into the older of the two, which takes the newest's place only on success. A failure leaves
+  // the newest as it was; the older one is gone in any case.
   Moment& moment = member.before;
   moment.basis = nullptr;
   moment.tick.reset();
@@ -234,7 +235,7 @@ bool Members::decode(Member& member, const wire::Frame& frame, std::uint64_t tic
   moment.sample_time_ns = sample_time_ns;
   if (frame.level != LevelIndex::rigid) moment.basis = basis;
   std::swap(member.before, member.newest);
-  // Nothing may be computed across the jump, neither a velocity nor a continuation of learnt hair.
+  // Neither a velocity nor a continuation of learnt hair may be computed across a jump.
   if (decoded.discontinuous) member.before.basis = nullptr;
   decoded.outcome = Outcome::decoded;
   decoded.pose = &member.newest.decoded.pose;
@@ -273,7 +274,7 @@ std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
                                   [&](const auto& m) { return m.second.own && m.second.character == character; });
   if (found == members_.end()) return std::nullopt;
   const auto& [newest, before] = std::tie(found->second.newest, found->second.before);
-  // Coefficients of an older basis mean other shapes.
+  // Coefficients of an older basis mean other shapes, which the new server could not read.
   if (!newest.basis || newest.basis != bases_.of(found->second.groom)) return std::nullopt;
   const LevelGeometry& geometry = newest.basis->hair.geometry;
   HairSnapshot hair{found->second.groom, newest.basis, newest.decoded.coefficients, {}};
@@ -290,8 +291,8 @@ std::optional<HairSnapshot> Members::hair_of(std::uint32_t character) const {
   for (std::size_t i = 0; i < now.size(); ++i) {
     const Vec3f rest = geometry.lattice.node(geometry.active_nodes[i]);
     const Vec3 moved = head.point((rest + now[i]).cast<double>()) - head_before.point((rest + past[i]).cast<double>());
-    // The velocity is that of the node in the world, in the axes of the head, as HairState wants it: the hair of a
-    // moving head goes on with it.
+    // HairState wants the velocity of the node in the world, along the axes of the head: the hair of a moving head then
+    // goes on with it.
     const Vec3 velocity = head.rotation.conjugate() * moved / (1e-9 * static_cast<double>(elapsed_ns));
     for (const double x : velocity)
       hair.state.velocities.push_back(to_integer(static_cast<float>(x), wire::kVelocityStepsPer_s * kStateStep_m));

@@ -12,11 +12,12 @@ namespace hairnet::link {
 class PageRequest {
  public:
   struct Answer {
-    // Is one line if there is no page, else empty.
+    // One line if there is no page, else empty.
     std::string error;
     // False means that the server does not answer at all, or is not the one that was meant.
     bool is_reachable = true;
     std::string text;
+    // The address of the machine that has answered.
     asio::ip::address server;
   };
 

@@ -10,18 +10,19 @@
 namespace hairnet::link {
 namespace {
 
-// Bounds the memory while no caller samples: some eight seconds at 30 Hz.
+// The most buffered frames, some eight seconds at 30 Hz: they bound the memory while no caller samples.
 constexpr std::size_t kFramesMax = 256;
-// Covers two seconds at 30 Hz: the delay remembers a burst of late frames for so long.
+// The delay is computed from this many arrivals, two seconds at 30 Hz: it remembers a burst of late frames for that
+// long.
 constexpr std::size_t kArrivalsMax = 60;
-// Is the interval between frames until two have arrived: that of 30 Hz.
+// The interval between frames until two have arrived: that of 30 Hz.
 constexpr std::int64_t kIntervalDefault_ns = 33'333'333;
-// Hair waits so long for the next frame, or for two steps of its character; then it takes kEaseToRest_ns to reach its
-// rest shape.
+// Hair waits this long for the next frame, or for two steps of its character if that is longer. It then reaches its
+// rest shape within kEaseToRest_ns.
 constexpr std::int64_t kFreeze_ns = 100'000'000;
 constexpr std::int64_t kEaseToRest_ns = 500'000'000;
-// The delay changes by at most this share of the elapsed time: motion becomes slower or faster, but too little to
-// notice.
+// The delay changes by at most this share of the elapsed time. Motion then runs up to 10 % slower or faster, too little
+// to notice.
 constexpr double kSlewMax = 0.1;
 // Two frames that lie further apart in time say nothing about a speed: hair swings back and forth between them.
 constexpr std::int64_t kSmooth_ns_max = 300'000'000;
@@ -52,6 +53,7 @@ void Playout::check_invariants() const {
 
 void Playout::push(const Frame& frame, std::int64_t sample_time_ns, std::int64_t arrival_time_ns) {
   HAIRNET_ASSERT(frame.coefficients.size() <= (frame.basis ? frame.basis->code.mode_count() : 0));
+  // Index of the frame that is played.
   const std::size_t played = started_ && !frames_.empty() ? index_at(time_ns_) : 0;
   const auto place = std::find_if(frames_.begin(), frames_.end(),
                                   [&](const BufferedFrame& other) { return other.time_ns >= sample_time_ns; });
@@ -111,7 +113,8 @@ void Playout::record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_t
   }
   interval_ns_ = kIntervalDefault_ns;
   if (intervals.empty()) return;
-  // Nine of ten intervals are not longer. The largest one would let a single lost frame delay everything.
+  // The index is that of the ninth decile: nine of ten intervals are not longer. The largest interval would let a
+  // single lost frame delay everything.
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(9 * (intervals.size() - 1) / 10);
   std::nth_element(intervals.begin(), middle, intervals.end());
   interval_ns_ = *middle;
@@ -119,7 +122,7 @@ void Playout::record_arrival(std::int64_t sample_time_ns, std::int64_t arrival_t
 
 std::int64_t Playout::target_delay_ns() const {
   HAIRNET_ASSERT(!frames_.empty());
-  // A frame announces that the server now steps the character less often, before the arrivals show it.
+  // When the server begins to step the character less often, the frame's step says so before the arrivals do.
   const std::int64_t interval = std::max(interval_ns_, frames_.back().step_ns);
   return min_late_ns_ + interval + std::max(interval / 2, max_late_ns_ - min_late_ns_);
 }
@@ -138,7 +141,8 @@ void Playout::advance(std::int64_t render_time_ns) {
   render_time_ns_ += elapsed;
   const bool starved = frames_.back().time_ns < time_ns_;
   const auto slew = static_cast<std::int64_t>(kSlewMax * static_cast<double>(elapsed));
-  // There is no newer frame to show. Stop the play time here, so that late frames are in time again.
+  // Without a newer frame to show, a larger delay is taken at once: the play time stops here, and late frames are in
+  // time again.
   if (starved && target > delay_ns_)
     delay_ns_ = target;
   else
@@ -204,11 +208,14 @@ void Playout::add_difference(std::size_t i, std::size_t j, double share, Weights
 void Playout::add_slope(std::size_t i, std::size_t j, double share, Weights& weights) const {
   const bool has_before = j > 0 && is_smooth(j - 1), has_after = j + 1 < frames_.size() && is_smooth(j);
   if (has_before && has_after) {
+    // Each mean speed has the weight of the other interval, which gives the slope of the parabola.
     const double h0 = duration_ns(j - 1), h = duration_ns(j);
     add_difference(i, j - 1, share * h / (h0 + h), weights);
     add_difference(i, j, share * h0 / (h0 + h), weights);
   } else if (has_before) {
     const bool has_two = j > 1 && is_smooth(j - 2);
+    // The parabola through three frames bends on beyond the nearest interval by this share of the change of the mean
+    // speed.
     const double bend = has_two ? duration_ns(j - 1) / (duration_ns(j - 2) + duration_ns(j - 1)) : 0;
     add_difference(i, j - 1, share * (1 + bend), weights);
     if (has_two) add_difference(i, j - 2, -share * bend, weights);
@@ -253,6 +260,7 @@ void Playout::between(std::size_t i, std::int64_t time_ns, State& out) const {
   const BufferedFrame &from = frames_[i], &to = frames_[i + 1];
   const double h = duration_ns(i), s = static_cast<double>(time_ns - from.time_ns) / h;
   Weights weights{};
+  // The weight of the next frame. Between frames that give no speed the curve is a straight line.
   const double ahead = is_smooth(i) ? s * s * (3 - 2 * s) : s;
   weights[2] = 1 - ahead;
   weights[3] = ahead;
@@ -277,8 +285,8 @@ void Playout::after_last(std::int64_t time_ns, State& out) const {
   Weights weights{};
   weights[2] = 1;
   if (!last.asleep && i > 0 && is_smooth(i - 1)) {
-    // The last speed decays exponentially, so the motion after the last frame never exceeds kGoOn_ns of that speed.
-    // Going on at full speed would overshoot by more, the longer a frame is late.
+    // The last speed decays exponentially, so hair moves on by no more than that speed would in kGoOn_ns. Going on at
+    // full speed would overshoot by more, the longer a frame is late.
     const double moved_ns = kGoOn_ns * (1 - std::exp(-after_ns / kGoOn_ns));
     add_slope(i, i, moved_ns, weights);
     out.pose = interpolate(frames_[i - 1].state.pose, last.state.pose, 1 + moved_ns / duration_ns(i - 1));

@@ -23,6 +23,8 @@ void RequestedState::store(const wire::ClientMessage& message) {
       character->added.appearance = set->appearance;
     }
   }
+  // A message type states by kResent whether it is sent again after a reconnect, and whether it belongs to the session
+  // or to one character. Each type keeps the newest message alone.
   const auto store_setting = [&]<class M>(const M& m) {
     if constexpr (requires { requires M::kResent == wire::Resent::per_session; }) {
       settings_[message.index()] = m;
@@ -45,6 +47,7 @@ RequestedState::Character* RequestedState::find(std::uint32_t character) {
 }
 
 void RequestedState::add(const wire::AddCharacter& added) {
+  // A number that is used again is a new character, whose errors are its own.
   sent_twice_.erase(added.character);
   characters_[added.character] = {added, {}, false, {}};
 }

@@ -18,16 +18,17 @@ namespace hairnet::link {
 class RequestedState {
  public:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
-  // Holds the newest message of each kind, by its index in wire::ClientMessage.
+  // The newest message of each kind, by its index in wire::ClientMessage.
   using Settings = std::map<std::size_t, wire::ClientMessage>;
   struct Character {
-    // Has the character's newest level, and the state from which a new server continues its hair.
+    // The request to add it, with the newest level, tag and appearance, and with the state from which a new server
+    // continues its hair.
     wire::AddCharacter added;
-    // Holds the messages whose kResent is Resent::per_character.
+    // The messages whose kResent is Resent::per_character.
     Settings settings;
     // The server has answered with CharacterAdded.
     bool confirmed = false;
-    // Is the newest pose.
+    // The newest pose.
     std::optional<wire::PoseSample> pose = {};
   };
 
@@ -79,13 +80,15 @@ class RequestedState {
   void remove(std::uint32_t character);
   void set_level(const wire::SetLevel& wanted);
 
+  // The grooms that the caller has offered.
   std::map<wire::GroomHash, Offered> grooms_;
+  // The characters that the caller has added and not removed, by their number.
   std::map<std::uint32_t, Character> characters_;
-  // Holds the characters whose removal the server has not confirmed.
+  // The characters whose removal the server has not confirmed.
   std::set<std::uint32_t> leaving_;
   // Characters whose AddCharacter was sent twice. The server may announce one and then refuse its second AddCharacter.
   std::set<std::uint32_t> sent_twice_;
-  // Holds the messages whose kResent is Resent::per_session.
+  // The messages whose kResent is Resent::per_session.
   Settings settings_;
 };
 

@@ -17,11 +17,11 @@ const wire::SetWind* RequestedWind::on_welcome(bool may_set) {
 
 const wire::SetWind* RequestedWind::on_announced(const wire::RoomWind& announced, std::uint64_t own_session) {
   const bool is_first = std::exchange(is_first_due_, false);
-  // Our wind is on its way, and reaches the server after this one was sent.
+  // This announcement was sent before our wind reached the server, which is on its way.
   if (is_first && is_unconfirmed_) return nullptr;
   is_unconfirmed_ = false;
   const bool is_ours = announced.session == own_session;
-  // Somebody else has set the wind since, and the last one wins: sending ours again would undo it.
+  // Another client has set the wind since, and the last one wins: sending ours again would undo it.
   if (announced.session != 0 && !is_ours) wind_.reset();
   if (is_ours && !wind_) wind_ = wire::SetWind{announced.wind};
   return is_first && wind_ && may_set_ ? &*wind_ : nullptr;

@@ -20,13 +20,14 @@ class RequestedWind {
   [[nodiscard]] const wire::SetWind* on_announced(const wire::RoomWind& announced, std::uint64_t own_session);
 
  private:
-  // None means that this client has set none, or that another client has set one after it.
+  // The wind to send again; none: this client has set none, or another client has set one after it.
   std::optional<wire::SetWind> wind_;
   // The server has announced no wind since this one was sent, which may have been lost with the connection. It is then
   // sent after the next welcome, even if another client has set a wind.
   bool is_unconfirmed_ = false;
   // The next RoomWind is the first after a welcome: it has the wind as it was at the welcome.
   bool is_first_due_ = false;
+  // The last welcome allows this client to set the wind (see on_welcome).
   bool may_set_ = false;
 };
 

@@ -12,8 +12,8 @@ bool holds_poses(const wire::ClientMessage& message) {
   return std::holds_alternative<wire::PoseBatch>(message);
 }
 
-// Marks the character's next pose after the one at `from` as a teleport, because it does not continue from the last
-// pose that the server received. False when no pose of it waits.
+// A pose with a teleport was dropped. Marks the character's next waiting pose, from `from` on, as a teleport: it does
+// not continue the last pose that the server received. Returns false when no pose of the character waits.
 bool carry_teleport(std::deque<wire::ClientMessage>::iterator from,
                     const std::deque<wire::ClientMessage>::iterator& end, std::uint32_t character) {
   for (; from != end; ++from) {
@@ -28,7 +28,8 @@ bool carry_teleport(std::deque<wire::ClientMessage>::iterator from,
   return false;
 }
 
-// A hand that has jumped in the waiting sample has not moved to its place in the newer one either.
+// Replaces the waiting hands. A jump of a waiting hand passes to the new hand of its number, which has not moved
+// continuously to its place either.
 void replace(std::optional<wire::HandsSample>& waiting, wire::HandsSample newer) {
   for (Hand& hand : newer.hands) {
     const auto has_jumped = [&](const Hand& before) {
@@ -104,7 +105,8 @@ void SendQueue::push_hands(wire::HandsSample hands) {
 }
 
 void SendQueue::put_back(wire::HandsSample hands) {
-  // The poses have filled their datagram. The hands are next, so that they are as new as the poses.
+  // The datagram had no room for the hands beside its poses. They are the next message, so they are as new as those
+  // poses.
   messages_.push_front(wire::PoseBatch{{}, {}, std::move(hands)});
   ++pose_batch_count_;
 }

@@ -50,11 +50,11 @@ class SendQueue {
 
   std::deque<wire::ClientMessage> messages_;
   std::size_t pose_batch_count_ = 0;
-  // Holds the newest hands that wait.
+  // The newest hands that wait.
   std::optional<wire::HandsSample> hands_;
-  // Holds the characters of the batch that was pushed last.
+  // The characters of the batch that was pushed last.
   std::set<std::uint32_t> in_last_;
-  // Holds the characters whose next pose must be sent as a teleport.
+  // The characters whose next pose must be sent as a teleport.
   std::set<std::uint32_t> teleport_pending_;
   std::uint64_t poses_dropped_ = 0;
 };

@@ -12,7 +12,8 @@ namespace hairnet::link {
 // thread.
 class SentPoses {
  public:
-  // So many poses of a character are sent again: a pose gets through unless three datagrams in a row are lost.
+  // The number of earlier poses of a character that are sent again: a pose gets through unless three datagrams in a row
+  // are lost.
   static constexpr std::size_t kPosesMax = 2;
   // A pose is not sent again with one that is this much newer: the server has sampled past it by then.
   static constexpr std::int64_t kAgeMax_ns = 200'000'000;
@@ -23,7 +24,7 @@ class SentPoses {
   void clear() { sent_.clear(); }
 
  private:
-  // Holds the last poses of each character, the oldest first.
+  // The last poses of each character, the oldest first.
   std::map<std::uint32_t, std::vector<wire::PoseSample>> sent_;
 };
 

@@ -22,7 +22,7 @@ namespace asio = boost::asio;
 struct StreamOptions {
   Address server;
   TlsOptions tls;
-  // Is the client's own address; none: the system chooses.
+  // The client's own address; none: the system chooses.
   std::optional<asio::ip::address> local = {};
 };
 
@@ -32,7 +32,7 @@ class ServerStream {
   struct Read {
     // They are valid until the next read.
     std::span<const std::uint8_t> bytes;
-    // Is one line if the connection has ended, else empty.
+    // One line if the connection has ended, else empty.
     std::string error;
     // The bytes are exactly one packet; otherwise they are a piece of a stream of packets.
     bool is_packet = false;
@@ -54,7 +54,7 @@ class ServerStream {
   [[nodiscard]] virtual bool has_datagrams() const { return false; }
   // "webtransport", or the scheme of an address.
   [[nodiscard]] virtual std::string_view transport() const = 0;
-  // Says in one line why the transport is not WebTransport, which was tried before. Empty: the transport is
+  // One line that says why the transport is not WebTransport, which was tried before. Empty: the transport is
   // WebTransport, or WebTransport was not tried.
   [[nodiscard]] virtual std::string_view fallback_reason() const { return {}; }
   // Waits until WebTransport is available, for an open stream that could not have it. Returns an open session. Null:
@@ -69,9 +69,9 @@ std::unique_ptr<ServerStream> make_server_stream(asio::io_context& io, StreamOpt
 
 // What several streams to one server share of its WebTransport page. One thread.
 struct WebTransportMemory {
-  // Is the page as it was read last; none after a session failed to open.
+  // The page as it was read last; none after a session failed to open.
   std::optional<WebTransportPage> page = {};
-  // Is the address of the machine that has answered with the page.
+  // The address of the machine that has answered with the page.
   std::optional<asio::ip::address> server;
 };
 
@@ -104,11 +104,11 @@ constexpr std::chrono::milliseconds kWebTransportWait{3000};
 
 // What the attempts of one link remember: a network that has blocked WebTransport is not tried again at once.
 struct FallbackMemory {
-  // WebTransport is not tried for so long after an attempt that was blocked (LinkOptions::blocked_for).
+  // After an attempt that was blocked, WebTransport is not tried for this long (LinkOptions::blocked_for).
   std::chrono::nanoseconds blocked_for;
   // WebTransport is not tried until then, on the clock of channel::monotonic_ns().
   std::int64_t blocked_until_ns = 0;
-  // Says in one line why the last attempt had no WebTransport.
+  // One line that says why the last attempt had no WebTransport.
   std::string blocked_reason = {};
 };
 

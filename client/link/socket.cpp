@@ -15,7 +15,7 @@ namespace {
 using asio::ip::tcp;
 using boost::system::error_code;
 
-// The kernel holds back at most so many bytes that it has not sent: a new pose waits behind all of them.
+// The most unsent bytes that the kernel holds: a new pose waits behind all of them.
 constexpr int kUnsentBytesMax = 64 << 10;
 // The kernel alone would try for many minutes before it reports a peer that vanished.
 constexpr unsigned kUnacknowledgedMax_ms = 15'000;

@@ -30,7 +30,8 @@ class Socket : public AnyStream {
   // Resolves and connects; with TLS, names the host to the server and checks its certificate. Once. Returns an empty
   // string, or one line with the reason of the failure.
   asio::awaitable<std::string> open();
-  // Ends TCP's sending direction alone: a caller that reads until the server closes loses nothing of TLS.
+  // Ends TCP's sending direction alone. A caller that reads on until the server closes gets all that the server has
+  // sent, also inside TLS.
   void half_close();
   // Ends open() and other operations soon.
   void close();
@@ -46,12 +47,14 @@ class Socket : public AnyStream {
   const StreamOptions options_;
   asio::ip::tcp::socket socket_;
   std::optional<asio::ssl::context> context_;
-  // Is there once the socket is connected.
+  // Set once the socket is connected, for an address with TLS.
   std::optional<asio::ssl::stream<asio::ip::tcp::socket&>> tls_;
   NameLookup lookup_;
 };
 
-// Beast calls these to end the socket below a WebSocket.
+// Beast calls these to end the socket below a WebSocket. The first lets what is still on its way arrive in both
+// directions; the socket closes later, with its stream. The second belongs to calls that block. Nobody makes these
+// here, and nobody would read on after them, so it closes at once.
 template <class Handler>
 void async_teardown(boost::beast::role_type, Socket& socket, Handler&& handler) {
   socket.half_close();

@@ -11,6 +11,7 @@ namespace {
 
 using boost::system::error_code;
 
+// One read takes at most this much; a larger packet arrives in several reads.
 constexpr std::size_t kReadBytesMax = 64u << 10;
 
 class PacketStream : public ServerStream {

@@ -44,7 +44,7 @@ class UploadQueue {
   };
   std::size_t chunk_bytes_;
   std::map<wire::GroomHash, Upload> uploads_;
-  // Holds the grooms whose bytes the server waits for, in the order of its requests.
+  // The grooms whose bytes the server waits for, in the order of its requests.
   std::deque<wire::GroomHash> wanted_;
 };
 

@@ -56,12 +56,13 @@ class WebSocketStream : public ServerStream {
   [[nodiscard]] const Socket& socket() const { return stream_.next_layer(); }
 
   asio::awaitable<std::string> upgrade() {
-    // No compression; a server that vanished is noticed by its pings.
+    // A longer message cannot be a packet; the stream fails before it takes memory for one.
     stream_.read_message_max(wire::kPacketBytesMax);
     stream_.binary(true);
     // One packet is one message, and one message one frame: pieces would only add headers.
     stream_.auto_fragment(false);
     auto patience = websocket::stream_base::timeout::suggested(beast::role_type::client);
+    // A silent connection is pinged, and ends after 30 s without an answer: a server that vanished is noticed so.
     patience.idle_timeout = std::chrono::seconds(30);
     patience.keep_alive_pings = true;
     stream_.set_option(patience);
@@ -87,7 +88,7 @@ class WebSocketStream : public ServerStream {
     return "the server closed the WebSocket without a goodbye" + (reason.empty() ? reason : ": " + reason);
   }
 
-  // `false` leaves compression out.
+  // The `false` leaves compression out.
   websocket::stream<Socket, false> stream_;
   beast::flat_buffer buffer_;
 };

@@ -23,13 +23,15 @@ namespace {
 using asio::ip::udp;
 using boost::system::error_code;
 
+// The buffers of the socket in the system: frames of a large room come all at once.
 constexpr int kSystemBufferBytes = 1 << 20;
-// Is more than a UDP packet has on an Ethernet path, 1500 bytes.
+// More than a UDP packet has on an Ethernet path, 1500 bytes.
 constexpr std::size_t kPacketBytesMax = 2048;
+// turn() takes this many packets before it gives way to the thread's other work.
 constexpr int kPacketsAtOnceMax = 64;
-// Bounds the datagrams that wait for read(). A tick brings one datagram for every few people, all at once.
+// The most datagrams that wait for read(). A tick brings one datagram for every few people, all at once.
 constexpr std::size_t kIncomingDatagramsMax = 1024;
-// kWait_ns_max stands for a wait without end, an hour. One call of rest() handles packets for kRest_ns.
+// kWait_ns_max, an hour, stands for a wait without end. One call of rest() handles packets for kRest_ns, 20 ms.
 constexpr std::int64_t kWait_ns_max = 3'600'000'000'000, kRest_ns = 20'000'000;
 
 class WebTransportStream final : public WebTransportAttempt, private WebTransportEvents {
@@ -59,8 +61,8 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   }
 
   asio::awaitable<Read> read() override {
-    // The bytes of the last read are given back to the window only now, when the caller has used them. A caller that
-    // does not read thus stops the server.
+    // The bytes of the last read count against the window until now, when the caller has used them. So the server stops
+    // when the caller does not read.
     session_->take(std::exchange(untaken_bytes_, 0));
     while (channel_bytes_.empty() && datagrams_.empty() && downloads_.packets().empty()) {
       if (session_->is_over()) co_return Read{{}, describe_end()};
@@ -129,17 +131,19 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   }
 
  private:
-  // What handlers of Asio use: it lives as long as they do.
+  // What the handlers of Asio use. They share it, since they may run after the stream is gone.
   struct Io {
     explicit Io(asio::io_context& io) : socket(io), event(io), writable(io) {}
     udp::socket socket;
     // Coroutines wait on these: `event` is cancelled when something has happened, `writable` when there is room to
     // write.
     asio::steady_timer event, writable;
+    // A wait for the socket is pending.
     bool is_watched = false;
   };
 
-  // Returns one line where the page names no WebTransport; failure_ then says whether another transport is worth a try.
+  // Reads the WebTransport page of the server into memory_. Returns one line if the page offers no WebTransport;
+  // failure_ then says whether another transport is worth a try.
   asio::awaitable<std::string> read_page() {
     PageRequest::Answer answer = co_await page_.get(kWebTransportPage);
     failure_ = answer.is_reachable ? WebTransportFailure::absent : WebTransportFailure::unreachable;
@@ -198,9 +202,9 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     if (is_v6) set(IPPROTO_IPV6, IPV6_MTU_DISCOVER, IPV6_PMTUDISC_PROBE);
   }
 
-  // Takes the packets that have come, and sends those that are due. If none had come, waits until one may have, or
-  // until QUIC has something to do. Otherwise gives way to the other work of the thread, so that a server that never
-  // pauses cannot hold it up.
+  // Takes the packets that have come, and sends those that are due. If none had come, waits until some may have, or
+  // until QUIC has something to do. If some had come, lets the thread do its other work first, so that a server that
+  // never pauses cannot hold it up.
   asio::awaitable<void> turn(std::int64_t wait_ns_max = kWait_ns_max) {
     const bool was_open = session_->is_open();
     const bool has_come = receive();
@@ -220,6 +224,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     co_await io_->event.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
   }
 
+  // Makes the socket wake turn() when a packet comes.
   void watch() {
     if (std::exchange(io_->is_watched, true)) return;
     // One wait at a time is enough. The handler may run after this stream is gone, so it shares the Io and not the
@@ -248,6 +253,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     return taken > 0;
   }
 
+  // Sends the packets that QUIC wants to send now, and wakes those that wait for what has changed.
   void flush() {
     session_->write(
         [this](std::span<const std::uint8_t> packet) {
@@ -263,6 +269,7 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
     if (session_->due_ns() < due_ns_ || session_->is_over()) io_->event.cancel();
   }
 
+  // Ends the session when the system has reported that no socket has the server's UDP port.
   void end_if_refused() {
     if (is_refused_) session_->close("nothing listens on its UDP port", channel::monotonic_ns());
   }
@@ -291,18 +298,18 @@ class WebTransportStream final : public WebTransportAttempt, private WebTranspor
   const std::shared_ptr<WebTransportMemory> memory_;
   PageRequest page_;
   const std::shared_ptr<Io> io_;
-  // Is null before it is begun.
+  // Null until begin().
   std::unique_ptr<WebTransportSession> session_;
   // These three hold what has arrived and is not read yet. The window bounds the channel's bytes, which are read first:
   // datagrams may belong to members that messages announce.
   std::vector<std::uint8_t> channel_bytes_;
   std::deque<std::vector<std::uint8_t>> datagrams_;
   DownloadReader downloads_;
-  // Holds what was read last.
+  // The bytes that the last read() returned.
   std::vector<std::uint8_t> current_;
-  // The next read() gives so many bytes of the channel back to the window.
+  // The bytes of the channel that the next read() gives back to the window.
   std::size_t untaken_bytes_ = 0;
-  // turn() waits until then.
+  // turn() waits until this time.
   std::int64_t due_ns_ = 0;
   WebTransportFailure failure_ = WebTransportFailure::none;
   bool is_closed_ = false, is_refused_ = false;

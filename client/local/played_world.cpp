@@ -7,8 +7,8 @@
 namespace hairnet::local {
 namespace {
 
-// Sums of picture times miss a tick's time by rounding; without this share a tick would be stepped one picture early or
-// late.
+// Sums of the caller's times differ from a tick's time by rounding. Without this tolerance a tick would be stepped one
+// call too early or too late.
 constexpr double kTimeRounding_s = 1e-9;
 
 bool has_level(const LevelSet& levels, LevelIndex level) {
@@ -40,7 +40,7 @@ PlayedWorld::Id PlayedWorld::add(PoseAt pose) {
   // Poses are rounded as the wire rounds them, so that this World steps the poses that a server would step.
   def.pose = rounded_to_wire(simulated->pose(now_s, now_s).pose);
   simulated->character = world_.add(def);
-  // The World is full.
+  // The World has no room for another character.
   if (!simulated->character) return 0;
   // Only this program has hands here, so nobody has to be kept out.
   world_.set_touch_rule(simulated->character, {TouchAudience::everyone});

@@ -25,7 +25,7 @@ class PlayedWorld {
  public:
   static constexpr double kTickRateMin_hz = 10, kTickRateMax_hz = 240;
   static constexpr std::uint32_t kCharactersMax = 65'536;
-  // Counts from 1.
+  // The number of a character, from 1.
   using Id = std::uint32_t;
   // Returns the character's pose at `to_s`, and whether it jumps after `from_s`; both are times of the world. It is
   // called once for each tick, and with two equal times for the pose that is shown.
@@ -43,7 +43,7 @@ class PlayedWorld {
   // Asserts that the rate is in its range and the wind is valid.
   explicit PlayedWorld(const Def& def);
 
-  // Its hair is rigid until it has levels. Returns 0 when there are kCharactersMax.
+  // Adds a character, whose hair is rigid until it has levels. Returns 0 when there are kCharactersMax already.
   Id add(PoseAt pose);
   void remove(Id id);
   // A set may lack levels (Level::rest is empty): hair stays as it is when such a one is asked for.
@@ -54,9 +54,9 @@ class PlayedWorld {
   void set_material(Id id, const MaterialScale& scale);
   void set_wind(const Wind& wind);
   [[nodiscard]] const Wind& wind() const { return def_.wind; }
-  // Everyone may touch everyone's hair, for this program alone has hands here.
+  // Sets the hands and props. They may touch everyone's hair, since this program alone has hands here.
   void touch_by(BodiesAt bodies) { bodies_ = std::move(bodies); }
-  // As World::grab() and World::let_go(), for a hand of the last tick.
+  // Takes hold of hair like World::grab(), with a hand of the last tick.
   std::uint32_t grab(Id id, const Grab& grab);
   void let_go(Id id, const TouchKey& hand, Release release);
   // Keeps the state of the hair; hands let go of it.
@@ -76,13 +76,13 @@ class PlayedWorld {
   struct Shown {
     Pose pose;
     LevelIndex level = LevelIndex::rigid;
-    // Moves hair by displacements of the grid's nodes.
+    // Moves the hair by the displacements of all nodes of the grid.
     MovedLattice lattice;
-    // Is null at rest.
+    // Null at rest.
     std::shared_ptr<const LevelGeometry> geometry;
-    // Is in active order and head space, m.
+    // The displacements of the active nodes, in active order, head space, m.
     std::span<const Vec3f> displacement;
-    // Is null when rigid.
+    // Null when rigid.
     std::shared_ptr<const Level> model;
   };
   // Asserts that the character is there.
@@ -105,20 +105,26 @@ class PlayedWorld {
     std::shared_ptr<const LevelSet> levels;
     LevelIndex level_wanted = LevelIndex::high;
     MaterialScale material;
-    // Holds the last two ticks.
+    // The last two ticks.
     Lattice before, after;
-    // Hold the displacements that are shown, of the active nodes and of all grid nodes.
+    // The shown displacements: of the active nodes, and of all nodes of the grid.
     std::vector<Vec3f> displacement, grid;
-    // Is the lattice that is shown.
+    // The lattice that is shown.
     const Lattice* lattice = nullptr;
   };
+  // The definition of the World for these options.
   static WorldDef world_def(const Def& def);
   [[nodiscard]] Simulated& at(Id id);
   [[nodiscard]] const Simulated& at(Id id) const;
+  // The time at the end of a tick.
   [[nodiscard]] double tick_time_s(std::uint64_t tick) const;
+  // Steps the World by one tick.
   void tick();
+  // Takes the character's lattice after a tick; the one of the tick before becomes `before`.
   void take_lattice(Simulated& simulated);
+  // Sets the wanted level, if the character has it.
   void set_level_now(Simulated& simulated);
+  // Computes what is shown of the character at shown_s_.
   void show(Simulated& simulated) const;
 
   Def def_;
@@ -129,7 +135,7 @@ class PlayedWorld {
   Id next_id_ = 1;
   // tick_ counts the ticks that are done. Tick start_tick_ ended at start_s_; the ticks after it have the present rate.
   std::uint64_t tick_ = 0, start_tick_ = 0;
-  // shown_s_ is the time that is shown.
+  // start_s_: see tick_. shown_s_ is the time that is shown.
   double start_s_, shown_s_;
 };
 

@@ -7,6 +7,7 @@ namespace hairnet::render {
 // A tile of another size than the first is cropped to it, or leaves paper around it; a missing tile is paper white.
 Image contact_sheet(std::span<const Image> tiles, int columns, int gap_px) {
   if (tiles.empty() || tiles[0].width < 1 || tiles[0].height < 1) return {};
+  // The grey of the sheet between the tiles: nearly white.
   constexpr std::uint8_t kPaper = 246;
   columns = std::clamp(columns, 1, static_cast<int>(tiles.size()));
   gap_px = std::max(gap_px, 0);

@@ -10,7 +10,8 @@
 namespace hairnet::render {
 namespace {
 
-// A search for a part of the text would find the name inside a longer one.
+// Whether the list has this extension as a whole word: a search for a part of the text would find the name inside a
+// longer one.
 bool has_extension(const char* list, std::string_view wanted) {
   std::string_view rest = list == nullptr ? "" : list;
   while (!rest.empty()) {
@@ -46,8 +47,8 @@ std::vector<EGLDisplay> candidate_displays() {
 }
 
 EGLConfig choose_config(EGLDisplay display) {
-  // Zero asks for no kind of surface; left out, windows would be asked for. A configuration for off-screen surfaces
-  // does as well.
+  // Zero asks for no kind of surface; without the attribute EGL would ask for windows. The second try asks for
+  // off-screen surfaces, whose configurations do as well.
   for (const EGLint surface : {0, EGL_PBUFFER_BIT}) {
     const std::array<EGLint, 5> wanted{EGL_RENDERABLE_TYPE, EGL_OPENGL_ES3_BIT, EGL_SURFACE_TYPE, surface, EGL_NONE};
     EGLConfig config = nullptr;

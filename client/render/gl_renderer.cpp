@@ -10,13 +10,13 @@
 namespace hairnet::render {
 namespace {
 
-// This bounds the memory: 4 samples of colour and depth take 32 bytes for each pixel of the large picture.
+// The most pixels of the large picture: 4 samples of colour and depth take 32 bytes for each of them, 1.3 GB in all.
 constexpr std::int64_t kLargePixelsMax = 40'000'000;
 
 class GlRenderer final : public Renderer {
  public:
   GlRenderer(EglContext context, int supersample) : context_(std::move(context)), supersample_(supersample) {}
-  // The members' destructors need the context.
+  // The destructors of the members need the context.
   ~GlRenderer() override { static_cast<void>(context_.make_current()); }
 
   Result<void> start() {

@@ -38,7 +38,7 @@ class GroomBuffers {
   [[nodiscard]] std::size_t point_rows(std::size_t strand_count) const;
   // The points of the first `strand_count` strands.
   [[nodiscard]] std::size_t point_count(std::size_t strand_count) const { return point_end_[strand_count]; }
-  // Draws the first `strand_count` strands in the order of drawing, `instances` times, from the list of that tolerance.
+  // Draws the first `strand_count` strands `instances` times. `list` is a result of list_for().
   void draw_strands(std::size_t list, std::size_t strand_count, GLsizei instances) const;
   [[nodiscard]] const DrawnMesh& cards() const { return cards_; }
   [[nodiscard]] const DrawnMesh& fabric() const { return fabric_; }
@@ -50,7 +50,7 @@ class GroomBuffers {
   [[nodiscard]] const Eigen::AlignedBox3f& strand_box() const { return strand_box_; }
   [[nodiscard]] const Eigen::AlignedBox3f& root_box() const { return root_box_; }
   [[nodiscard]] float radius_m() const { return radius_m_; }
-  // The coarsest list within the tolerance. The first list has all points, so there is always one.
+  // The index of the coarsest list within the tolerance. The first list has all points, so there is always one.
   [[nodiscard]] std::size_t list_for(float tolerance_m) const;
   [[nodiscard]] std::size_t index_count(std::size_t list, std::size_t strand_count) const {
     return lists_[list].end[strand_count];

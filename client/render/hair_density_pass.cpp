@@ -38,7 +38,7 @@ Result<HairDensityPass> HairDensityPass::build() {
   return pass;
 }
 
-// Returns whether all can be drawn to. The largest number of grids so far decides the size.
+// Makes the textures for rows_, and returns whether all of them can be drawn to.
 bool HairDensityPass::allocate() {
   allocate_halves(density_, kDensityUnit, GL_RG16F, GL_RG, rows_);
   allocate_halves(now_, kLightDepthNowUnit, GL_RGBA16F, GL_RGBA, rows_);
@@ -78,7 +78,8 @@ void HairDensityPass::add(const GroomBuffers& groom, std::size_t points, std::si
   points_.use();
   points_.set("first_record", static_cast<int>(first_record));
   points_.set("target_rows", static_cast<int>(rows_));
-  // Four instances a character: each point counts for now and for the rest, in the two slices on both sides of it.
+  // A character has four instances: each point counts now and at rest, and each time in the two slices of the grid
+  // beside it.
   glDrawArraysInstanced(GL_POINTS, 0, static_cast<GLsizei>(points), static_cast<GLsizei>(4 * characters));
 }
 

@@ -33,11 +33,12 @@ class HairDensityPass {
   bool allocate();
 
   Program points_, light_;
-  // These are the hair's density, and the optical depths towards the lights, now and at rest.
+  // density_ has the hair's density; now_ and rest_ have the optical depths towards the lights, for the hair as it is
+  // and at rest.
   Texture density_, now_, rest_;
   Framebuffer density_target_, light_target_;
   VertexArray nothing_;
-  // It only grows, since grids come and go with the camera.
+  // The rows of the textures. They only grow, since grids come and go with the camera.
   std::size_t rows_ = 0;
   bool is_supported_ = true;
 };

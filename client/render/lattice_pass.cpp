@@ -17,8 +17,9 @@ void set_nearest() {
 Result<LatticePass> LatticePass::build() {
   auto programs = build_programs({{"nodes.vert", "mode_nodes.frag"}, {"nodes.vert", "uploaded_nodes.frag"}});
   if (!programs) return Refusal(programs.error());
+  // The first sums up modes, the second copies nodes that were uploaded.
   auto& [sum, copy] = *programs;
-  // Null: the driver gives no name, which counts as a GPU.
+  // A driver may give no name: the pointer is then null, and the empty name counts as a GPU.
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
   return LatticePass(std::move(sum), std::move(copy), draw::node_sum_for(renderer != nullptr ? renderer : ""));
 }
@@ -64,7 +65,7 @@ void LatticePass::run(const draw::CharacterRecords& records) {
   glBindVertexArray(nothing_.name());
   for (std::size_t number = 0; number < records.sources().size(); ++number) {
     const draw::CharacterRecords::Source& source = records.sources()[number];
-    // Nothing of this source is new in this picture.
+    // No node of this source is new in this picture.
     if (source.end == source.first) continue;
     if (source.basis) bind_modes(source);
     const Program& program = source.basis ? sum_ : copy_;

@@ -11,10 +11,10 @@
 namespace hairnet::render {
 
 // Writes the nodes of all lattices of a picture into one texture, which ffd.glsl reads. It is a pass of its own because
-// each point of hair reads up to 27 nodes, and many points read the same one. The GPU sums modes up: a basis lies there
-// once for all characters, and a character costs the upload of its coefficients, in its record. Nodes of lattices
-// without modes, and all that the processor sums up, are uploaded. The texture stays from picture to picture, so that
-// hair that sleeps costs nothing; so each picture must be filled by the same CharacterRecords.
+// each point of hair reads up to 27 nodes, and many points read the same node. The GPU sums modes up: it has each basis
+// once for all characters, and a character costs only the upload of its coefficients, in its record. Nodes of lattices
+// without modes, and nodes that the processor sums up, are uploaded. The texture stays from picture to picture, so
+// sleeping hair costs nothing. For that, each picture must come from the same CharacterRecords.
 class LatticePass {
  public:
   static Result<LatticePass> build();
@@ -22,16 +22,17 @@ class LatticePass {
   // Makes the nodes that are new in these records. Records must be bound. Changes the viewport, vertex array and
   // program, and binds the nodes; the framebuffer that was bound is bound again.
   void run(const draw::CharacterRecords& records);
-  // Says who sums up the nodes, by the name of the renderer in whose context the pass was built.
+  // Whether the GPU or the processor sums up the nodes. The name of the renderer in whose context the pass was built
+  // decides.
   [[nodiscard]] draw::NodeSum sum_by() const { return sum_by_; }
-  // Counts the memory of the bases on the GPU: those of characters in the last picture, and others that still have an
+  // The memory of the bases on the GPU, bytes: those of characters in the last picture, and others that still have an
   // owner.
   [[nodiscard]] std::size_t basis_bytes() const;
   // The framebuffer of the nodes, for reading back.
   [[nodiscard]] GLuint nodes() const { return target_.name(); }
 
  private:
-  // The weak pointer shows when no one has the basis any more: its texture is then freed.
+  // The texture of a basis. The weak pointer shows when no one has the basis any more, and the texture is then freed.
   struct Modes {
     std::weak_ptr<const Basis> basis;
     Texture texture;
@@ -48,7 +49,9 @@ class LatticePass {
   Texture nodes_;
   Framebuffer target_;
   VertexArray nothing_;
+  // The rows of the texture of nodes.
   std::size_t rows_ = 0;
+  // The textures by the address of their basis.
   std::map<const Basis*, Modes> modes_;
 };
 

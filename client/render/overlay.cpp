@@ -11,7 +11,8 @@
 namespace hairnet::render {
 namespace {
 
-// Enough to see that something is there, too little to hide the hair in front of it.
+// This opacity of hidden parts is enough to see that something is there, and too little to hide the hair in front of
+// it.
 constexpr float kHiddenAlpha = 0.22f;
 
 Mat4f clip_from_world(const draw::Camera& wanted, const draw::DepthRange& range, int width, int height) {

@@ -9,12 +9,12 @@
 namespace hairnet::render {
 namespace {
 
-// The minimum that OpenGL ES 3 guarantees.
+// The number of samples for each pixel: OpenGL ES 3 guarantees no more.
 constexpr GLsizei kSamples = 4;
-// After so many pictures the places of the samples repeat. The average has no more pictures either (accumulate.frag).
+// The shifts of place_of() repeat after this many pictures. The average has no more pictures either (accumulate.frag).
 constexpr int kPlaces = 32;
-// A camera that turns or moves further than this between two pictures shows something else: the average ends, because
-// looking up each pixel in the picture before would find nothing.
+// A camera that turns or moves further than this between two pictures shows something else: the average ends. Most
+// pixels could not be found in the last picture.
 constexpr double kCut_rad = 0.6, kCut_m = 1;
 
 void make_texture(Texture& texture, GLint unit, GLenum format, GLint filter, int width, int height) {

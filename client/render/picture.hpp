@@ -30,11 +30,11 @@ class Picture {
   // Forgets all pictures before: the next one shows nothing of them. Call it when the scene is another one; a jump of
   // the camera does this by itself.
   void cut();
-  // Counts pictures since the last cut.
+  // The number of pictures since the last cut.
   [[nodiscard]] int pictures() const { return number_; }
 
  private:
-  // The camera of the last picture, with which a place is looked up in it.
+  // The camera of the last picture, by which a point of the scene is found in that picture.
   struct CameraBefore {
     draw::Camera camera;
     // Maps axes of the world, with the camera as the origin, to clip space.
@@ -43,8 +43,11 @@ class Picture {
   Picture(Program accumulate, Program present, Program depths)
       : accumulate_(std::move(accumulate)), present_(std::move(present)), depths_(std::move(depths)) {}
   bool resize(int width, int height);
+  // Sets where each pixel was in the last picture, for accumulate.frag.
   void set_uniforms(const Stage& stage, const CameraBefore& now, const Sampling& sampling);
+  // Uploads HairMotion::swing().
   void fill_swing();
+  // Draws one triangle that covers the target.
   void draw_screen() const;
 
   Program accumulate_, present_, depths_;
@@ -62,6 +65,7 @@ class Picture {
   // OpenGL draws the single triangle over the screen with it, which has no vertex data.
   VertexArray nothing_;
   draw::HairMotion motion_;
+  // None: there is no last picture, as after a cut.
   std::optional<CameraBefore> before_;
   int width_ = 0, height_ = 0, number_ = 0;
   // Without targets, pictures are drawn without an average.

@@ -14,7 +14,7 @@ void make_texture(Texture& texture, GLenum format, int width, int height) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
 }
 
-// The minimum that OpenGL ES 3 guarantees.
+// The samples of a pixel: as many as OpenGL ES 3 guarantees for any device.
 constexpr GLsizei kLargeSamples = 4;
 
 void make_large_samples(const Renderbuffer& buffer, GLenum format, GLenum attachment, int width, int height) {
@@ -33,7 +33,8 @@ bool PictureTarget::resize(int width, int height, int supersample) {
   if (width == width_ && height == height_ && supersample == supersample_) return true;
   // A failure leaves no size behind, so that the next call does not take the targets for complete.
   width_ = height_ = supersample_ = 0;
-  // Errors of an earlier picture that did not fit into memory.
+  // Errors of an earlier picture that did not fit into memory are taken off, so that they do not count against this
+  // one.
   while (glGetError() != GL_NO_ERROR) {
   }
   glActiveTexture(GL_TEXTURE0 + kSourceUnit);

@@ -61,8 +61,8 @@ class Program {
   [[nodiscard]] GLint at(const char* uniform) const;
 
   GLuint name_;
-  // Holds the locations of the uniforms used so far. Their names are compared as addresses: callers pass literals, and
-  // a second literal of the same text only takes another entry.
+  // The locations of the uniforms that were set so far, by the address of the name: callers pass literals. A second
+  // literal of the same text only takes another entry.
   mutable std::vector<std::pair<const char*, GLint>> places_;
 };
 

@@ -21,8 +21,11 @@ class SkinTexture {
 
  private:
   Texture nodes_;
+  // The uniforms of each bone's grid: its origin and the size of a cell, then its three sizes and the number of its
+  // first node in the texture.
   std::array<Eigen::Vector4f, kBoneCount> place_, dims_;
   float thickness_m_ = 0;
+  // The bytes of the texture.
   std::size_t bytes_ = 0;
 };
 

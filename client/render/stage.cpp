@@ -24,9 +24,9 @@ namespace {
 // Characters farther from the camera are left out: nothing of a head is seen there, and a damaged position would spoil
 // the depth range of the picture.
 constexpr double kCoordinateMax_m = 1e4;
-// A nearer plane would leave little precision of depth for what is far.
+// The near plane is never closer to the camera: the precision of depths far away falls with it.
 constexpr float kNearMin_m = 0.01f;
-// The hairs of a card, drawn once; smaller levels of the texture keep far cards smooth.
+// The size of the texture with the hairs of a card. Its smaller levels (mipmaps) keep far cards smooth.
 constexpr int kCardTextureWidth = 1024, kCardTextureHeight = 512;
 
 struct Programs {
@@ -81,17 +81,19 @@ Result<void> make_card_texture(const Texture& texture) {
   return {};
 }
 
-// One character of a picture, before its record is made.
+// One character of a picture, as it will be drawn.
 struct Appearance {
   const draw::ShownCharacter* character;
-  // Numbers the character among all that draw() got.
+  // The index of the character in the list that draw() got.
   std::size_t number;
   draw::DrawDetail detail;
-  // Numbers the list of strands to draw (GroomBuffers::list_for).
+  // The index of the list of strands to draw (GroomBuffers::list_for).
   std::size_t list;
+  // The head's height on the screen, pixels.
   float head_px;
 };
 
+// The number of strands that are drawn of this character.
 std::size_t strands_of(const GroomBuffers& groom, const Appearance& one) {
   return draw::drawn_strands(one.detail, groom.strand_count());
 }
@@ -165,15 +167,16 @@ class GlStage final : public Stage {
   Programs programs_;
   Texture card_texture_;
   VectorTexture records_texture_{kRecordsUnit, draw::CharacterRecords::kRecordTexels};
-  // Draws the single triangle over the screen.
+  // OpenGL needs a vertex array even for the triangle over the screen, which has no vertex data.
   VertexArray nothing_;
-  // No texture has more rows.
+  // The largest number of rows that a texture may have on this GPU.
   std::size_t rows_max_ = 0;
-  // The strands of all characters take so many rows.
+  // The rows that the points of all characters of the picture take.
   std::size_t point_rows_ = 0;
-  // Counts the grids of density in the picture.
+  // The number of density grids in the picture.
   std::size_t densities_ = 0;
   draw::CharacterRecords records_;
+  // The grooms by their numbers; none: the number is free.
   std::vector<std::optional<GroomBuffers>> grooms_;
   std::vector<draw::MovingCharacter> drawn_characters_;
   StageStatistics statistics_;
@@ -186,10 +189,11 @@ class GlStage final : public Stage {
 std::vector<std::vector<Appearance>> GlStage::appearances(std::span<const draw::ShownCharacter> characters, View& view,
                                                           const Look& look) const {
   std::vector<std::vector<Appearance>> by_groom(grooms_.size());
+  // The range of depths of all that is drawn, m.
   double nearest = 1e9, furthest = 0;
   const double spread = std::tan(view.camera.fov_deg * std::numbers::pi / 360.0);
-  // A ball touches the view while its middle is no further from a side's plane than its radius; these turn that
-  // distance into one across the view.
+  // A ball is at least partly in the view while its middle is no further from each side's plane than its radius. These
+  // factors turn the distance from such a plane into a distance across the view.
   const double side_y = std::hypot(1.0, spread), side_x = std::hypot(1.0, spread * static_cast<double>(view.aspect));
   for (std::size_t number = 0; number < characters.size(); ++number) {
     const draw::ShownCharacter& character = characters[number];
@@ -275,7 +279,8 @@ void GlStage::fit_points(std::vector<std::vector<Appearance>>& by_groom) const {
 // into the rows of the textures.
 void GlStage::add_records(std::span<const draw::ShownCharacter> characters,
                           std::vector<std::vector<Appearance>>& by_groom, const Vec3& origin) {
-  // All characters are given, not only those in view: a head that leaves the view for a moment keeps its nodes.
+  // All characters are passed, not only those in view, so that a head that leaves the view for a moment keeps its
+  // nodes.
   records_.begin(characters, programs_.lattices.sum_by(), rows_max_);
   drawn_characters_.clear();
   statistics_ = {};

@@ -36,14 +36,14 @@ struct Sampling {
   int dither_seed = 0;
 };
 
-// Describes the last picture, for people who look for what costs time and memory.
+// What the last picture took, for people who look for the cost in time and memory.
 struct StageStatistics {
   std::size_t draw_calls = 0, strands = 0, vertices = 0;
-  // Counts characters that did not fit into the GPU's textures, and are not in the picture.
+  // Characters that did not fit into the GPU's textures, and are not in the picture.
   std::size_t left_out = 0;
-  // Count bytes on the GPU: those of all grooms and bases, and those of one character.
+  // The bytes on the GPU of all grooms and bases together, and of one character.
   std::size_t groom_bytes = 0, character_bytes = 0;
-  // Counts bytes on the GPU of the points of the drawn strands.
+  // The bytes on the GPU of the points of the drawn strands.
   std::size_t point_bytes = 0;
 };
 
@@ -62,8 +62,8 @@ class Stage {
   // Returns its number in this stage; numbers of removed grooms are used again.
   virtual std::size_t add_groom(const Groom& groom) = 0;
   virtual void remove_groom(std::size_t groom) = 0;
-  // From now on the groom's hair is kept out of this skin; until then it lies where its lattice says, which a frame's
-  // few coefficients may put into the body.
+  // From now on the groom's hair is kept out of this skin. Without a skin, hair lies where its lattice moves it, and
+  // the few coefficients of a frame may move it into the body.
   virtual void set_skin(std::size_t groom, const SkinPush& skin) = 0;
 
   // Clears and draws `width` x `height` pixels of the bound framebuffer, which needs depth and preferably 4 samples a

@@ -14,15 +14,15 @@ namespace hairnet::render {
 // Points take 32 bytes each, 16 in each texture, for every character.
 class StrandDeformPass {
  public:
-  // Points in a row. A row is a unit of room: each character wastes less than one.
+  // The number of points in a row of the textures. Each character begins a row of its own, and so wastes less than one.
   static constexpr std::size_t kPointRow = 1024;
   // With this many rows both textures take 256 MiB. When a picture wants more, all characters get fewer strands.
   static constexpr std::size_t kRowsMax = 8192;
 
   static Result<StrandDeformPass> build();
 
-  // Has at least that many rows, for all characters of a picture, and some more up to `rows_max`, the limit of a
-  // texture. The old contents are lost when the textures grow; they never shrink.
+  // Makes room for that many rows, those of all characters of a picture, and for some more up to `rows_max`, the limit
+  // of a texture. The old contents are lost when the textures grow; they never shrink.
   void reserve(std::size_t rows, std::size_t rows_max);
   // Places the points of `characters` with the groom. Their records begin at `first_record` and have the rows of the
   // points. Records and lattices must be bound. Changes the bound framebuffer, viewport, program and vertex array.

@@ -32,9 +32,9 @@ class Arrivals {
   // The remembered minimum of the lateness grows by this with each batch, so it follows clocks that drift apart.
   static constexpr std::int64_t kForget_ns = 100'000;
   static constexpr std::int64_t kUnknown_ns = std::numeric_limits<std::int64_t>::max() - kForget_ns;
-  // Is the last time at which the thread is known to have run.
+  // The last time at which the thread is known to have run.
   std::int64_t awake_ns_ = std::numeric_limits<std::int64_t>::min() / 2;
-  // Is the smallest time from a batch's sampling to its reading.
+  // The smallest time from a batch's sampling to its reading, raised by kForget_ns with each batch.
   std::int64_t lateness_min_ns_ = kUnknown_ns;
 };
 

@@ -34,12 +34,14 @@ class GroomQueue {
   [[nodiscard]] std::optional<wire::GroomHash> largest(std::int64_t waited_ns) const;
 
   std::set<wire::GroomHash> waiting_;
-  // Holds the largest head with each groom.
+  // The height of the largest head with each groom, as a share of the screen.
   std::map<wire::GroomHash, float> heights_;
+  // The groom that is being downloaded; none: the next one may begin.
   std::optional<wire::GroomHash> current_;
-  // Count the calls of set_heights() that had any heights, and those of next() while grooms wait, up to their limits.
+  // reports_ counts the calls of set_heights() that had any heights, and calls_ those of next() while grooms wait. Both
+  // stop at the numbers that next() waits for.
   int reports_ = 0, calls_ = 0;
-  // Is the time when the first groom began to wait.
+  // The time when the first groom began to wait.
   std::optional<std::int64_t> begun_ns_;
 };
 

@@ -12,10 +12,11 @@
 namespace hairnet::room {
 namespace {
 
-// The server may not have the groom yet, while its owner still uploads it. Asking more often only costs messages.
+// The owner of a groom may still be uploading it. The room asks again after this time; more often would cost messages
+// and bring nothing.
 constexpr std::int64_t kAskAgain_ns = 3'000'000'000;
-// A head outside of the view counts this much against one of the same size in it, so its groom is fetched after almost
-// all that are seen.
+// A head outside of the view counts as one of this share of its size, so its groom is fetched after almost all grooms
+// that are seen.
 constexpr float kUnseenShare = 0.01f;
 
 }  // namespace
@@ -34,7 +35,8 @@ void Room::advance() {
     // Events after close() are ignored: the caller has left the room.
     if (state_ != State::closed) std::visit([this](const auto& e) { take(e); }, event);
   }
-  // The events above were read after a pause of unknown length, so they are judged by the moment of the call before.
+  // The events above were read after a pause of unknown length. So Arrivals judges them by the time of the previous
+  // call, and learns of this one only now.
   arrivals_.on_awake(now_ns);
   fetch(now_ns);
   for (const auto& [number, member] : members_) sample(*member, now_ns);
@@ -93,7 +95,7 @@ Result<std::uint32_t> Room::add_character(link::RequestedState::Bytes groom_file
   // A groom whose download has failed is replaced by the caller's own.
   if (!is_known) kept = {std::move(decoded), nullptr, "", {}};
   kept.file = std::move(groom_file);
-  // A member with the same groom may have made the room wait for it; the file is here now.
+  // The room may have been waiting for a download of the same groom, which is not needed any more.
   queue_.remove(hash);
   // Members with the same hair need no download any more.
   give_groom(hash);
@@ -171,7 +173,7 @@ Result<void> Room::push(std::span<const OwnPose> poses) {
   for (const OwnPose& each : poses) {
     const auto found = own_.find(each.own);
     if (found == own_.end()) continue;
-    // The server sees it rounded.
+    // Both the pose and its rounding must be valid, since the server sees the rounded one.
     wire::PoseRefusal refusal = wire::validate_pose(each.pose);
     if (refusal == wire::PoseRefusal::none) refusal = wire::validate_pose(rounded_to_wire(each.pose));
     if (refusal != wire::PoseRefusal::none) {
@@ -289,7 +291,8 @@ void Room::take(const wire::MemberChanged& changed) {
   tell(Changed{changed.member, found->second});
 }
 
-// A new server gives it another number, which may have belonged to another own character; its hair continues.
+// A new server gives the character another member number, which may have belonged to another own character. The Member
+// object stays the same, so its hair continues.
 void Room::take(const wire::CharacterAdded& added) {
   const auto found = own_.find(added.character);
   if (found == own_.end()) return;
@@ -352,7 +355,7 @@ void Room::take(const wire::Error& error) {
       return;
     }
   }
-  // A new server could not continue the hair, which starts at rest: nothing that a person must know.
+  // A new server could not continue the hair, which starts at rest. A person need not know this.
   if (error.reason == wire::ErrorReason::state_invalid) return;
   std::string line = std::string("the server refuses: ") + wire::to_string(error.reason);
   if (error.character != 0) line += ", character " + std::to_string(error.character);

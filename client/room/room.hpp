@@ -28,9 +28,9 @@ enum class State : std::uint8_t { connecting, connected, reconnecting, closed };
 // What a room reports to its caller, in order.
 struct StateChanged {
   State state = State::connecting;
-  // Says the reason in one line; empty when connected.
+  // One line with the reason; empty when connected.
   std::string detail;
-  // Is the wait before the next attempt.
+  // The wait before the next attempt to connect, s; 0 in the other states.
   double wait_s = 0;
   // The room is closed, and the same request would be refused again.
   bool is_refused = false;
@@ -52,11 +52,11 @@ struct Changed {
 };
 struct WindChanged {
   Wind wind;
-  // Says who has set the wind, see wire::RoomWind.
+  // The session that has set the wind (wire::RoomWind).
   std::uint64_t session = 0;
 };
-// A hand of this client holds so many points of the member's hair. It is the answer to take_hold(), and comes with 0
-// points when the hand holds them no longer.
+// A hand of this client holds this many points of the member's hair. The event answers take_hold(), and comes with 0
+// points when the hand no longer holds any.
 struct HeldChanged {
   std::uint32_t member = 0;
   std::uint8_t hand = 0;
@@ -69,13 +69,13 @@ struct TouchChanged {
 };
 // The server refused something, or a hairstyle cannot be shown.
 struct Error {
-  // Is one line for people.
+  // One line for people.
   std::string detail;
   // None means that the server refused a groom; another Error then has the reason.
   wire::ErrorReason reason = wire::ErrorReason::none;
-  // Is the own character that the error is about; zero: none.
+  // The own character that the error is about; zero: none.
   std::uint32_t character = 0;
-  // Is the groom that the error is about; zero: none.
+  // The groom that the error is about; zero: none.
   wire::GroomHash groom{};
 };
 using Event =
@@ -85,9 +85,9 @@ std::string describe(const Event& event);
 
 // How an own character is added.
 struct CharacterOptions {
-  // Is the finest level that the character may have.
+  // The finest level that the character may have.
   LevelIndex level = LevelIndex::high;
-  // Holds any bytes, at most wire::kTagBytesMax; by convention the person's name.
+  // Any bytes, at most wire::kTagBytesMax; by convention the person's name.
   std::string tag;
   std::optional<wire::Appearance> appearance;
 };
@@ -120,7 +120,7 @@ class Room {
   void advance();
   // The events since the last call. A caller that never takes them loses the oldest of more than 10 000.
   [[nodiscard]] std::vector<Event> take_events();
-  // By number, at the last advance().
+  // All members by their number, as they were at the last advance().
   [[nodiscard]] const std::map<std::uint32_t, std::shared_ptr<const Member>>& members() const { return shown_; }
   // The member of an own character; null: the server has not added it yet.
   [[nodiscard]] std::shared_ptr<const Member> member_of(std::uint32_t own) const;
@@ -129,7 +129,7 @@ class Room {
   [[nodiscard]] State state() const { return state_; }
   // Returns this client's session; zero before the first welcome.
   [[nodiscard]] std::uint64_t session() const { return session_; }
-  // Is the room's wind; still air before it is known.
+  // The room's wind; still air before it is known.
   [[nodiscard]] const Wind& wind() const { return wind_; }
   [[nodiscard]] bool may_set_wind() const { return may_set_wind_; }
   // The room's own shapes, by number.
@@ -142,7 +142,7 @@ class Room {
   // Whether this client's hands may touch its hair, as far as the client knows.
   [[nodiscard]] bool may_touch(const Member& member) const;
   [[nodiscard]] link::LinkCounters counters() const { return conversation_->counters(); }
-  // Counts what push() and set_ calls refused.
+  // How many inputs push() and the other calls refused since the start.
   [[nodiscard]] std::uint64_t inputs_dropped() const { return inputs_dropped_; }
 
   // Adds an own character with the hair of a groom file, and returns its number, from 1. It is visible after its first
@@ -164,16 +164,17 @@ class Room {
   // is not valid; the others are sent.
   Result<void> push(std::span<const OwnPose> poses);
   Result<void> push(std::uint32_t own, const Pose& pose, bool teleport = false);
-  // Says who may touch the hair of an own character, at first oneself. `chosen`: sessions, at most kTouchChosenMax, for
-  // that audience alone; after a reconnect as another session nobody is chosen any more, which a TouchChanged tells.
+  // Sets who may touch the hair of an own character; at first only its owner may. `chosen` are the sessions of
+  // TouchAudience::chosen, at most kTouchChosenMax (64). A reconnect that gives this client another session empties the
+  // list, which a TouchChanged tells.
   Result<void> set_touch(std::uint32_t own, TouchAudience audience, std::vector<std::uint64_t> chosen = {});
-  // All hands of this person now, best in one go with the poses; none: they are gone, as they are half a second after
-  // the last call.
+  // All hands of this person now, best together with the poses; an empty list: the hands are gone. They also count as
+  // gone half a second after the last call.
   Result<void> push_hands(std::span<const Hand> hands);
-  // The hand with a shape of that number takes hold of the hair of a member within `radius_m` (at most
-  // kGrabRadiusMax_m) of `place`, m, in own axes of the shape (append_bodies). HeldChanged answers. It holds until
-  // let_go(), until the hair is pulled out, the shape is gone or the connection lost. This and the next two are refused
-  // while the room is not connected.
+  // Takes hold of the hair of a member within `radius_m` (at most kGrabRadiusMax_m) of `place`. `hand` is the number of
+  // a shape of a hand, and `place` is in the shape's own axes (append_bodies), m. HeldChanged answers. The hold lasts
+  // until let_go(), and ends when the hair is pulled out, the shape is gone or the connection is lost. take_hold(),
+  // let_go() and set_props() are refused while the room is not connected.
   Result<void> take_hold(std::uint32_t member, std::uint8_t hand, const Vec3f& place, float radius_m);
   // Does nothing for a member that is not there.
   Result<void> let_go(std::uint32_t member, std::uint8_t hand, Release release);
@@ -187,37 +188,41 @@ class Room {
   // How large members are on this screen, for the server's choice of detail and the order of downloads. Heights that
   // are not finite are dropped and counted; others are clamped to what a message may say.
   void report_importance(std::vector<wire::MemberImportance> members);
-  // This member's groom is asked for before all others; none: no one's is.
+  // The groom of this member is requested before all others; none: the largest heads come first. `only_this`: no other
+  // groom is requested.
   void fetch_first(std::optional<std::uint32_t> member, bool only_this = false);
-  // Null: no observer.
+  // `observer` must outlive the room; null: no observer.
   void set_frame_observer(FrameObserver* observer) { observer_ = observer; }
-  // Says goodbye; the room stays empty afterwards.
+  // Says goodbye, and removes all members. The room stays empty afterwards.
   void close();
 
  private:
+  // An own character, as this client wants it.
   struct Own {
     wire::GroomHash groom{};
     std::string tag;
     std::optional<wire::Appearance> appearance;
     TouchAudience touch = TouchAudience::oneself;
     std::vector<std::uint64_t> touch_chosen;
-    // Counts the poses that were pushed.
+    // The number of poses that were pushed.
     std::uint32_t sequence = 0;
-    // Is null until the server has added the character; then it stays, also while the character is not in the room.
+    // Null until the server has added the character for the first time. Then the object stays, even while the character
+    // is not in the room.
     std::shared_ptr<Member> member;
-    // Is the pose that was pushed last.
+    // The pose that was pushed last.
     std::optional<Pose> pose;
-    // `member` is in members_.
+    // The character is in the room, so `member` is in members_.
     bool is_here = false;
   };
+  // A groom that someone in the room has, or the reason why it cannot be shown.
   struct KnownGroom {
-    // Is null when the groom is not here.
+    // Null when the groom is not here.
     std::shared_ptr<const Groom> groom;
-    // Holds the bytes of the groom's file; is null when they are not here.
+    // The bytes of the groom's file; null when they are not here.
     link::RequestedState::Bytes file;
-    // Says in one line why the groom cannot be shown; empty without an error.
+    // One line that says why the groom cannot be shown; empty without an error.
     std::string error;
-    // The server could not send the groom yet, and is asked again at this time.
+    // The server could not send the groom yet: the download is requested again at this time.
     std::optional<std::int64_t> ask_again_ns;
   };
 
@@ -238,38 +243,50 @@ class Room {
   void take(const link::GroomFetched& fetched);
   void take(const link::FrameBatch& batch);
   void take(const wire::Error& error);
+  // Requests an own character whose groom is known, and returns its number.
   std::uint32_t add(const wire::GroomHash& groom, CharacterOptions&& options);
+  // Drops all props and touch rules, which the server announces again after a welcome.
   void forget_touch();
   void set_touch(Member& member, TouchAudience audience, std::vector<std::uint64_t> chosen);
+  // The member enters the room.
   void meet(const std::shared_ptr<Member>& member);
+  // The member of that number leaves the room; nothing happens without such a member.
   void drop(std::uint32_t number);
   [[nodiscard]] bool is_used(const wire::GroomHash& groom) const;
+  // Drops the groom when no member and no own character has it.
   void forget_unused(const wire::GroomHash& groom);
+  // Passes the groom, or its error, to all members that have it.
   void give_groom(const wire::GroomHash& hash);
+  // Requests the next groom where one is due.
   void fetch(std::int64_t now_ns);
+  // Plays out the member's hair for this time.
   void sample(Member& member, std::int64_t now_ns);
   void play_hands(std::int64_t now_ns);
+  // Queues an event for the caller.
   void tell(Event event);
   void set_state(State state, std::string detail, double wait_s = 0, bool is_refused = false);
+  // Counts a refused input, and returns its error.
   Refusal dropped(std::string error);
 
   std::unique_ptr<link::Conversation> conversation_;
-  // The room shows characters of other clients; otherwise their grooms are not fetched.
+  // The room shows characters of other clients. Without them, their grooms are not fetched.
   bool observes_others_;
   State state_ = State::connecting;
   std::uint64_t session_ = 0;
   Wind wind_;
   bool may_set_wind_ = true, may_touch_ = true, may_set_props_ = false;
+  // The props of the room, and the hands of others.
   RoomTouch touch_;
   std::map<std::uint32_t, std::shared_ptr<Member>> members_;
-  // Holds the same members as members_, for readers that must not change them.
+  // The same members as members_, for readers that must not change them.
   std::map<std::uint32_t, std::shared_ptr<const Member>> shown_;
   std::map<std::uint32_t, Own> own_;
+  // The number of the next own character.
   std::uint32_t next_own_ = 1;
-  // Holds the grooms that members or own characters use.
+  // The grooms that members or own characters use.
   std::map<wire::GroomHash, KnownGroom> grooms_;
   GroomQueue queue_;
-  // Are the arguments of the last fetch_first().
+  // The arguments of the last fetch_first().
   std::optional<std::uint32_t> first_;
   bool fetches_only_first_ = false;
   Arrivals arrivals_;

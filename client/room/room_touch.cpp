@@ -10,7 +10,7 @@
 namespace hairnet::room {
 namespace {
 
-// So many samples are half a second at 60 Hz. Hair is played out with less delay, so older samples are never shown.
+// 32 samples are half a second at 60 Hz. Hair is played out with a shorter delay, so older samples are never shown.
 constexpr std::size_t kSamplesMax = 32;
 constexpr const char* kNotConnected = "the room is not connected: nothing is held, released or set";
 
@@ -40,16 +40,19 @@ void RoomTouch::play_hands(std::optional<std::int64_t> sampled_ns, std::int64_t 
   std::erase_if(people_, [&](const Person& person) { return now_ns - person.heard_ns > kHandsGone_ns; });
   hands_.clear();
   for (const auto& [session, heard_ns, samples] : people_) {
+    // `next` is the first sample after the shown time, and `now` the one before it. Without a shown time, `now` is the
+    // newest sample.
     auto next = sampled_ns ? samples.begin() : samples.end();
     while (next != samples.end() && next->sampled_ns <= *sampled_ns) ++next;
-    // The shown hair is older than all samples of this person, whose hands therefore do not show yet.
+    // The shown hair is older than all samples of this person, so these hands are not shown yet.
     if (next == samples.begin()) continue;
     const Sample& now = *std::prev(next);
     if (now.hands.empty()) continue;
     std::vector<Hand>& hands = hands_.emplace_back(wire::RoomHands::Person{session, now.hands}).hands;
-    // There is no newer sample to move towards: the hand stays at the last one and is not extrapolated.
+    // No newer sample has come: the hand stays at the last one, since a guessed motion would have to be taken back.
     if (next == samples.end()) continue;
-    // Hands are interpolated between two samples as poses are, so that a hand and the hair that it moves stay together.
+    // Hands are interpolated linearly between two samples, as poses are, so that a hand and the hair that it moves stay
+    // together.
     const double share =
         static_cast<double>(*sampled_ns - now.sampled_ns) / static_cast<double>(next->sampled_ns - now.sampled_ns);
     move_towards(next->hands, share, hands);
@@ -63,7 +66,7 @@ void RoomTouch::clear() {
 }
 
 bool Room::may_touch(const Member& member) const {
-  // A mute or a token forbids touching hair of others alone.
+  // A mute, or a token without the right to touch, concerns only hair of others.
   if (member.own != 0) return member.touch != TouchAudience::nobody;
   const bool is_chosen = member.touch == TouchAudience::chosen && std::ranges::count(member.touch_chosen, session_) > 0;
   return may_touch_ && (member.touch == TouchAudience::everyone || is_chosen);
@@ -92,7 +95,7 @@ Result<void> Room::push_hands(std::span<const Hand> hands) {
 Result<void> Room::take_hold(std::uint32_t member, std::uint8_t hand, const Vec3f& place, float radius_m) {
   const wire::TakeHold hold{member, hand, place, radius_m};
   if (std::string error = wire::validate(hold); !error.empty()) return dropped(std::move(error));
-  // A hold that is sent after a reconnect would grab hair that has moved since.
+  // A hold that waited for a reconnect would take hold of hair that has moved meanwhile.
   if (state_ != State::connected) return dropped(kNotConnected);
   if (!members_.contains(member)) return dropped("hold: there is no member " + std::to_string(member));
   conversation_->send(hold);
@@ -121,9 +124,9 @@ Result<void> Room::set_props(std::vector<wire::Prop> props, std::vector<std::uin
   return {};
 }
 
-// After a welcome the server announces all props and touch rules again, except for rules that are the default.
+// After a welcome the server announces all props again, and all touch rules that differ from the default.
 void Room::forget_touch() {
-  // The event comes only if something changes for the caller.
+  // The event is only sent if something changes for the caller.
   const bool had_props = !touch_.props().empty();
   touch_.clear();
   if (had_props) tell(PropsChanged{});
@@ -146,8 +149,7 @@ void Room::take(const wire::RoomProps& announced) {
 
 void Room::take(const wire::MemberTouch& announced) {
   const auto found = members_.find(announced.member);
-  // The rule of an own character is what this client has set last; the server's answer to an earlier rule may still
-  // come.
+  // The rule of an own character is the one that this client has set last: the announcement may answer an earlier rule.
   if (found != members_.end() && found->second->own == 0)
     set_touch(*found->second, announced.audience, announced.chosen);
 }
@@ -160,8 +162,8 @@ void Room::take(const wire::RoomHands& announced) {
   touch_.take(announced, conversation_->to_local_ns(announced.sample_time_ns), conversation_->now_ns());
 }
 
-// Members are shown at different sample times, because hair that the server steps more often has less delay. Hands are
-// shown at the newest of these times.
+// Each member is shown at a sample time of its own, because hair that the server steps more often has a shorter delay.
+// Hands are shown at the newest of these times.
 void Room::play_hands(std::int64_t now_ns) {
   std::optional<std::int64_t> shown_ns;
   for (const auto& [number, member] : members_) {

@@ -25,10 +25,13 @@ int main(int argc, char** argv) {
   std::vector<room::OwnPose> poses(static_cast<std::size_t>(heads));
   for (room::OwnPose& each : poses) each.own = *crowd.add_character(groom);
 
+  // About five seconds at 60 pictures a second.
   for (int picture = 0; picture < 300 && crowd.state() != room::State::closed; ++picture) {
     for (std::size_t i = 0; i < poses.size(); ++i) {
+      // Each head is 0.37 s further in the motion than the one before, so they do not move in step.
       poses[i].pose = motion.sample(std::fmod(picture / 60.0 + 0.37 * static_cast<double>(i), motion.duration_s()));
       for (RigidTransform& bone : poses[i].pose.bones)
+        // Rows of eight heads, 0.6 m apart, and 0.8 m from row to row.
         bone.position += Vec3(0.6 * static_cast<double>(i % 8), 0, -0.8 * static_cast<double>(i / 8));
     }
     // One call for all heads makes one message of them.

@@ -21,8 +21,10 @@ int main(int argc, char** argv) {
   const std::uint32_t me = *lobby.add_character(groom, {.tag = "Nora"});
   const Motion motion = *make_motion("nod");
 
-  std::optional<draw::HairPoints> hair;  // made again when the lattice or the skin arrives
+  // It is made again when the lattice or the skin arrives.
+  std::optional<draw::HairPoints> hair;
   std::vector<Vec3f> points(groom->points.size());
+  // About five seconds at 60 pictures a second.
   for (int picture = 0; picture < 300 && lobby.state() != room::State::closed; ++picture) {
     // The pose goes out first, so that advance() already shows it.
     lobby.push(me, motion.sample(picture / 60.0));

@@ -10,12 +10,15 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "words are copied as they lie in memory");
 
+// The initial values of RFC 7693, section 2.6.
 constexpr std::array<std::uint64_t, 8> kInitial{0x6a09e667f3bcc908, 0xbb67ae8584caa73b, 0x3c6ef372fe94f82b,
                                                 0xa54ff53a5f1d36f1, 0x510e527fade682d1, 0x9b05688c2b3e6c1f,
                                                 0x1f83d9abfb41bd6b, 0x5be0cd19137e2179};
-constexpr std::uint64_t kParameters = 0x01010000 + 32;  // one leaf, no key, a hash of 32 bytes
+// The parameters are one leaf, no key, and a hash of 32 bytes (RFC 7693, 2.5).
+constexpr std::uint64_t kParameters = 0x01010000 + 32;
 
-// Which word of the block each step of a round takes; rounds 10 and 11 repeat the first two.
+// The word of the block that each step of a round takes (sigma of RFC 7693, 2.7); rounds 10 and 11 repeat the first
+// two.
 constexpr std::array<std::array<std::uint8_t, 16>, 10> kOrder{{
     {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15},
     {14, 10, 4, 8, 9, 15, 13, 6, 1, 12, 0, 2, 11, 7, 5, 3},
@@ -30,7 +33,7 @@ constexpr std::array<std::array<std::uint8_t, 16>, 10> kOrder{{
 }};
 constexpr int kRounds = 12;
 
-// Is the mixing function G of RFC 7693, section 3.1.
+// The mixing function G of RFC 7693, section 3.1, with the rotations of section 2.1.
 void mix(std::uint64_t& a, std::uint64_t& b, std::uint64_t& c, std::uint64_t& d, std::uint64_t x, std::uint64_t y) {
   a += b + x;
   d = std::rotr(d ^ a, 32);
@@ -73,6 +76,7 @@ std::array<std::uint8_t, 32> Blake2b::hash() const {
   return hash;
 }
 
+// The compression function F of RFC 7693, section 3.2. Returns the next state, and changes nothing.
 Blake2b::Words Blake2b::mixed(bool is_last) const {
   std::array<std::uint64_t, 16> m, v;
   std::memcpy(m.data(), block_.data(), sizeof m);

@@ -22,9 +22,9 @@ class Blake2b {
 
   Words state_;
   std::array<std::uint8_t, 128> block_{};
-  // Counts the bytes of all pieces.
+  // The number of bytes of all pieces.
   std::uint64_t byte_count_ = 0;
-  // Counts the bytes of the block, which is mixed in when more bytes follow.
+  // The number of bytes of the block, which is mixed in when more bytes follow.
   std::uint32_t filled_ = 0;
 };
 

@@ -7,9 +7,9 @@
 namespace hairnet::wasm {
 
 inline constexpr std::uint32_t kCodeBitsMax = 15;
-// Is the symbol behind the literals.
+// The symbol behind the literals.
 inline constexpr std::size_t kEndOfBlock = 256;
-// The code of a block's code lengths has so many symbols.
+// The number of symbols of the code of a block's code lengths.
 inline constexpr std::size_t kLengthSymbols = 19;
 
 }  // namespace hairnet::wasm

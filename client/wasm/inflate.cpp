@@ -15,10 +15,12 @@ using bytes::InflateError;
 
 constexpr int kFastBits = 10;  // codes up to this length are found in one look
 constexpr std::size_t kLiteralCodes = 288, kDistanceCodes = 32;
-// Codes that a stream may use: the last two of each are only there to make the fixed codes complete.
+// The number of codes that a stream may use. The last two of each alphabet are there only to make the fixed codes
+// complete.
 constexpr std::uint32_t kLiteralCodesUsed = 286, kDistanceCodesUsed = 30;
 
-// The shortest match, or distance, of each code, and how many bits are added to it.
+// The tables of RFC 1951, 3.2.5: for each code, the shortest match or distance, and the number of further bits, which
+// are added to it.
 constexpr std::array<std::uint16_t, 29> kLengthBase{3,  4,  5,  6,  7,  8,  9,  10, 11,  13,  15,  17,  19,  23, 27,
                                                     31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163, 195, 227, 258};
 constexpr std::array<std::uint8_t, 29> kLengthBits{0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2,
@@ -152,11 +154,11 @@ class PrefixCode {
     return out;
   }
 
-  // Holds a symbol and its length; zero means a longer code, or none.
+  // For each value of the next kFastBits bits: a symbol and the length of its code; zero means a longer code, or none.
   std::array<std::uint16_t, std::size_t{1} << kFastBits> fast_;
-  // Counts the codes with each length.
+  // The number of codes with each length.
   std::array<std::uint16_t, kCodeBitsMax + 1> count_;
-  // Is sorted in the order of their codes.
+  // The symbols in the order of their codes.
   std::array<std::uint16_t, kLiteralCodes> symbols_;
 };
 

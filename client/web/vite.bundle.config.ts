@@ -11,7 +11,8 @@ export default defineConfig({
     modulePreload: false,
     rollupOptions: {
       input: "src/bundle/index.ts",
-      external: ["three"], // its addons are inside: an import map for three alone suffices
+      // The addons of three are inside, so an import map for three alone is enough.
+      external: ["three"],
       preserveEntrySignatures: "strict",
       output: { format: "es", entryFileNames: "hairnet.module.min.js" },
     },

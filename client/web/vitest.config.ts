@@ -3,13 +3,17 @@ import { wasmFile } from "./scripts/wasmFile";
 
 export default defineConfig({
   plugins: [wasmFile()],
-  server: { fs: { allow: [".", "../shaders"] } }, // shaders are imported as text
+  // Shaders are imported as text.
+  server: { fs: { allow: [".", "../shaders"] } },
   test: {
     include: ["test/**/*.test.ts"],
     globalSetup: "test/support/levelCache.ts",
-    testTimeout: 300_000, // for a machine with much else to do; nothing waits so long
+    // The time is for a machine with much else to do; nothing waits that long otherwise.
+    testTimeout: 300_000,
     pool: "forks",
-    poolOptions: { forks: { singleFork: true } }, // two hardware threads are all there may be
-    isolate: false, // modules are read once for all files
+    // There may be only two hardware threads.
+    poolOptions: { forks: { singleFork: true } },
+    // Modules are read once for all files.
+    isolate: false,
   },
 });

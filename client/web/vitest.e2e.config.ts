@@ -9,7 +9,8 @@ export default defineConfig({
     include: ["e2e/**/*.e2e.ts"],
     globalSetup: ["test/support/levelCache.ts", "e2e/testRun.ts"],
     testTimeout: 240_000,
-    retry: 1, // a browser that draws in software shares two hardware threads with everything else
+    // A browser that draws in software shares two hardware threads with everything else.
+    retry: 1,
     hookTimeout: 120_000,
     pool: "forks",
     poolOptions: { forks: { minForks: 2, maxForks: 2 } },

@@ -13,9 +13,12 @@ enum class FfdKind : std::uint8_t { quadratic, linear };
 
 // The position of a point relative to the lattice nodes that move it.
 struct FfdSite {
-  std::uint32_t base;  // grid index of the lowest node of its stencil: 3 x 3 x 3 nodes (quadratic) or 2 x 2 x 2
-  Vec3f t;             // position from the stencil's middle node (quadratic) or lowest node (linear), in node spacings
-  bool outside;        // the border nodes extrapolate linearly here: t is beyond [-1/2, 1/2], or [0, 1]
+  // The grid index of the lowest node of the stencil: 3 x 3 x 3 nodes (quadratic) or 2 x 2 x 2 (linear).
+  std::uint32_t base;
+  // The position from the stencil's middle node (quadratic) or lowest node (linear), in node spacings.
+  Vec3f t;
+  // Whether the border nodes extrapolate linearly here: t is beyond [-1/2, 1/2] (quadratic) or [0, 1] (linear).
+  bool outside;
 };
 FfdSite ffd_site(const Lattice& lattice, FfdKind kind, const Vec3f& point_head);
 

@@ -9,14 +9,15 @@
 namespace hairnet {
 namespace {
 
-// The unit vector nearest to `wanted` that is normal to the strand. Where both are parallel any normal serves.
+// The unit vector nearest to `wanted` that is normal to the strand. Where `wanted` is parallel to the strand, it is any
+// normal.
 Vec3f across(const Vec3f& direction, const Vec3f& wanted) {
   const Vec3f flat = wanted - wanted.dot(direction) * direction;
   return flat.squaredNorm() > 1e-8f ? Vec3f(flat.normalized()) : direction.unitOrthogonal();
 }
 
-// The clump's radius along the strand: roots lie closer, the full radius is reached after an eighth of the length, and
-// the tips gather.
+// The clump's radius at the share s of the strand's length. Roots lie closer together, the full radius is reached after
+// an eighth of the length, and the tips gather.
 float radius_at(float s, float radius_m, float tip_radius_m) {
   // At the root the radius is 0.4 of the full one; 4.8 is (1 - 0.4) over an eighth.
   const float opening = std::min(1.0f, 0.4f + 4.8f * s);
@@ -32,8 +33,10 @@ ClumpStrands::ClumpStrands(const Groom& groom)
     HAIRNET_ASSERT(clump.strand < groom.strand_count());
     const std::uint32_t begin = groom.strand_begin[clump.strand], end = groom.strand_begin[clump.strand + 1];
     for (std::uint32_t c = 0; c < clump.copy_count; ++c) {
-      // A sunflower pattern fills the disc evenly; each strand starts at another angle.
+      // A sunflower pattern fills the disc evenly. Each strand starts at another angle, so that neighbouring clumps do
+      // not look alike.
       const float ring = std::sqrt((static_cast<float>(c) + 0.7f) / static_cast<float>(clump.copy_count));
+      // The modulo keeps the angle small, so that it has digits enough as a float.
       const float angle = kGoldenAngle * static_cast<float>(c + 7 * (clump.strand % 1024));
       copies_.push_back({begin, end, std::fmod(angle, 2 * std::numbers::pi_v<float>), std::min(ring, 1.0f),
                          clump.radius_m, clump.tip_radius_m});

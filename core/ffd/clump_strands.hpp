@@ -26,13 +26,13 @@ class ClumpStrands {
 
  private:
   struct Copy {
-    // Bound the strand's points.
+    // The copied strand has the groom's points from `begin` up to `end`, exclusive.
     std::uint32_t begin, end;
-    // Is the angle about the strand, radians.
+    // The angle about the strand, radians.
     float angle;
-    // Is the share of the clump's radius, 0 … 1.
+    // The share of the clump's radius, 0 … 1.
     float ring;
-    // Are the clump's radii, near the root and at the tip.
+    // The clump's radii, near the root and at the tip.
     float radius_m, tip_radius_m;
   };
   std::size_t own_point_count_;

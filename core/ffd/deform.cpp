@@ -10,7 +10,8 @@
 namespace hairnet {
 namespace {
 
-// The number of each point in sorted order; the last one is repeated for vectors that extend beyond the end.
+// One number of each point, in sorted order. The last one is repeated, since the kernel's vectors extend beyond the end
+// (kDeformOverhang).
 template <class Number, class Of>
 std::vector<Number> sorted(std::span<const std::uint32_t> order, const Of& of) {
   std::vector<Number> numbers;
@@ -20,6 +21,7 @@ std::vector<Number> sorted(std::span<const std::uint32_t> order, const Of& of) {
   return numbers;
 }
 
+// The x, y and z of vectors and a fourth number, which is 1 when `fourth` is empty, each sorted.
 std::array<std::vector<float>, 4> sorted_four(std::span<const std::uint32_t> order, std::span<const Vec3f> vectors,
                                               std::span<const float> fourth) {
   HAIRNET_ASSERT(vectors.size() == order.size());
@@ -31,7 +33,8 @@ std::array<std::vector<float>, 4> sorted_four(std::span<const std::uint32_t> ord
   return four;
 }
 
-// Sorts by stencil; within a stencil in the caller's order, so that the results are written close together.
+// The points sorted by stencil. Points of one stencil stay in the caller's order, so that results are written close
+// together.
 std::vector<std::uint32_t> order_by_stencil(std::span<const FfdSite> sites) {
   std::vector<std::uint32_t> order(sites.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -39,6 +42,7 @@ std::vector<std::uint32_t> order_by_stencil(std::span<const FfdSite> sites) {
   return order;
 }
 
+// The cell of a site, without points so far.
 DeformCell make_cell(const Lattice& lattice, FfdKind kind, const FfdSite& site, std::uint32_t begin) {
   DeformCell cell{begin, begin, site.base, site.outside, {}};
   const std::array<int, 3> lowest = lattice.coordinates(site.base);

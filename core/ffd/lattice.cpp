@@ -5,7 +5,8 @@
 namespace hairnet {
 namespace {
 
-// A lattice comes from a peer too. The limit keeps indices far within 32 bits and bounds the memory of a grid.
+// The most nodes an axis, since a lattice may come from a peer. The limit keeps indices far within 32 bits and bounds
+// the memory of a grid. It equals kLatticeNodesPerAxisMax of schema/limits.hpp.
 constexpr int kNodesPerAxisMax = 64;
 
 std::string validate_lattice(const Lattice& lattice) {
@@ -18,7 +19,7 @@ std::string validate_lattice(const Lattice& lattice) {
   return {};
 }
 
-// The two lists are ascending, and each grid node is in exactly one.
+// Whether active and trimmed nodes both ascend, and each grid node is in exactly one of the two lists.
 bool is_partition(const LevelGeometry& geometry) {
   std::size_t a = 0, t = 0;
   const std::size_t node_count = geometry.lattice.node_count();
@@ -66,8 +67,8 @@ std::string validate(const LevelGeometry& geometry) {
   }
   for (std::size_t e = 0; e < geometry.trimmed_from.size(); ++e) {
     if (geometry.trimmed_from[e] >= geometry.active_nodes.size()) return "trimmed nodes: an active node does not exist";
-    // Built weights are far smaller (kAmplificationMax). Larger ones would throw the hair of a valid frame across the
-    // room.
+    // The sizes of a built node's weights sum to at most kAmplificationMax = 3. Larger weights would throw the hair of
+    // a valid frame across the room.
     if (!(geometry.trimmed_weights[e] >= -16 && geometry.trimmed_weights[e] <= 16))
       return "trimmed nodes: a weight is not in [-16, 16]";
   }

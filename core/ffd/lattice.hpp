@@ -14,9 +14,11 @@ namespace hairnet {
 // A regular grid of nodes in head space. Node (i, j, k) has grid index i + nx (j + ny k) and lies at
 // origin + (i dx, j dy, k dz).
 struct Lattice {
-  Vec3f origin = Vec3f::Zero();      // m
-  Vec3f spacing = Vec3f::Ones();     // m, each > 0
-  std::array<int, 3> dims{0, 0, 0};  // nodes an axis, each >= 2; quadratic FFD needs >= 3
+  Vec3f origin = Vec3f::Zero();  // m
+  // The distance between neighbouring nodes along each axis, m, each > 0.
+  Vec3f spacing = Vec3f::Ones();
+  // The number of nodes along each axis, each >= 2; quadratic FFD needs >= 3.
+  std::array<int, 3> dims{0, 0, 0};
 
   [[nodiscard]] std::size_t node_count() const {
     return static_cast<std::size_t>(dims[0]) * static_cast<std::size_t>(dims[1]) * static_cast<std::size_t>(dims[2]);
@@ -41,11 +43,17 @@ struct Lattice {
 // expand the same lists, so server and clients move the same hair.
 struct LevelGeometry {
   Lattice lattice;
-  std::vector<std::uint32_t> active_nodes;   // grid indices, ascending
-  std::vector<std::uint32_t> trimmed_nodes;  // grid indices, ascending; with the active nodes they are the whole grid
-  std::vector<std::uint32_t> trimmed_begin;  // trimmed node t combines entries [trimmed_begin[t], trimmed_begin[t + 1])
-  std::vector<std::uint32_t> trimmed_from;   // active index
-  std::vector<float> trimmed_weights;        // displacement of the trimmed node = sum weight * displacement(from)
+  // The grid indices of the active nodes, ascending.
+  std::vector<std::uint32_t> active_nodes;
+  // The grid indices of all other nodes, ascending.
+  std::vector<std::uint32_t> trimmed_nodes;
+  // Trimmed node t follows the entries [trimmed_begin[t], trimmed_begin[t + 1]) of the two lists below: its
+  // displacement is the sum of weight * displacement(from).
+  std::vector<std::uint32_t> trimmed_begin;
+  // The active index of the node that is followed.
+  std::vector<std::uint32_t> trimmed_from;
+  // The weight with which it is followed.
+  std::vector<float> trimmed_weights;
 };
 
 // Displacements (head space, m) of every grid node, in index order, from those of the active nodes.

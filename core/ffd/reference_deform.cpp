@@ -22,7 +22,8 @@ AxisWeights quadratic_axis(double g, double spacing, int node_count) {
   HAIRNET_ASSERT(spacing > 0);
   const double middle = std::clamp(std::round(g), 1.0, node_count - 2.0), t = g - middle;
   AxisWeights axis{static_cast<int>(middle) - 1, 3, {}, {}};
-  if (t < -0.5) {  // beyond the grid, linear from its border
+  if (t < -0.5) {
+    // Beyond the grid the weights are linear from its border.
     axis.w = {-t, 1 + t, 0};
     axis.slope = {-1, 1, 0};
   } else if (t > 0.5) {
@@ -57,8 +58,9 @@ DeformedPoint reference_deform(const Lattice& lattice, FfdKind kind, const RestP
                                             : linear_axis(g, spacing[a], lattice.dims[axis]);
   }
   const auto& [X, Y, Z] = axes;
-  Vec3 sum = Vec3::Zero();    // sum_j w_j p_j
-  Vec3 slope = Vec3::Zero();  // its derivative along the tangent
+  // The sum of w_j p_j over the stencil, and its derivative along the tangent.
+  Vec3 sum = Vec3::Zero();
+  Vec3 slope = Vec3::Zero();
   for (int k = 0; k < Z.count; ++k) {
     for (int j = 0; j < Y.count; ++j) {
       for (int i = 0; i < X.count; ++i) {

@@ -8,15 +8,20 @@ namespace hairnet {
 
 // One hair point at rest, in head space.
 struct RestPoint {
-  Vec3 x = Vec3::Zero();        // m
-  double delta = 1;             // root blend
-  Vec3 tangent = Vec3::Zero();  // dx / ds along the strand
-  double delta_slope = 0;       // d delta / ds, 1/m
+  Vec3 x = Vec3::Zero();  // m
+  // The root blend of the point.
+  double delta = 1;
+  // The rest tangent dx / ds along the strand, where s is the arc length at rest.
+  Vec3 tangent = Vec3::Zero();
+  // The slope d delta / ds, 1/m.
+  double delta_slope = 0;
 };
 
 struct DeformedPoint {
-  Vec3 x;        // head space, m
-  Vec3 tangent;  // dx / ds, s the arc length at rest
+  // The point in head space, m.
+  Vec3 x;
+  // The tangent dx / ds, where s is the arc length at rest.
+  Vec3 tangent;
 };
 
 // Quadratic and linear FFD in double, one point at a time: tests compare the SIMD kernel with it. Not for production.

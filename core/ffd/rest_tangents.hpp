@@ -9,8 +9,10 @@ namespace hairnet {
 
 // The derivatives along the hair at each point, by the arc length s at rest.
 struct RestTangents {
-  std::vector<Vec3f> direction;    // dx / ds, of unit length, head space
-  std::vector<float> blend_slope;  // d delta / ds, 1/m
+  // The derivative dx / ds of each point, of unit length, head space.
+  std::vector<Vec3f> direction;
+  // The derivative d delta / ds of each point's root blend, 1/m.
+  std::vector<float> blend_slope;
 };
 
 // Computes them for all points of the groom: central differences along strands, threads and the middle line of cards,

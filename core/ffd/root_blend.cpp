@@ -6,13 +6,14 @@
 namespace hairnet {
 namespace {
 
+// The group's own curve, or that of eq. 7.
 const RootBlend& blend_of(const Groom& groom, std::uint16_t group) {
   static const RootBlend kEquation7;
   HAIRNET_ASSERT(groom.root_blends.empty() || group < groom.root_blends.size());
   return groom.root_blends.empty() ? kEquation7 : groom.root_blends[group];
 }
 
-// Along a line of points from its root.
+// The delta of each point along a line from its root.
 void blend_line(const RootBlend& blend, float root_length_m, std::span<const Vec3f> line, std::span<float> delta) {
   HAIRNET_ASSERT(root_length_m > 0);
   HAIRNET_ASSERT(delta.size() == line.size());
@@ -23,8 +24,8 @@ void blend_line(const RootBlend& blend, float root_length_m, std::span<const Vec
   }
 }
 
-// Both points of a pair have the middle's delta. `middle_delta` is scratch memory; `delta` has two entries for each of
-// `middle`.
+// The delta of a card's points, both of a pair with that of the middle. `middle_delta` is scratch memory, and `delta`
+// has two entries for each point of `middle`.
 void blend_card(const RootBlend& blend, float root_length_m, std::span<const Vec3f> middle,
                 std::vector<float>& middle_delta, std::span<float> delta) {
   HAIRNET_ASSERT(delta.size() == 2 * middle.size());

@@ -8,10 +8,12 @@
 namespace hairnet {
 namespace {
 
-// Where the distance hardly changes, in the middle of a body, the way shrinks to zero.
+// The least g^2 by which a way is divided. Where the distance hardly changes, in the middle of a body, the way
+// therefore shrinks to zero.
 constexpr double kSlopeSquaredMin = 0.5;
 
-// Computes the way by central differences of the distances that the bytes say; one-sided at the border.
+// Computes the way of a node (SkinPush) by central differences of the distances that the bytes stand for; one-sided at
+// the border.
 std::array<std::uint8_t, 3> way_at(std::span<const SkinNode> nodes, const SkinGrid& grid,
                                    const std::array<int, 3>& at) {
   const std::array<int, 3> stride{1, grid.dims[0], grid.dims[0] * grid.dims[1]};
@@ -35,9 +37,10 @@ std::array<std::uint8_t, 3> way_at(std::span<const SkinNode> nodes, const SkinGr
   return way;
 }
 
-// Only of nodes of cells in which points may be pushed.
+// Computes the ways of those nodes whose cells may have points that are pushed. All other ways stay 0 0 0.
 void set_ways(const SkinGrid& grid, float thickness_m, std::span<SkinNode> nodes) {
-  // Half a step more than the thickness: rounding leaves no pushed point out.
+  // From this byte on a node is farther from the skin than the thickness. Half a step more lets rounding leave no
+  // pushed point out.
   const float far_byte = std::ceil((thickness_m - kSkinDeepest_m) / kSkinStep_m + 0.5f);
   const auto [nx, ny, nz] = grid.dims;
   const auto around = [](int at, int nodes_an_axis, const auto& visit) {
@@ -61,12 +64,15 @@ void set_ways(const SkinGrid& grid, float thickness_m, std::span<SkinNode> nodes
   }
 }
 
+// The distance and the way at a point, interpolated between nodes.
 struct SkinSample {
   float distance_m;
-  Vec3f way;  // times kSkinWaySteps
+  // The way times kSkinWaySteps.
+  Vec3f way;
 };
 
-// Beyond this from a grid no point is too near: the deepest node of the border is farther away.
+// Whether a point this far outside a grid is far from the skin: even beside the deepest node it is no nearer than the
+// thickness.
 bool is_far(float beyond_m, float thickness_m) {
   return beyond_m >= thickness_m - kSkinDeepest_m;
 }
@@ -75,7 +81,7 @@ bool is_far(float beyond_m, float thickness_m) {
 struct PlacedGrid {
   const SkinGrid* grid;
   const SkinNode* nodes;
-  // Turns from head space to the bone's rest space.
+  // The rotation from head space to the bone's rest space.
   Eigen::Matrix3f turn;
   Vec3f shift;
   float per_cell;  // 1/m
@@ -84,7 +90,7 @@ struct PlacedGrid {
 
   [[nodiscard]] Vec3f to_bone(const Vec3f& point) const { return is_head ? point : Vec3f(turn * point + shift); }
 
-  // False when the point is too far away.
+  // Interpolates the distance and the way at a point in the bone's rest space. False when no point there is pushed.
   bool sample(const Vec3f& point, SkinSample& sample) const {
     Vec3f t, beyond;
     std::array<int, 3> low;
@@ -117,7 +123,7 @@ struct PlacedGrid {
     return true;
   }
 
-  // Whether it moves the point.
+  // Pushes a point out of this skin. Returns whether it has moved.
   bool push(const Vec3f& rest, float blend, Vec3f& point) const {
     SkinSample now, design;
     if (!sample(to_bone(point), now) || now.distance_m >= thickness_m) return false;
@@ -167,7 +173,7 @@ void SkinPush::push(const Pose& pose, std::span<const Vec3f> rest, std::span<con
     for (int turn = 0; turn < kTurns; ++turn) {
       bool is_moved = false;
       for (const PlacedGrid& grid : all) is_moved |= grid.push(rest[p], blend.empty() ? 1 : blend[p], points[p]);
-      // A push out of one bone's skin may lead into another's, hence the second turn; most points need none.
+      // A push out of one bone's skin may lead into another's, so kTurns is 2. Most points need no second turn.
       if (!is_moved) break;
     }
   }

@@ -13,8 +13,10 @@ namespace hairnet {
 
 // A node of a skin's grid, as a texel.
 struct SkinNode {
-  std::uint8_t distance;               // skin_byte()
-  std::array<std::uint8_t, 3> way{0};  // 128 + kSkinWaySteps * way; 0 0 0: nothing is pushed in the cells around
+  // The distance to the skin, as skin_byte() has it.
+  std::uint8_t distance;
+  // The way as 128 + kSkinWaySteps * way. 0 0 0 means that nothing is pushed in the cells around the node.
+  std::array<std::uint8_t, 3> way{0};
 };
 static_assert(sizeof(SkinNode) == 4);
 inline constexpr float kSkinWaySteps = 89;
@@ -22,13 +24,13 @@ inline constexpr float kSkinWaySteps = 89;
 // The grid of one bone's skin.
 struct SkinGrid {
   Bone bone = Bone::head;
-  // Is the position of its first node, m.
+  // The position of its first node, m.
   Vec3f origin = Vec3f::Zero();
-  // Is the distance between two nodes.
+  // The distance between two neighbouring nodes, m.
   float cell_m = 0;
-  // Counts nodes an axis.
+  // The number of nodes along each axis.
   std::array<int, 3> dims{0, 0, 0};
-  // Is the number of its first node among all nodes; x is fastest, then y.
+  // The index of the grid's first node in SkinPush::nodes(); x is fastest, then y.
   std::uint32_t first = 0;
 };
 
@@ -43,7 +45,7 @@ struct SkinGrid {
 // Hair at rest keeps its bits. Immutable; threads may share it.
 class SkinPush {
  public:
-  // A push goes over the bones so often. With one turn two to four times as many points stay too deep.
+  // A push goes over all bones this many times. With one time, two to four times as many points stay too deep.
   static constexpr int kTurns = 2;
   // In the design a point is this much farther away than its limit, so that rounding does not move it.
   static constexpr float kSlack_m = 1e-5f;

@@ -7,7 +7,8 @@
 namespace hairnet {
 namespace {
 
-// Arc lengths at rest and deformed come from the same sums, so equal points have equal arc lengths.
+// The arc length of each point of a strand from its root. Those at rest and deformed come from this one function, so
+// equal points have equal arc lengths.
 void measure(std::span<const Vec3f> strand, std::span<float> arc_m) {
   HAIRNET_ASSERT(arc_m.size() == strand.size());
   double length_m = 0;
@@ -17,12 +18,14 @@ void measure(std::span<const Vec3f> strand, std::span<float> arc_m) {
   }
 }
 
-// `arc_m` and `rest_arc_m`: L and l of each point. Goes from the tip to the root: a point moves towards the root only,
-// and lies between two points that have not moved yet.
+// Moves the points of a strand as strand_lengths.hpp says; `arc_m` and `rest_arc_m` are L and l of each point. It goes
+// from the tip to the root. A point moves only towards the root, and comes to lie between two points that have not
+// moved yet.
 void limit_strand(std::span<Vec3f> strand, std::span<const float> arc_m, std::span<const float> rest_arc_m) {
   HAIRNET_ASSERT(arc_m.size() == strand.size());
   HAIRNET_ASSERT(rest_arc_m.size() == strand.size());
-  std::size_t after = strand.size();  // the end of the segment that contains the arc length l_i
+  // The end of the segment that contains the arc length l_i.
+  std::size_t after = strand.size();
   for (std::size_t i = strand.size(); i-- > 1;) {
     const float wanted_m = rest_arc_m[i];
     if (arc_m[i] <= wanted_m) continue;

@@ -20,7 +20,7 @@ namespace hairnet {
 // would move all of their points beyond the first stretched segment.
 class StrandLengths {
  public:
-  // `points` at rest; strand s has those from strand_begin[s] to strand_begin[s + 1].
+  // `points` are at rest. Strand s has the points from strand_begin[s] up to strand_begin[s + 1], exclusive.
   StrandLengths(std::span<const Vec3f> points, std::span<const std::uint32_t> strand_begin);
   explicit StrandLengths(const Groom& groom);
 

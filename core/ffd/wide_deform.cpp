@@ -30,12 +30,13 @@ using D4 = hn::CappedTag<float, 4>;
 constexpr std::size_t kLanes = hn::MaxLanes(D());
 static_assert(kLanes <= kDeformOverhang);
 
-// Limit of t, in spacings: the product of three axes stays within float's range.
+// The farthest that t may be from the lattice, in spacings, so that the product of three axes stays within float's
+// range.
 constexpr float kFar = 1e9f;
 constexpr float kSqrtHalf = 0.70710678f;
 
-// Along one axis, the terms from which a cell's points compute their weights: scale and offset of x, and scale of the
-// tangent.
+// Along one axis: the scale and the offset that turn a point's coordinate into its place in the cell, and the scale of
+// its tangent.
 struct AxisFrame {
   V scale, offset, rate;
 };
@@ -93,7 +94,8 @@ HWY_INLINE void set_weights(V x, V along, const AxisFrame& frame, AxisWeights<2>
   axis.slope[0] = hn::Mul(along, frame.rate);
 }
 
-// Along the axis whose neighbours are kStride apart: leaves the node from which t counts, then the differences from it.
+// Works along the axis whose neighbours lie kStride apart in `n`. Each line gets the node from which t counts, and then
+// the differences from it.
 template <int kNodes, int kStride, class V4>
 HWY_INLINE void difference_lines(V4* n) {
   HWY_UNROLL(9)
@@ -110,7 +112,8 @@ HWY_INLINE void difference_lines(V4* n) {
   }
 }
 
-// terms[4 e + c]: component c of term e = i + kNodes (j + kNodes k).
+// Computes the terms of the cell whose lowest node is `base`: terms[4 e + c] is component c of term e = i + kNodes (j +
+// kNodes k).
 template <int kNodes>
 HWY_NOINLINE void difference_nodes(const WideDeform& work, const float* last_node, std::uint32_t base,
                                    float* HWY_RESTRICT terms) {
@@ -138,6 +141,7 @@ HWY_NOINLINE void difference_nodes(const WideDeform& work, const float* last_nod
   }
 }
 
+// The first term plus sum w_m terms_m along one line of terms.
 template <int kNodes>
 HWY_INLINE V line(const V* terms, const V* w) {
   V sum = hn::MulAdd(terms[1], w[0], terms[0]);
@@ -152,7 +156,7 @@ HWY_INLINE V add_differences(const V* terms, const V* w, V sum) {
   return sum;
 }
 
-// Component c of the displacement u; and of du / ds along the strand.
+// One component of the displacement u and, in slope_out, of du / ds along the strand.
 template <int kNodes, bool kTangents>
 HWY_INLINE V component(const float* HWY_RESTRICT terms, const AxisWeights<kNodes>* axes, V& slope_out) {
   const D d;

@@ -20,8 +20,8 @@ double box_distance2(const Vec3& low, const Vec3& high, const Vec3& p) {
   return (low - p).cwiseMax(p - high).cwiseMax(0).squaredNorm();
 }
 
-// Barycentric coordinates of the point of segment a-b nearest to p, as (of a, of b). For a segment without length the
-// result is a.
+// Barycentric coordinates, the first for a and the second for b, of the point of segment a-b nearest to p. For a
+// segment without length the result is a.
 std::pair<double, double> closest_on_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const Vec3 ab = b - a;
   const double length2 = ab.squaredNorm();
@@ -56,7 +56,8 @@ Vec3 closest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3
   return best;
 }
 
-// Möller and Trumbore 1997, both sides; with a small tolerance, so that no ray slips between two triangles.
+// The distance along the ray to the triangle, from either side (Möller and Trumbore 1997). A small tolerance lets no
+// ray slip between two triangles.
 std::optional<double> hit_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& origin,
                                    const Vec3& direction) {
   constexpr double kSlack = 1e-9;
@@ -91,7 +92,7 @@ bool ray_meets_box(const Vec3& low, const Vec3& high, const Vec3& origin, const 
   return enter <= leave * (1 + 1e-12) + 1e-15;
 }
 
-// Van Oosterom and Strackee 1983; 0 where the point is a corner.
+// The solid angle of the triangle seen from p (Van Oosterom and Strackee 1983); 0 where p is a corner.
 double triangle_solid_angle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
   const Vec3 x = a - p, y = b - p, z = c - p;
   const double nx = x.norm(), ny = y.norm(), nz = z.norm();

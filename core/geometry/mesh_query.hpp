@@ -20,10 +20,10 @@ class MeshQuery {
 
   struct Closest {
     std::uint32_t triangle = 0;
-    // Is in m, and infinite when the mesh is empty.
+    // The distance, m; infinite when the mesh is empty.
     double distance = std::numeric_limits<double>::infinity();
     Vec3 point = Vec3::Zero();
-    // Weighs the triangle's three corners; the sum is 1.
+    // The weights of the triangle's three corners in the point; their sum is 1.
     Vec3 barycentric = Vec3::Zero();
   };
   // The nearest point within `distance_max`; an infinite distance means that there is none.
@@ -31,7 +31,7 @@ class MeshQuery {
 
   struct Hit {
     std::uint32_t triangle = 0;
-    // Is measured along the ray, m.
+    // The distance along the ray, m.
     double distance = 0;
   };
   // The nearest triangle on the ray, from either side. Asserts that `direction` is a unit vector.
@@ -46,16 +46,16 @@ class MeshQuery {
  private:
   struct Corners {
     Vec3 a, b, c;
-    // Names the triangle by its index in the mesh.
+    // The index of the triangle in the mesh.
     std::uint32_t triangle;
   };
   struct Box {
     Vec3 low, high;
-    // Bound its triangles in corners_.
+    // The box has the triangles corners_[begin] up to corners_[end], exclusive.
     std::uint32_t begin, end;
-    // Indexes the second child, the first follows its parent; zero means a leaf.
+    // The index of the box's second child; zero means a leaf. The first child follows its parent.
     std::uint32_t second;
-    // Are the area-weighted centre, and the sum of area vectors.
+    // The area-weighted centre, and the sum of area vectors.
     Vec3 dipole_centre, dipole;
     // The ball of this radius about dipole_centre contains all triangles.
     double dipole_radius;
@@ -66,7 +66,7 @@ class MeshQuery {
                 double& limit) const;
   [[nodiscard]] double solid_angle(std::uint32_t box, const Vec3& point) const;
 
-  // The tree's order: each box owns a run of them.
+  // The triangles in the order of the tree, so that each box has consecutive ones.
   std::vector<Corners> corners_;
   // The root is first, and a box's first child follows it.
   std::vector<Box> boxes_;

@@ -17,24 +17,25 @@ struct PointRange {
 // A thread, cord or chain: a line that resists stretching. Its stiffness is limited by what the solver can solve at 25
 // steps a second (all hair of a head together has 40 N); real yarn is stiffer.
 struct Thread {
-  // Is a polyline.
+  // The thread's polyline.
   PointRange points{};
   std::uint16_t group = 0;
   // Its first point is pinned to the skull.
   bool rooted = false;
-  // Is lambda_0 of eq. 7, if rooted.
+  // The root length lambda_0 of eq. 7, for a rooted thread.
   float root_length_m = 0.02f;
-  // Drawing alone uses it.
+  // The radius of the thread, for drawing alone.
   float radius_m = 8e-4f;
-  // Is a linear RGB albedo.
+  // The linear RGB albedo.
   Vec3f colour{0.6f, 0.1f, 0.1f};
   // A spring of length L has k = this / L.
   float axial_stiffness_n = 0.5f;
-  float damping_time_s = 0.008f;  // q / k
-  // Applies to the attachment, if rooted.
+  // The damping over the stiffness, q / k.
+  float damping_time_s = 0.008f;
+  // The stiffness of the attachment of a rooted thread.
   float pin_stiffness_n_per_m = 20;
   float linear_density_kg_per_m = 5e-4f;
-  // Is q of the drag tensor (eq. 6).
+  // The drag coefficient q of eq. 6.
   float air_drag_ns_per_m2 = 5e-4f;
 };
 
@@ -44,26 +45,27 @@ struct Thread {
 struct Cloth {
   PointRange points{};
   std::uint16_t group = 0;
-  // Has indices into Groom::points, within `points`.
+  // The corners of each triangle as indices into Groom::points, within `points`.
   std::vector<std::array<std::uint32_t, 3>> triangles;
   // One entry for each point: the distance along the cloth to the place where it is pinned to the skull, m; 0 is
   // pinned. Empty: not pinned.
   std::vector<float> root_distance_m;
-  // Is lambda_0 of eq. 7, if pinned.
+  // The root length lambda_0 of eq. 7, for pinned cloth.
   float root_length_m = 0.02f;
-  // Is a linear RGB albedo.
+  // The linear RGB albedo.
   Vec3f colour{0.8f, 0.8f, 0.8f};
-  // Drawing alone uses it.
+  // The opacity, for drawing alone.
   float opacity = 1;
-  // Is the tension over width and strain, along the weave.
+  // The tension over width and strain, along the weave.
   float stretch_stiffness_n_per_m = 30;
-  // Is the shear modulus over width of a square weave.
+  // The shear modulus over width of a square weave.
   float shear_stiffness_n_per_m = 3;
-  float damping_time_s = 0.008f;  // q / k
-  // Applies to the attachment at each pinned point.
+  // The damping over the stiffness, q / k.
+  float damping_time_s = 0.008f;
+  // The stiffness of the attachment at each pinned point.
   float pin_stiffness_n_per_m = 20;
   float area_density_kg_per_m2 = 0.04f;
-  // Is the resistance to motion across the cloth's plane, over area.
+  // The resistance to motion across the cloth's plane, over area.
   float air_drag_ns_per_m3 = 0.6f;
 };
 
@@ -71,12 +73,13 @@ struct Cloth {
 // points keep their distances from each other and from the knot's own frame of four points. A knot may have mass. Ten
 // times the default stiffness ties no better, and at 60 iterations of the solver it ties worse.
 struct Knot {
-  // Are indices into Groom::points; there are at least two.
+  // The tied points, at least two, as indices into Groom::points.
   std::vector<std::uint32_t> points{};
-  // Acts on the whole knot against being pulled apart.
+  // The stiffness of the whole knot against being pulled apart.
   float stiffness_n_per_m = 300;
-  float damping_time_s = 0.010f;  // q / k
-  // Is the mass of a bead or clasp, at the mean of its points.
+  // The damping over the stiffness, q / k.
+  float damping_time_s = 0.010f;
+  // The mass of a bead or clasp, which lies at the mean of the points.
   float mass_kg = 0;
 };
 

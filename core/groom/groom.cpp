@@ -102,7 +102,8 @@ void Groom::add_cloth(std::span<const Vec3f> vertices, Cloth cloth) {
 void middle_of(const Groom& groom, const HairCard& card, std::vector<Vec3f>& line) {
   HAIRNET_ASSERT(card.points.begin <= card.points.end);
   HAIRNET_ASSERT(card.points.end <= groom.points.size());
-  const std::span<const Vec3f> edges = groom.points_of(card.points);  // left, right, left, right …
+  // The points are left, right, left, right and so on.
+  const std::span<const Vec3f> edges = groom.points_of(card.points);
   line.clear();
   for (std::size_t i = 0; i + 1 < edges.size(); i += 2) line.push_back(0.5f * (edges[i] + edges[i + 1]));
   HAIRNET_ASSERT(line.size() == edges.size() / 2);

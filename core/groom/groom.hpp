@@ -15,23 +15,23 @@ namespace hairnet {
 
 // The properties of one strand.
 struct StrandProperties {
-  // Is the radius of one real hair, for drawing.
+  // The radius of one real hair, for drawing.
   float radius_m = 4e-5f;
-  // Counts the real hairs that this strand represents: multiplies stiffness, mass and drag.
+  // How many real hairs this strand represents. The number multiplies stiffness, mass and drag.
   float hair_count = 10;
-  // Is lambda_0 of eq. 7; zero means no root blend.
+  // The root length lambda_0 of eq. 7; zero means no root blend.
   float root_length_m = 0.02f;
-  // Indexes Groom::group_names.
+  // The group of the strand, an index into Groom::group_names.
   std::uint16_t group = 0;
-  // Its first point is on the skull.
+  // Whether the first point is on the skull.
   bool rooted = true;
 };
 
 // A lock of hair drawn as one ribbon of textured hair. It has the mechanics of a strand along its middle.
 struct HairCard {
-  // Lists left, right, left, right … from the root.
+  // The points of both edges in pairs: left, right, left, right and so on, from the root.
   PointRange points;
-  // Has a radius_m that is not used here.
+  // The properties of the strand along the card's middle. Its radius_m is unused.
   StrandProperties properties;
 };
 
@@ -40,7 +40,7 @@ struct HairCard {
 struct Clump {
   std::uint32_t strand = 0;
   std::uint16_t copy_count = 6;
-  // Is the radius of the clump, a little beyond the root.
+  // The radius of the clump a little beyond the root; tip_radius_m is the one at the tip.
   float radius_m = 0.004f;
   float tip_radius_m = 0.002f;
 };
@@ -117,11 +117,11 @@ struct GroomLimits {
   std::size_t point_count_max = 8'000'000;
   std::size_t vertex_count_max = 1'000'000;
   std::size_t group_count_max = 256;
-  // Applies to one clump.
+  // The most copies in one clump.
   std::size_t copy_count_max = 64;
-  // Applies to each kind: threads, cards, cloths, and knots.
+  // The most of each kind: threads, cards, cloths and knots.
   std::size_t fabric_count_max = 4096;
-  // Bounds every coordinate's absolute value.
+  // The greatest size of any coordinate.
   float coordinate_max_m = 10;
 };
 

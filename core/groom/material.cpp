@@ -79,6 +79,7 @@ const std::array<Material, kNames.size()>& named_materials() {
 }  // namespace
 
 std::string validate(const Material& material) {
+  // Each has the value's name with its unit, the value, and the least and the most that it may be.
   const std::array<NumberRange, 11> ranges{{
       {"axial stiffness (N per hair)", material.axial_stiffness_n, 0, 10},
       {"attachment stiffness (N/m per hair)", material.attachment_stiffness_n_per_m, 0, 100},

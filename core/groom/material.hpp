@@ -16,27 +16,27 @@ namespace hairnet {
 // Damping is a ratio of the critical damping of the slowest oscillation that it acts on, so hair of any length and
 // stiffness is damped alike: at 0 it never stops, at 1 it returns without overshoot.
 struct Material {
-  // Is E A, per hair; a spring of length L has k = this / L (eq. 3).
+  // The axial stiffness E A, per hair. A spring of length L has k = E A / L (eq. 3).
   float axial_stiffness_n = 4e-4f;
-  // Is per hair (eq. 4).
+  // The stiffness of a strand's attachment (eq. 4), per hair.
   float attachment_stiffness_n_per_m = 6e-3f;
-  // Damps springs and attachments, relative to the strand's first axial mode.
+  // The damping of springs and attachments, as a ratio for the strand's first axial mode.
   float damping_ratio = 0.16f;
-  // Is rho, per hair.
+  // The mass a metre, rho, per hair.
   float linear_density_kg_per_m = 6.6e-6f;
-  // Is q of the drag tensor (eq. 6), per hair.
+  // The drag coefficient q of eq. 6, per hair.
   float air_drag_ns_per_m2 = 1e-5f;
-  // Is the ether mass over the hair mass.
+  // The ether mass over the hair mass.
   float ether_mass_ratio = 0.5f;
-  // Gel is added to the ether stiffness of freely hanging hair, over mass.
+  // Gel: a stiffness over mass, which is added to the ether stiffness of freely hanging hair.
   float ether_stiffness_per_s2 = 0;
-  // Damps each node's swing about its design position.
+  // The damping of each node's oscillation about its design, as a ratio.
   float ether_damping_ratio = 0.2f;
-  // Is lambda_0 of eq. 7, for strands with this material.
+  // The root length lambda_0 of eq. 7, for strands with this material.
   float root_length_m = 0.02f;
   // Hair stays this far from the skin.
   float thickness_m = 0.006f;
-  // Is the potential of contact: twice the value is twice as hard.
+  // The potential of contact: twice the value is twice as hard.
   float metaball_potential_j = 0.03f;
   friend bool operator==(const Material&, const Material&) = default;
 };
@@ -45,8 +45,8 @@ struct Material {
 // the range.
 std::string validate(const Material& material);
 
-// q / k of the springs and the attachment of one strand. Its first axial mode, a quarter wave, has omega = (pi / 2) / L
-// sqrt(E A / rho), and a ratio zeta of its critical damping gives q / k = 2 zeta / omega.
+// The time q / k of the springs and the attachment of one strand, s. Its first axial mode, a quarter wave, has omega =
+// (pi / 2) / L sqrt(E A / rho), and a ratio zeta of its critical damping gives q / k = 2 zeta / omega.
 double axial_damping_time_s(const Material& material, double strand_length_m);
 
 // Named materials, chosen by eye and by figures. `normal` is Material{}.
@@ -58,7 +58,7 @@ std::string_view material_name(const Material& material);
 
 // The material of one group of a groom.
 struct GroupMaterial {
-  // Is an index into Groom::group_names.
+  // An index into Groom::group_names.
   std::uint16_t group = 0;
   Material material;
   friend bool operator==(const GroupMaterial&, const GroupMaterial&) = default;
@@ -67,7 +67,7 @@ struct GroupMaterial {
 // come from the base only, because groups share nodes.
 struct MaterialSet {
   Material base;
-  // Ascend by group.
+  // The materials of groups that have their own, ascending by group.
   std::vector<GroupMaterial> groups;
 
   [[nodiscard]] const Material& of(std::uint16_t group) const;

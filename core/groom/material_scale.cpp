@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/assert.hpp"
+#include "core/gravity.hpp"
 #include "core/number_range.hpp"
 
 namespace hairnet {
@@ -15,8 +16,8 @@ struct ScaleRange {
   float MaterialScale::*value;
   float low, high;
 };
-// What any client may ask for its own character. Steps assert a stiffness and a density above 0, so these two have
-// lower limits.
+// The ranges of what any client may ask for its own character. Steps assert a stiffness and a density above 0, so the
+// lower limits of these two are above 0.
 constexpr std::array<ScaleRange, 6> kRanges{{{"stiffness", &MaterialScale::stiffness, 0.01f, 100},
                                              {"damping", &MaterialScale::damping, 0, 100},
                                              {"density", &MaterialScale::density, 0.1f, 10},
@@ -24,7 +25,7 @@ constexpr std::array<ScaleRange, 6> kRanges{{{"stiffness", &MaterialScale::stiff
                                              {"air_drag", &MaterialScale::air_drag, 0, 100},
                                              {"gel_per_s2", &MaterialScale::gel_per_s2, 0, 10'000}}};
 
-// A built value of zero cannot be scaled: it stays zero.
+// The factor from the built value to the wanted one. A built value of zero cannot be scaled, and stays zero.
 float ratio(double wanted, double built) {
   return built > 0 ? static_cast<float>(wanted / built) : 1;
 }
@@ -36,9 +37,11 @@ double axial_damping(const Material& m) {
          std::sqrt(static_cast<double>(m.linear_density_kg_per_m) * static_cast<double>(m.axial_stiffness_n));
 }
 
-// q_e / m = 2 zeta_e sqrt(k_e / m) at 0.2 m below the root, with k_e / m = |g| / l + gel.
+// The ether's damping over mass, q_e / m = 2 zeta_e sqrt(k_e / m), at l = 0.2 m below the root. Its stiffness there is
+// k_e / m = |g| / l + gel.
 double ether_damping_over_mass(const Material& m, double gel_per_s2) {
-  return 2 * static_cast<double>(m.ether_damping_ratio) * std::sqrt(9.81 / 0.2 + gel_per_s2);
+  constexpr double kHang_m = 0.2;
+  return 2 * static_cast<double>(m.ether_damping_ratio) * std::sqrt(kGravity_m_per_s2 / kHang_m + gel_per_s2);
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ struct Point {
   double x = 0, y = 0;
 };
 
-// Point i of the curve; the first one is the origin.
+// Point i of the curve; point 0 is the origin.
 Point point(const RootBlend& blend, std::size_t i) {
   HAIRNET_ASSERT(i <= blend.points.size());
   if (i == 0) return {};
@@ -24,8 +24,8 @@ double slope_between(const Point& a, const Point& b) {
   return (b.y - a.y) / (b.x - a.x);
 }
 
-// The slope at point i: the harmonic mean of the slopes on either side (Fritsch and Butland 1984), which keeps the
-// cubic between two points monotone. The slope is 0 at the root and at the end of the curve.
+// The slope at point i is the harmonic mean of the slopes on either side (Fritsch and Butland 1984), which keeps the
+// cubic between two points monotone. It is 0 at the root and at the end of the curve.
 double slope_at(const RootBlend& blend, std::size_t i) {
   if (i == 0 || i == blend.points.size()) return 0;
   const double before = slope_between(point(blend, i - 1), point(blend, i));

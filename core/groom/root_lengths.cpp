@@ -8,7 +8,8 @@
 namespace hairnet {
 
 float root_length_at(const RootLengths& lengths, const Vec3f& root_head) {
-  // Where regions overlap, each counts by its weight; the sum of the weights is at most 1.
+  // A region has the weight 1 at its centre and 0 at its edge. The length outside all regions has the weight that is
+  // missing to 1. Where regions overlap so far that their weights exceed 1, the result is their mean by weight.
   float sum = 0, weighted = 0;
   for (const RootLengthRegion& region : lengths.regions) {
     HAIRNET_ASSERT(region.radius_m > 0);

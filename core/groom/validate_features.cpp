@@ -9,15 +9,18 @@
 namespace hairnet {
 namespace {
 
+// Each NumberRange has the value's name with its unit, the value, and the least and the most that it may be.
 std::string out_of_range(std::initializer_list<NumberRange> ranges) {
   return hairnet::out_of_range({ranges.begin(), ranges.size()});
 }
 
+// Whether it is a linear RGB albedo: three numbers in [0, 1].
 bool is_colour(const Vec3f& c) {
   return c.allFinite() && c.minCoeff() >= 0 && c.maxCoeff() <= 1;
 }
 
-// The points of threads, cards and cloths follow those of the strands, one after the other.
+// Checks that the points of threads, cards and cloths follow those of the strands, one after the other, without gaps
+// and overlaps.
 class Points {
  public:
   explicit Points(const Groom& groom) : next_(groom.strand_begin.back()), count_(groom.points.size()) {
@@ -67,7 +70,7 @@ std::string error_of(const Cloth& cloth, const Groom& groom, const GroomLimits& 
     const auto& [a, b, c] = cloth.triangles[t];
     const auto foreign = [&](std::uint32_t v) { return v < cloth.points.begin || v >= cloth.points.end; };
     if (foreign(a) || foreign(b) || foreign(c)) return error_at("triangle", t, "a point is not the cloth's own");
-    // Such a triangle has no area and no normal.
+    // A triangle with equal corners has no area and no normal.
     if (a == b || b == c || c == a) return error_at("triangle", t, "a corner comes twice");
   }
   if (!cloth.root_distance_m.empty() && cloth.root_distance_m.size() != cloth.points.count())
@@ -122,6 +125,8 @@ std::string validate_clumps(const Groom& groom, const GroomLimits& limits) {
   return {};
 }
 
+// Checks all that owns points behind those of the strands. A thread needs two points, a card two pairs, and a cloth
+// three.
 std::string validate_point_owners(const Groom& groom, const GroomLimits& limits) {
   Points points(groom);
   for (std::size_t i = 0; i < groom.threads.size(); ++i) {

@@ -19,15 +19,17 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 using Eigen::VectorXf;
 
+// The motions to which outputs are fitted, and those on which the hair is measured: an eighth of what learn_hair()
+// takes, and as many as it takes.
 constexpr std::uint32_t kMotions = 128, kValidationMotions = 32;
-// Counts the ticks of each motion, which lasts 6 s (kLearntTick_s).
+// The ticks of each motion, which lasts 6 s (kLearntTick_s).
 constexpr std::size_t kTicks = 180;
 
 // The outputs with the least squares, of a network whose outputs are its hidden numbers:
 //
 //     V = C W H^T (H W H^T + ridge)^-1.
 MatrixXf fit_outputs(const VectorXf& weights, const NetworkSize& size, const std::vector<LearntExamples>& examples) {
-  // Is relative to the mean square of a hidden number.
+  // The ridge of the regression, relative to the mean square of a hidden number.
   constexpr double kRidge = 1e-4;
   const std::vector<VectorXf> weights_of_motions = motion_weights(examples);
   MatrixXd squares = MatrixXd::Zero(size.hidden, size.hidden);

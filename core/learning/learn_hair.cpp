@@ -22,14 +22,15 @@ using Eigen::VectorXf;
 
 static_assert(kLearntModesMax <= kModeCountMax);
 
-// The groups of kLearntWidth motions in one step of descent. Each may have a thread of its own; their gradients are
-// added in order, so the result does not depend on threads.
+// The groups of sixteen motions (kLearntWidth) in one step of descent. Each may have a thread of its own. Their
+// gradients are added in order, so the result does not depend on threads.
 constexpr std::size_t kSixteensAStep = 2;
 constexpr std::size_t kInputCount = kPoseInputCount + kAirInputCount;
 
-// The examples in numbers of about 1.
+// Divisors that make the examples numbers of about 1.
 struct Scales {
-  VectorXf input;  // their RMS
+  // The RMS of each input.
+  VectorXf input;
   float output = 1;
 };
 
@@ -46,7 +47,7 @@ Scales scales_of(const std::vector<LearntExamples>& examples) {
   return scales;
 }
 
-// Adam, with weight decay beside it.
+// Adam with decoupled weight decay (AdamW).
 class Descent {
  public:
   Descent(Index count, double decay)
@@ -55,7 +56,7 @@ class Descent {
   void step(VectorXf gradient, float rate, VectorXf& weights) {
     constexpr float kFirst = 0.9f, kSecond = 0.99f, kNormMax = 1;
     const float norm = gradient.norm();
-    // One rare wild moment must not throw the weights far away.
+    // The gradient is clipped, since one rare wild motion must not throw the weights far away.
     if (norm > kNormMax) gradient *= kNormMax / norm;
     ++steps_;
     first_ = kFirst * first_ + (1 - kFirst) * gradient;
@@ -70,10 +71,11 @@ class Descent {
   float decay_, steps_ = 0;
 };
 
+// The weights with which learning begins.
 VectorXf first_weights(const NetworkSize& size) {
   VectorXf weights = VectorXf::Zero(size.weight_count());
   NetworkWeights<float> view(size, weights.data());
-  // A fixed seed: the same groom gets the same network.
+  // The seed is fixed, so that the same groom gets the same network.
   Random random(1);
   const auto fill = [&](auto& matrix, double deviation) {
     for (float& weight : matrix.reshaped()) weight = static_cast<float>(deviation * random.bell());
@@ -81,13 +83,14 @@ VectorXf first_weights(const NetworkSize& size) {
   fill(view.input, 1 / std::sqrt(static_cast<double>(size.inputs)));
   fill(view.hidden, 1 / std::sqrt(static_cast<double>(size.hidden)));
   fill(view.output, 0.3 / std::sqrt(static_cast<double>(size.hidden)));
-  // At first hair moves slowly, and each hidden number follows the others.
+  // The biases of z and r make hair move slowly at first, and each hidden number follow the others.
   view.bias.head(size.hidden).setConstant(-1);
   view.bias.tail(size.hidden).setConstant(1);
   return weights;
 }
 
-// Fits the network's weights to the examples, which it scales. Empty when cancelled.
+// Fits the network's weights to the examples by backpropagation through windows of time. Examples and results are
+// divided by the scales. Empty when cancelled.
 VectorXf fit(std::vector<LearntExamples> examples, const Scales& scales, const NetworkSize& size,
              const HairLearning& learning, const std::function<bool(double)>& keep_going,
              const ParallelFor& parallel_for) {

@@ -12,22 +12,23 @@ namespace hairnet {
 
 // How a groom's hair is learnt. Counts of motions are rounded up to whole thirty-twos; half of each is in wind.
 struct HairLearning {
+  // The number of motions from which the network learns.
   std::uint32_t motion_count = 1024;
-  // Counts more motions, which only measure the error.
+  // How many more motions only measure the error.
   std::uint32_t validation_count = 32;
-  // Is the duration of each motion.
+  // The duration of each motion, s.
   double duration_s = 6;
-  // Must be a multiple of 4.
+  // The number of hidden numbers of the network, a multiple of 4.
   std::size_t hidden_count = 48;
-  // Counts driven modes; fewer when the basis has fewer; a multiple of 4.
+  // The number of modes that the network drives, a multiple of 4; fewer when the basis has fewer.
   std::size_t mode_count = 32;
-  // Counts passes over all motions.
+  // How often descent goes over all motions.
   int rounds = 20;
-  // Errors are propagated back through this time.
+  // Errors are propagated back through this time, s.
   double window_s = 1;
-  // Is the rate of the first steps; it falls to a hundredth.
+  // The learning rate of the first steps, which falls to a hundredth.
   double rate = 0.01;
-  // Pulls weights to zero, relative to the rate.
+  // The weight decay, relative to the rate.
   double decay = 0.3;
 };
 

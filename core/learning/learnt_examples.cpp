@@ -21,9 +21,11 @@ using Eigen::Index;
 using Eigen::MatrixXf;
 using Eigen::VectorXf;
 
-// Bounds the memory of lattices and poses.
+// How many groups of sixteen motions (kLearntWidth) are stepped at the same time. It bounds the memory of lattices and
+// poses.
 constexpr std::size_t kSixteensAtOnce = 16;
 
+// Every other group of sixteen motions is in wind.
 bool is_in_wind(std::uint32_t number) {
   return number / kLearntWidth % 2 == 1;
 }
@@ -47,6 +49,7 @@ std::vector<Pose> poses_of(std::uint32_t number, const Body& body, std::size_t t
 
 // The wind is anything between a breeze and a strong wind, from any side, steady or in gusts.
 Wind wind_of(std::uint32_t number) {
+  // The seed is not that of make_training_motion() (20040), so winds do not depend on the motions.
   Random random(20041, number);
   const double speed = random.between(0, kLearntWindMax_m_per_s), from = 2 * std::numbers::pi * random.unit();
   Wind wind;
@@ -59,6 +62,7 @@ Wind wind_of(std::uint32_t number) {
   return wind;
 }
 
+// One motion, and the characters that go through it on the finest and on the low level.
 struct Actor {
   std::vector<Pose> poses;
   PoseHistory history;
@@ -66,7 +70,7 @@ struct Actor {
   CharacterId high, low;
 };
 
-// Takes examples of the motions from `first` on, as many as `examples` hold.
+// Takes examples of the motions from `first` on, sixteen for each of `examples`. False when cancelled.
 bool take_examples(const Groom& groom, const std::shared_ptr<const LevelSet>& levels, const MatrixXf& projection,
                    const ExampleRequest& request, std::uint32_t first, std::span<LearntExamples> examples,
                    const std::function<bool(double)>& keep_going, const ParallelFor& parallel_for) {
@@ -161,13 +165,15 @@ std::vector<LearntExamples> take_examples(const Groom& groom, const std::shared_
 }
 
 std::vector<VectorXf> motion_weights(const std::vector<LearntExamples>& examples) {
+  // It is added to the RMS of a motion, so that hair which hardly moves has at most twice the weight of hair that moves
+  // so much.
   constexpr float kCalm_m = 0.005f;
   std::vector<VectorXf> weights;
   float sum = 0;
   for (const LearntExamples& e : examples) {
     VectorXf& own = weights.emplace_back(VectorXf::Zero(kLearntWidth));
     for (Index c = 0; c < e.coefficients.cols(); ++c) own[c % kLearntWidth] += e.coefficients.col(c).squaredNorm();
-    // One over the RMS of the motion, limited by kCalm_m for hair that hardly moves.
+    // The weight is one over the RMS of the motion plus kCalm_m.
     own = ((own / static_cast<float>(e.tick_count())).cwiseSqrt().array() + kCalm_m).inverse();
     sum += own.sum();
   }

@@ -77,7 +77,8 @@ class Network {
     const Matrix by_hidden = w.output.transpose() * by_outputs;
     by_sums_.resize(sums_.rows(), sums_.cols());
     by_products_.resize(sums_.rows(), sums_.cols());
-    Matrix carried = Matrix::Zero(n_, width_);  // the gradient by h of the tick
+    // The gradient by h of the tick, which goes back from tick to tick.
+    Matrix carried = Matrix::Zero(n_, width_);
     Array by_rest = Array::Zero(n_, 1);
     for (Eigen::Index c = inputs.cols() - width_; c >= 0; c -= width_) {
       const auto a = sums_.middleCols(c, width_);

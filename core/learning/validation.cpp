@@ -16,12 +16,12 @@ using Eigen::Index;
 using Eigen::MatrixXf;
 using Eigen::VectorXf;
 
-// Modes of which the error is measured; what the others move can be neglected.
+// The error is measured on this many modes, since what other modes move can be neglected.
 constexpr std::size_t kMeasuredModes = 64;
-// Motions of training have lower numbers.
+// The number of the first validation motion. Training has lower numbers, so nothing was learnt from these motions.
 constexpr std::uint32_t kFirstValidation = 1000000;
 
-// Error over motion, the mean of all motions. `wrong`: the difference from `truth`.
+// The mean over motions of the error over the motion. `wrong` is the difference from `truth`; the lanes are motions.
 class MeanError {
  public:
   void add(const MatrixXf& wrong, const MatrixXf& truth) {
@@ -62,7 +62,8 @@ std::string judge(const std::vector<LearntExamples>& validation, LearntHair& hai
   struct Errors {
     MeanError own, low;
   };
-  std::array<Errors, 2> errors;  // in still air, in wind
+  // The errors in still air, and in wind.
+  std::array<Errors, 2> errors;
   const NetworkSize size = size_of(hair);
   const VectorXf weights = weights_of(hair);
   Network<float> network(size);

@@ -10,7 +10,7 @@
 namespace hairnet {
 namespace {
 
-// An input may be this much greater than in training.
+// An input that was at most this many times its greatest size in training counts as covered.
 constexpr float kMargin = 1.1f;
 
 }  // namespace

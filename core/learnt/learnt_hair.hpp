@@ -29,11 +29,11 @@ inline constexpr std::size_t kAirInputCount = 3;
 
 // What learnt hair knows of wind. Servers alone have it: clients evaluate hair in still air.
 struct LearntWind {
-  // Has Zu, Nu and Ru: [3 hidden][kAirInputCount]. Empty means that the hair holds in still air alone.
+  // The matrices Zu, Nu and Ru, [3 hidden][kAirInputCount]. Empty means that the hair is good in still air alone.
   std::vector<float> weights;
-  // Is the fastest air in the training motions.
+  // The speed of the fastest air in the training motions, m/s.
   float max_m_per_s = 0;
-  // Are errors as those of LearntHair, in wind.
+  // The errors of this hair and of the low level in wind, measured as those of LearntHair.
   float error = 0, low_error = 0;
 };
 
@@ -50,19 +50,19 @@ struct LearntWind {
 // x are the PoseInputs, u the velocity of the air, h the hidden numbers and c the coefficients (m). At rest in still
 // air x, u, h and c are exactly zero.
 struct LearntHair {
-  // Are multiples of 4.
+  // The numbers of hidden numbers and of driven modes, both multiples of 4.
   std::size_t hidden_count = 0, mode_count = 0;
-  // Has Z, N and R: [3 hidden][input].
+  // The matrices Z, N and R, [3 hidden][input].
   std::vector<float> input_weights;
-  // Has Z', N' and R': [3 hidden][hidden].
+  // The matrices Z', N' and R', [3 hidden][hidden].
   std::vector<float> hidden_weights;
-  // Has z0, n0 and r0: [3 hidden].
+  // The vectors z0, n0 and r0, [3 hidden].
   std::vector<float> bias;
-  // Has C: [mode][hidden].
+  // The matrix C, [mode][hidden].
   std::vector<float> output_weights;
-  // Is the greatest size of each input in the training motions.
+  // The greatest size of each input in the training motions.
   PoseInputs most{};
-  // Are the errors of this hair and of the low level from the finest, over its motion; measured on validation motions
+  // The errors of this hair and of the low level from the finest, over its motion; measured on validation motions
   // in still air.
   float error = 0, low_error = 0;
   LearntWind wind;
@@ -70,7 +70,7 @@ struct LearntHair {
   // Whether these inputs were met in training. Others are evaluated too, but the hair may be far off.
   [[nodiscard]] bool covers(const PoseInputs& inputs) const;
   [[nodiscard]] bool covers_air(double speed_m_per_s) const;
-  // Counts the memory of the weights.
+  // The memory that the weights take.
   [[nodiscard]] std::size_t bytes() const;
 };
 
@@ -81,21 +81,22 @@ std::string validate(const LearntHair& hair);
 // earlier.
 struct LearntState {
   PoseHistory poses;
-  // Empty means zeros.
+  // The hidden numbers h; empty means zeros.
   std::vector<float> hidden;
 };
 
+// One character's input and result of a tick. The caller owns all that it points to.
 struct LearntMember {
   LearntState* state = nullptr;
-  // Is the pose at kLearntTick_s after the last one.
+  // The pose kLearntTick_s after the last one that the state has seen.
   const Pose* pose = nullptr;
-  // Holds coefficients of the groom's basis, m; those that are not driven become 0.
+  // The result: coefficients of the groom's basis, m. Those that the network does not drive become 0.
   std::span<float> coefficients;
-  // Is the velocity of the air at the head, m/s; that of carried air is relative to the head's.
+  // The velocity of the air at the head, m/s; that of carried air is relative to the head's.
   Vec3 air_world = Vec3::Zero();
-  // Is Wind::carried.
+  // Whether the air goes along with the head (Wind::carried).
   bool air_is_carried = false;
-  // Is a result: the hair covers the inputs.
+  // A result: whether the inputs were met in training (LearntHair::covers).
   bool is_covered = false;
 };
 
@@ -108,17 +109,17 @@ void step_learnt(const LearntHair& hair, std::span<LearntMember> members);
 struct LearntMotion {
   LearntState* state = nullptr;
   const Pose *from = nullptr, *to = nullptr;
-  // Counts the ticks from `from` to `to`; poses between them are interpolated.
+  // The ticks of kLearntTick_s from `from` to `to`. The poses between them are interpolated.
   int ticks = 1;
   // The network sees `from` held for kLearntStart_ticks first.
   bool begins = false;
-  // Holds the coefficients at `to`; is unchanged when there is nothing to see.
+  // The result: the coefficients at `to`, m. They are unchanged when there is nothing to see.
   std::span<float> coefficients;
   // Velocities of the air at the head, m/s: at `from`, which counts when the network begins, then at each tick. Empty:
   // still air.
   std::span<const Vec3> air_world = {};
   bool air_is_carried = false;
-  // Is a result: the hair covers all poses after `from`.
+  // A result: whether the inputs of all poses after `from` were met in training.
   bool is_covered = true;
 };
 

@@ -11,8 +11,8 @@ namespace hairnet {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Each lane is a character. Some rows at once for one or two registers of characters: so many sums hide how long each
-// multiply-add takes.
+// Each lane is a character. Several rows of a matrix are summed at once, for one or two registers of characters, so
+// that the many sums hide how long each multiply-add takes.
 using D = hn::CappedTag<float, kLearntWidth>;
 using V = hn::Vec<D>;
 constexpr std::size_t kLanes = hn::MaxLanes(D());
@@ -39,13 +39,13 @@ struct Sums {
   }
 };
 
-// f(x) = x (27 + x²) / (27 + 9 x²) of x within -3 and 3
+// The function f of LearntHair: f(x) = x (27 + x^2) / (27 + 9 x^2), with x limited to -3 to 3.
 HWY_INLINE V squash(V x) {
   const V a = hn::Min(hn::Max(x, hn::Set(kD, -3.0f)), hn::Set(kD, 3.0f)), square = hn::Mul(a, a);
   const V above = hn::Mul(a, hn::Add(hn::Set(kD, 27.0f), square));
   return hn::Div(above, hn::MulAdd(hn::Set(kD, 9.0f), square, hn::Set(kD, 27.0f)));
 }
-// s(a) = (1 + f(a)) / 2, between 0 and 1.
+// The function s of LearntHair: s(a) = (1 + f(a)) / 2, between 0 and 1.
 HWY_INLINE V gate(V x) {
   return hn::MulAdd(hn::Set(kD, 0.5f), squash(x), hn::Set(kD, 0.5f));
 }
@@ -90,6 +90,7 @@ HWY_INLINE void step_two(const LearntHair& hair, std::size_t first, const float*
   }
 }
 
+// One tick of all lanes: first the hidden numbers in pairs, then the coefficients in fours.
 void learnt_kernel_here(const LearntHair& hair, const float* inputs, const float* hidden, float* hidden_out,
                         float* coefficients_out) {
   const std::size_t n = hair.hidden_count;

@@ -2,19 +2,22 @@
 
 #include <algorithm>
 
+#include "core/gravity.hpp"
+
 namespace hairnet {
 namespace {
 
-constexpr double kGravity_m_per_s2 = 9.81;
-// Points whose places tell where a body is, head space at rest, m.
+// Points in head space at rest, m, whose places tell how the trunk and the shoulders have moved.
 const Vec3 kTrunk(0, -0.2, 0), kLeftShoulder(0.15, -0.22, 0), kRightShoulder(-0.15, -0.22, 0);
 
-// Axis and angle, or the sine of half the angle for half the angle, which is as good an input and costs less.
+// A rotation as three numbers: its axis times twice the sine of half its angle. For small angles this is nearly axis
+// times angle, it is as good an input, and it costs less.
 Vec3 turn_of(const Quat& rotation) {
   // q and -q are one rotation; the sign chosen is that of the shorter turn.
   return (rotation.w() < 0 ? -2.0 : 2.0) * rotation.vec();
 }
 
+// How far the point of the bone at this place of the design has moved, in decimetres (PoseInputs).
 Vec3 shift_dm(const RigidTransform& bone, const Vec3& place) {
   return 10 * (bone.point(place) - place);
 }

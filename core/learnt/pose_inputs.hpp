@@ -32,11 +32,13 @@ class PoseHistory {
   void forget() { known_count_ = 0; }
 
  private:
+  // The last pose, and the head's velocity to it, world, m/s.
   Pose last_;
   Vec3 velocity_world_ = Vec3::Zero();
-  // Is what velocity_to_expect() returns, also after a jump.
+  // What velocity_to_expect() returned for the last pose, also after a jump. Against it the next pose's velocity tells
+  // a teleport.
   Vec3 expected_world_ = Vec3::Zero();
-  // Counts the poses since the last teleport, at most 2.
+  // How many poses since the last teleport are known, at most 2.
   int known_count_ = 0;
 };
 

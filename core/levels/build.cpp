@@ -27,7 +27,7 @@
 namespace hairnet {
 namespace {
 
-// Limits the nodes of a grid: stiffeners store 16 bits.
+// The most nodes of a grid, since stiffeners store a node's index in 16 bits.
 constexpr std::size_t kGridNodesMax = std::numeric_limits<std::uint16_t>::max();
 static_assert(std::ranges::all_of(kLevelSpecs, [](const LevelSpec& spec) {
   return std::ranges::min(spec.dims) >= 3 &&
@@ -37,7 +37,7 @@ static_assert(std::ranges::all_of(kLevelSpecs, [](const LevelSpec& spec) {
 // The contribution of a groom to one lattice, before any reduction.
 struct GroomMechanics {
   StiffenerList springs, attachments;
-  // Has the springs of the knots, which springs of hair must not displace.
+  // The springs of the knots. They stay apart, since springs of hair must not displace them.
   StiffenerList ties;
   LumpedHair lumped;
   std::size_t degenerate_strands = 0;
@@ -87,7 +87,8 @@ bool add_strands(const Groom& groom, const Grid& grid, const LevelProgress& prog
   return true;
 }
 
-// A stiffener may reach into cells without hair or cloth: a knot's frame, a triangle's corner.
+// Marks the nodes of stiffeners as touched. A stiffener may reach into cells without hair or cloth: a knot's frame, a
+// triangle's corner.
 void touch_nodes(const StiffenerList& list, LumpedHair& lumped) {
   HAIRNET_VALIDATE(
       std::ranges::all_of(list.entries, [&](const NodeWeight& entry) { return entry.node < lumped.touched.size(); }));
@@ -118,8 +119,8 @@ void add_fabric(const Groom& groom, const Grid& grid, GroomMechanics& mechanics)
   touch_nodes(mechanics.springs, mechanics.lumped);
 }
 
-// Knots may take a quarter of a level's springs, and the springs that hair and fabric do not need. False when
-// cancelled.
+// Reduces the springs of knots and of all else to `count_max` together. Knots may take a quarter, and what hair and
+// fabric do not need. False when cancelled.
 bool decimate_springs(const Grid& grid, std::size_t count_max, const std::function<bool(double)>& keep_going,
                       const ParallelFor& parallel_for, GroomMechanics& mechanics) {
   constexpr StiffenerKind kSpring = StiffenerKind::spring;
@@ -143,7 +144,7 @@ bool decimate_both(const Grid& grid, const LevelSpec& spec, const LevelProgress&
                   parallel_for);
 }
 
-// Returns the active index of every grid node; that of trimmed ones is kTrimmed.
+// The active index of each node of the grid, or kTrimmed.
 constexpr std::uint32_t kTrimmed = ~0u;
 std::vector<std::uint32_t> active_indices(const LevelGeometry& geometry) {
   HAIRNET_ASSERT(!geometry.active_nodes.empty());
@@ -153,8 +154,8 @@ std::vector<std::uint32_t> active_indices(const LevelGeometry& geometry) {
   return indices;
 }
 
-// Converts to active indices and float. Rest lengths are computed from the stored values, so that the design is in
-// balance to the last bit that the solver uses.
+// Converts a list to active indices and float. Rest values are computed from the stored weights and positions, so that
+// the design is in balance to the last bit that the solver uses.
 Stiffeners store_stiffeners(const StiffenerList& list, const std::vector<std::uint32_t>& active_index,
                             const std::vector<Vec3f>& rest_head) {
   list.check_invariants();
@@ -196,7 +197,8 @@ void store_level(const GroomMechanics& mechanics, Level& level) {
   level.attachments = store_stiffeners(mechanics.attachments, active_index, level.rest);
 }
 
-// Hair on a head upside down hangs twice its own length from its design, and swings and stretches further.
+// The farthest that a node may be from its design. Hair on a head upside down hangs twice its own length from its
+// design, and swings and stretches further.
 float displacement_max_m(const Lattice& lattice) {
   const Vec3f cells(static_cast<float>(lattice.dims[0] - 1), static_cast<float>(lattice.dims[1] - 1),
                     static_cast<float>(lattice.dims[2] - 1));
@@ -215,7 +217,8 @@ bool match_springs(const StiffenerList& all_springs, const StiffenerList& all_at
                         store_stiffeners(all_attachments, active_index, level.rest), level, matched);
 }
 
-// False when cancelled.
+// Builds one level. The progress ends at 0.3 for cutting strands, 0.6 for merging springs, 0.7 for merging attachments
+// and 0.75 for contact points; matching the springs has the rest. False when cancelled.
 bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const Skin> skin,
                 const LevelProgress& progress, const ParallelFor& parallel_for, Level& level, LevelReport& report) {
   const double start_s = progress.clock_s();
@@ -263,6 +266,7 @@ bool make_level(const Groom& groom, const LevelSpec& spec, std::shared_ptr<const
 }  // namespace
 
 void make_level_maps(const Groom& groom, LevelSet& set, const ParallelFor& parallel_for) {
+  // The most hair points to which maps between levels are fitted.
   constexpr std::size_t kMapPoints = 6000;
   HAIRNET_ASSERT(!groom.points.empty());
   const HairSample sample = sample_hair(groom, kMapPoints);

@@ -20,11 +20,11 @@ struct LevelReport {
   std::size_t springs_before = 0, attachments_before = 0;
   std::size_t springs_after = 0, attachments_after = 0;
   std::size_t active_nodes = 0;
-  // Counts strands and threads without length, which get no springs.
+  // The strands and threads without length, which get no springs.
   std::size_t degenerate_strands = 0;
-  // Counts the points of hair at which contact acts.
+  // The points of hair at which contact acts.
   std::size_t contacts = 0;
-  // Are measured with BuildCallbacks::clock_s; 0 without a clock.
+  // Times by BuildCallbacks::clock_s; 0 without a clock.
   double decimation_s = 0, total_s = 0;
 };
 

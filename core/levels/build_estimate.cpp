@@ -11,16 +11,18 @@
 namespace hairnet {
 namespace {
 
-// Measured with an allocator that counts, on straight, curled and zigzag hair and on dense bodies; rounded up.
-// A strand's attachment and its lumped mass take kBytesPerLine on one level; samples and maps take kBytesPerPoint; the
-// body's tree, and those of the bones' parts, take kBytesPerTriangle.
+// The memory that a build takes for each spring, line, point and triangle, and for anything. The numbers are rounded up
+// from measurements with an allocator that counts, on straight, curled and zigzag hair and on dense bodies.
+// kBytesPerLine is for a strand's attachment and its lumped mass on one level, kBytesPerPoint for samples and maps, and
+// kBytesPerTriangle for the trees of the body and of the bones' parts.
 constexpr std::size_t kBytesPerSpring = 1000;
 constexpr std::size_t kBytesPerLine = 200;
 constexpr std::size_t kBytesPerPoint = 32;
 constexpr std::size_t kBytesPerTriangle = 450;
 constexpr std::size_t kBytesOfAnyBuild = std::size_t{32} << 20;
 
-// A segment is cut at the lattice planes of one axis: at most at those of the axis along which it crosses most.
+// The most points at which a segment is cut. It is cut at the lattice planes of one axis, so at most at those of the
+// axis along which it crosses the most.
 std::size_t cuts_of(const Vec3& from, const Vec3& to) {
   double planes = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -30,14 +32,15 @@ std::size_t cuts_of(const Vec3& from, const Vec3& to) {
   return static_cast<std::size_t>(planes);
 }
 
+// The most springs of a strand or another line.
 std::size_t pieces_of(const Grid& grid, std::span<const Vec3f> line) {
   std::size_t count = 1;
   for (std::size_t i = 1; i < line.size(); ++i) count += cuts_of(grid.from_head(line[i - 1]), grid.from_head(line[i]));
   return count;
 }
 
-// Each edge becomes a line of springs, and so does the line across an edge, which is shorter than the two edges that
-// lead around it.
+// The most springs of a cloth. Each edge becomes a line of springs, and so does the other diagonal of a quad, which is
+// shorter than the two edges that lead around it. Hence the factor 3 for each edge.
 std::size_t pieces_of(const Grid& grid, const Groom& groom, const Cloth& cloth) {
   std::size_t count = 0;
   for (const auto& triangle : cloth.triangles) {

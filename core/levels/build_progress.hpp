@@ -42,8 +42,10 @@ class BuildProgress {
   }
 
  private:
+  // The caller owns the callbacks, longer than the build lasts.
   const BuildCallbacks& observer_;
   Mutex mutex_;
+  // The finished fraction of each part.
   std::vector<double> done_;
   bool cancelled_ = false;
 };

@@ -10,6 +10,7 @@
 namespace hairnet {
 namespace {
 
+// A triangle of the cloth in head space, m.
 struct Triangle {
   Triangle(std::span<const Vec3f> points, const std::array<std::uint32_t, 3>& v)
       : corners{points[v[0]].cast<double>(), points[v[1]].cast<double>(), points[v[2]].cast<double>()},
@@ -21,11 +22,12 @@ struct Triangle {
 };
 
 struct Edge {
-  // Is the area of its triangles, m^2.
+  // The area of its triangles, m^2.
   double area = 0;
-  // The edge is the longest of every triangle that it belongs to.
+  // The edge is clearly the longest of every triangle to which it belongs, so it is the diagonal of a quad (Cloth in
+  // fabric.hpp).
   bool is_longest = true;
-  // Holds the third corner of each triangle.
+  // The third corner of each triangle.
   std::vector<std::uint32_t> across;
 };
 using Edges = std::map<std::array<std::uint32_t, 2>, Edge>;
@@ -34,7 +36,7 @@ double edge_length(std::span<const Vec3f> points, std::uint32_t a, std::uint32_t
   return (points[b] - points[a]).cast<double>().norm();
 }
 
-// The edges are in the order of their points, so that the same cloth gives the same bits.
+// All edges of the cloth. A map keeps them in the order of their points, so that the same cloth gives the same bits.
 Edges edges_of(std::span<const Vec3f> points, const Cloth& cloth) {
   // A diagonal is longer than the other edges by this factor at least; an equilateral triangle has none.
   constexpr double kClearlyLonger = 1.1;
@@ -57,7 +59,8 @@ Edges edges_of(std::span<const Vec3f> points, const Cloth& cloth) {
   return edges;
 }
 
-// Adds a straight piece of cloth of that axial stiffness in newtons, cut like hair.
+// Adds springs along a straight line through the cloth, which is cut at lattice planes like hair. `axial_n` is the
+// line's axial stiffness, N.
 void add_straight(const Grid& grid, const Vec3f& from, const Vec3f& to, double axial_n, double damping_time_s,
                   std::uint16_t group, StiffenerList& springs) {
   HAIRNET_ASSERT(axial_n >= 0);
@@ -71,6 +74,7 @@ void add_straight(const Grid& grid, const Vec3f& from, const Vec3f& to, double a
   }
 }
 
+// The height from which the cloth hangs: that of its highest pinned point or, without any, of its highest point.
 double hanging_height(std::span<const Vec3f> points, const Cloth& cloth) {
   HAIRNET_ASSERT(cloth.points.begin < cloth.points.end);
   HAIRNET_ASSERT(cloth.points.end <= points.size());
@@ -95,6 +99,8 @@ void add_cloth(const Grid& grid, std::span<const Vec3f> points_head, const Cloth
   const double stretch = cloth.stretch_stiffness_n_per_m,
                shear = 2 * static_cast<double>(cloth.shear_stiffness_n_per_m);
   const double damping_time_s = cloth.damping_time_s;
+  // An edge stands for a strip of the cloth whose width is the triangles' area over the edge's length, so its axial
+  // stiffness is modulus times width.
   const auto add = [&](std::uint32_t a, std::uint32_t b, double modulus, double area) {
     const double length = edge_length(points_head, a, b);
     if (length < kLengthMin) return;

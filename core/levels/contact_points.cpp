@@ -8,27 +8,29 @@
 
 #include "core/assert.hpp"
 #include "core/ffd/deform.hpp"
+#include "core/gravity.hpp"
 #include "core/levels/hair_sample.hpp"
 #include "core/skin/skin_distance_field.hpp"
 
 namespace hairnet {
 namespace {
 
-// Choosing takes time in proportion to candidates times chosen lines.
+// The most lines that are candidates. Choosing takes time in proportion to candidates times chosen lines.
 constexpr std::size_t kCandidatesMax = 1500;
-// Points along a strand stand this far apart, in cells of the lattice.
+// Points along a line stand this far apart, in cells of the lattice, and at least kSpacingMin_m.
 constexpr double kSpacing = 0.75;
 constexpr float kSpacingMin_m = 0.01f;
-// Nearer to the root hair hardly moves relative to the head.
+// Points of a smaller root blend are not chosen: so near to the root hair hardly moves relative to the head.
 constexpr float kBlendMin = 0.15f;
-// Hair that is thrown against the body presses with many times its weight. This is the acceleration of a point's share
+// Hair that is thrown against the body presses with 160 times its weight. This is the acceleration of a point's share
 // of the mass, m/s^2.
-constexpr double kLoad = 160 * 9.81;
+constexpr double kLoad = 160 * kGravity_m_per_s2;
 // The load may press in to this depth.
 constexpr double kDent_m = 0.005;
 // In the design a point is this much farther away than where contact begins, so that rounding causes no contact.
 constexpr float kSlack_m = 1e-5f;
-// The greatest distance of hair from its root: stretched, and moved by the bones relative to the head.
+// The greatest distance of a point from its root is its arm times kArmStretch, as hair stretches, plus kArmSlack_m, as
+// bones move relative to the head.
 constexpr float kArmStretch = 1.3f, kArmSlack_m = 0.05f;
 
 // U for which f = 3 U p^2 / depth^3 carries the load at p = kDent_m.
@@ -87,16 +89,17 @@ Centreline centreline_of(const Groom& groom, const Line& line) {
   const auto at = [&](std::size_t i) { return groom.points[line.point(i)]; };
   return {at(0), at(line.count() / 2), at(line.count() - 1)};
 }
+// The sum of the squared distances between the begins, middles and ends, m^2.
 float apart2(const Centreline& a, const Centreline& b) {
   return (a[0] - b[0]).squaredNorm() + (a[1] - b[1]).squaredNorm() + (a[2] - b[2]).squaredNorm();
 }
 
-// The points chosen.
+// The points that have been chosen, with one entry in each list.
 struct Chosen {
   HairSample hair;
-  // Holds the root of each point's strand.
+  // The root of each point's strand.
   std::vector<Vec3f> root;
-  // Holds the length of hair from the root, which is infinite without a root.
+  // The length of hair from the root, which is infinite without a root.
   std::vector<float> arm_m;
 };
 
@@ -107,12 +110,15 @@ void add_points(const Groom& groom, const std::vector<float>& blend, const Line&
   HAIRNET_ASSERT(blend.size() == groom.points.size());
   HAIRNET_ASSERT(line.count() > 0);
   const Vec3f root = groom.points[line.point(0)];
+  // How far the line has gone since its last point. It starts with a full spacing, so the first point that may be
+  // chosen is.
   float owed_m = spacing_m, arm_m = line.rooted ? 0 : std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < line.count(); ++i) {
     const std::uint32_t p = line.point(i);
     const float step_m = i > 0 ? (groom.points[p] - groom.points[line.point(i - 1)]).norm() : 0;
     owed_m += step_m;
     arm_m += step_m;
+    // The tip is taken when at least half of the spacing lies before it.
     const bool is_tip = i + 1 == line.count();
     if (blend[p] < kBlendMin || (owed_m < spacing_m && !(is_tip && owed_m > 0.5f * spacing_m))) continue;
     owed_m = 0;
@@ -151,6 +157,7 @@ class FarthestFirst {
   std::vector<float> to_chosen_;  // squared
 };
 
+// Chooses whole lines, farthest first, until count_max points are reached.
 Chosen choose_points(const Groom& groom, float spacing_m, std::size_t count_max) {
   const std::vector<float> blend = root_blend(groom);
   const std::vector<Line> lines = candidates_of(groom);
@@ -168,7 +175,7 @@ Chosen choose_points(const Groom& groom, float spacing_m, std::size_t count_max)
   return chosen;
 }
 
-// The distance to the skin at which contact of a point begins.
+// The distance to the bone's skin at which contact of a point begins, m, or kContactNever_m.
 float limit_of(const SkinDistanceField& field, const Chosen& chosen, std::size_t point, float thickness_m) {
   HAIRNET_ASSERT(point < chosen.arm_m.size());
   HAIRNET_ASSERT(thickness_m >= 0);
@@ -194,6 +201,7 @@ ContactPoints make_contact_points(const Groom& groom, const LevelGeometry& geome
   contacts.nodes.assign(stencils.nodes.begin(), stencils.nodes.end());
   contacts.weights.assign(stencils.weights.begin(), stencils.weights.end());
   const Material& material = groom.materials.base;
+  // kLoad and kDent_m hold for the default material; the potential of another scales them.
   const auto by_material = static_cast<double>(material.metaball_potential_j / Material{}.metaball_potential_j);
   for (std::size_t p = 0; p < contacts.count(); ++p) {
     double share_kg = 0;

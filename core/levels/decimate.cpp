@@ -20,19 +20,20 @@ constexpr std::size_t kNeighbourCount = 6;
 // One stiffener, or several merged. `share` is its weight in an average: k L of springs, k of attachments.
 struct Cluster {
   double share = 0;
-  // Is the sum of k L^2 for springs, and of k for attachments.
+  // The sum of k L^2 for springs, and of k for attachments.
   double moment = 0;
-  // Is the same sum of q.
+  // The same sum of q.
   double damping_moment = 0;
-  // Is the sum of share times w, ascending by node.
+  // The sum of share times w, ascending by node.
   std::vector<NodeWeight> weights;
 };
 
+// A pair of clusters that may merge. The cost is the error by which the merge would change the lattice.
 struct Candidate {
   double cost;
   // The order is a < b.
   std::uint32_t a, b;
-  // Are the versions of the clusters when the cost was found.
+  // The versions of the clusters when the cost was found.
   std::uint32_t version_a, version_b;
 };
 
@@ -43,6 +44,7 @@ struct Later {
   }
 };
 
+// Adds two lists of weights that ascend by node.
 std::vector<NodeWeight> sum_of(const std::vector<NodeWeight>& a, const std::vector<NodeWeight>& b) {
   std::vector<NodeWeight> sum;
   sum.reserve(a.size() + b.size());
@@ -95,7 +97,7 @@ class Decimation {
     for (std::size_t s = 0; s < count_; ++s) clusters_.push_back(cluster_of(s));
   }
 
-  // False when cancelled.
+  // Merges until count_max_ clusters are left, and stores them in the list. False when cancelled.
   bool run() {
     // Identical chords come first: the k-d tree takes quadratic time with many of them.
     if (count_max_ > 0) merge_identical();
@@ -106,6 +108,7 @@ class Decimation {
   }
 
  private:
+  // A cluster of one stiffener. Attachments have no length, so 1 stands for L and both sums are those of k.
   [[nodiscard]] Cluster cluster_of(std::size_t s) const {
     const double k = list_.stiffness[s], q = list_.damping[s];
     const double length = kind_ == StiffenerKind::spring ? length_of(list_.weights(s)) : 1.0;
@@ -167,15 +170,16 @@ class Decimation {
       if (!append_candidates(members, neighbour_count, candidates)) return false;
     }
     std::priority_queue<Candidate, std::vector<Candidate>, Later> heap(Later{}, std::move(candidates));
-    // When half have merged, the neighbours that were found at the start are out of date.
+    // When half of the clusters have merged, the neighbours that were found at the start of the round are out of date.
     const std::size_t round_end = std::max(count_max_, count_ / 2);
     for (std::size_t popped = 0; count_ > round_end && !heap.empty(); ++popped) {
       if (popped % 4096 == 0 && !report()) return false;
       const Candidate candidate = heap.top();
       heap.pop();
       const auto [a, b] = std::minmax({find(candidate.a), find(candidate.b)});
+      // A pair that has already become one cluster by other merges needs no merge.
       if (a == b) continue;
-      // Clusters that have merged since then have another place and weight.
+      // Clusters that have merged since their cost was found have moved and weigh more, so their pair is valued again.
       if (a == candidate.a && b == candidate.b && version_[a] == candidate.version_a &&
           version_[b] == candidate.version_b) {
         merge(a, b);
@@ -211,7 +215,7 @@ class Decimation {
     return !is_cancelled;
   }
 
-  // Ward's cost.
+  // Computes Ward's cost of a merge (decimate.hpp): how much the merged cluster errs, weighted with the moments.
   [[nodiscard]] Candidate evaluate(std::uint32_t a, std::uint32_t b) const {
     HAIRNET_ASSERT(a < b);
     HAIRNET_VALIDATE(merged_into_[a] == a);
@@ -221,6 +225,7 @@ class Decimation {
     return {cost, a, b, version_[a], version_[b]};
   }
 
+  // Merges the second cluster into the first; decimate.hpp has the formulas.
   void merge(std::uint32_t kept, std::uint32_t merged) {
     HAIRNET_ASSERT(kept < merged);
     HAIRNET_ASSERT(merged_into_[kept] == kept);
@@ -256,6 +261,7 @@ class Decimation {
     return s;
   }
 
+  // The clusters that are left, one list for each group of hair. Only clusters of one group may merge.
   [[nodiscard]] std::vector<std::vector<std::uint32_t>> members_by_group() const {
     std::map<std::uint16_t, std::vector<std::uint32_t>> by_group;
     std::size_t left = 0;
@@ -303,6 +309,7 @@ class Decimation {
     return kept;
   }
 
+  // The length of the vector sum_j w_j p_j^0, m.
   [[nodiscard]] double length_of(std::span<const NodeWeight> weights) const {
     Vec3 vector = Vec3::Zero();
     for (const auto& [node, weight] : weights) vector += weight * grid_.node_head(node);
@@ -313,6 +320,7 @@ class Decimation {
   // stiffness does not grow beyond that of this length.
   [[nodiscard]] double length_min(std::uint32_t s) const { return 0.1 * grid_.length(chords_[s][1] - chords_[s][0]); }
 
+  // Replaces the list by the stiffeners that these clusters stand for.
   void store(const std::vector<std::uint32_t>& survivors) {
     StiffenerList kept;
     for (const std::uint32_t s : survivors) {
@@ -338,6 +346,7 @@ class Decimation {
     count_ = list_.count();
   }
 
+  // Tells the caller the finished fraction. False when the caller cancels.
   bool report() const {
     if (!keep_going_) return true;
     HAIRNET_ASSERT(count_ >= count_max_);
@@ -349,14 +358,17 @@ class Decimation {
   StiffenerKind kind_;
   std::size_t count_max_;
   StiffenerList& list_;
+  // The caller owns all that is referenced, longer than the decimation lasts.
   const std::function<bool(double)>& keep_going_;
   const ParallelFor& parallel_for_;
+  // The clusters at the start, and those that are left now.
   std::size_t count_start_, count_;
   std::vector<Cluster> clusters_;
+  // The two ends of each cluster, the mean of its members' ends, in grid coordinates.
   std::vector<Chord> chords_;
-  // Counts the merges into each cluster.
+  // How many merges each cluster has had. A candidate whose versions are older has an outdated cost.
   std::vector<std::uint32_t> version_;
-  // Is a union-find structure.
+  // A union-find structure: the cluster into which each one was merged, or its own index.
   std::vector<std::uint32_t> merged_into_;
 };
 

@@ -10,8 +10,8 @@ namespace hairnet {
 
 enum class StiffenerKind : std::uint8_t { spring, attachment };
 
-// The most nodes of a merged stiffener: those with the largest weights are kept.
-// Applies to each of a spring's two ends.
+// The most nodes of a merged stiffener: those with the largest weights are kept. A spring has so many at each of its
+// two ends.
 inline constexpr std::size_t kNodesPerEndMax = 4;
 inline constexpr std::size_t kNodesPerAttachmentMax = 16;
 

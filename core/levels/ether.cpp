@@ -4,17 +4,17 @@
 #include <cmath>
 
 #include "core/assert.hpp"
+#include "core/gravity.hpp"
 
 namespace hairnet {
 namespace {
 
-constexpr double kGravity = 9.81;  // m/s^2
-// Applies to a groom without hair, m.
+// The hanging length in a groom without hair, m.
 constexpr double kHangLengthDefault = 0.1;
-// Is the total in a groom without hair, kg.
+// The least mass of all ether together, kg, which a groom without hair gets.
 constexpr double kEtherMassMin = 1e-6;
 
-// Sums of LumpedHair over some nodes.
+// Sums of LumpedHair over some nodes: the mass, and the moments that are means when they are divided by it.
 struct LumpedSum {
   double mass = 0, hang = 0, gel = 0, damping = 0;
 
@@ -41,6 +41,7 @@ LumpedSum hair_around(const Lattice& lattice, const LumpedHair& lumped, std::uin
   return sum;
 }
 
+// The sums over all nodes, or stand-ins of mass 1 for a groom without hair.
 LumpedSum all_hair(const LumpedHair& lumped) {
   LumpedSum sum;
   for (std::uint32_t node = 0; node < lumped.mass.size(); ++node) sum.add(lumped, node);
@@ -67,7 +68,7 @@ NodeMechanics fill_ether(const LevelGeometry& geometry, const LumpedHair& lumped
     HAIRNET_ASSERT(hair.gel >= 0);
     // Every active node has some mass, as a node without mass would make the system singular.
     const double mass = lumped.mass[node] + ether_mass / static_cast<double>(geometry.active_nodes.size());
-    const double stiffness = mass * (kGravity * hair.mass / hair.hang + hair.gel / hair.mass);
+    const double stiffness = mass * (kGravity_m_per_s2 * hair.mass / hair.hang + hair.gel / hair.mass);
     mechanics.mass.push_back(mass);
     mechanics.ether_stiffness.push_back(stiffness);
     mechanics.ether_damping.push_back(2 * hair.damping / hair.mass * std::sqrt(stiffness * mass));

@@ -9,7 +9,7 @@ namespace hairnet {
 
 // Mass and ether (section 3.2) of each active node.
 struct NodeMechanics {
-  // Counts hair and ether, kg.
+  // The mass of each node, with hair and ether, kg.
   std::vector<double> mass;
   std::vector<double> ether_stiffness;  // N/m
   std::vector<double> ether_damping;    // N s/m
@@ -26,8 +26,8 @@ struct NodeMechanics {
 // node down to the node itself, not to the piece, which lies higher at the tips; it is the mean of these by mass, and
 // at least kHangLengthMin.
 //
-// Damping: q_i = 2 zeta_i sqrt(k_i m_i), a fraction of the critical damping of the node's swing about its design
-// position, which is the swing of the hair as a pendulum. Lengths, gel and ratios are averaged by mass. Nodes without
+// Damping: q_i = 2 zeta_i sqrt(k_i m_i), a fraction of the critical damping of the node's oscillation about its
+// design position, in which the hair is a pendulum. Lengths, gel and ratios are averaged by mass. Nodes without
 // hair take the values of their neighbours, or the average of all nodes. Asserts that `lumped` has the nodes of
 // `geometry`.
 NodeMechanics fill_ether(const LevelGeometry& geometry, const LumpedHair& lumped);

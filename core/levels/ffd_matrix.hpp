@@ -7,8 +7,8 @@
 
 namespace hairnet {
 
-// F: maps displacements of a level's active nodes to displacements of hair points, each times its delta: [point][node].
-// Asserts that there is one delta for each point.
+// The matrix F, [point][node], from displacements of a level's active nodes to those of hair points. Each row is
+// multiplied by the point's delta (`blend`). Asserts that there is one delta for each point.
 Eigen::SparseMatrix<double> ffd_matrix(const Level& level, std::span<const Vec3f> points_head,
                                        std::span<const float> blend);
 
@@ -23,6 +23,7 @@ class ActiveCombinations {
   void add(std::uint32_t grid_node, double weight, Eigen::Index row, Triplets& triplets) const;
 
  private:
+  // For each grid node, the active nodes that it follows and their weights.
   std::vector<std::vector<std::pair<std::uint32_t, double>>> combinations_;
 };
 

@@ -19,7 +19,7 @@ Grid::Grid(const Lattice& lattice)
 
 Vec3 Grid::from_head(const Vec3f& head) const {
   HAIRNET_VALIDATE(head.allFinite());
-  // Is in node spacings. A float resolves 3e-8 m at 0.3 m.
+  // A point nearer to a plane than this, in node spacings, lies on it. A float resolves 3e-8 m at 0.3 m.
   constexpr double kOnPlane = 4e-6;
   Vec3 grid = (head.cast<double>() - origin_).cwiseQuotient(spacing_);
   for (double& x : grid) {

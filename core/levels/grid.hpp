@@ -7,8 +7,9 @@
 
 namespace hairnet {
 
+// A node and its weight in a weighted sum of nodes.
 struct NodeWeight {
-  // Is the node's index in the grid.
+  // The node's index in the grid.
   std::uint32_t node = 0;
   double weight = 0;
 };
@@ -21,8 +22,8 @@ struct TrilinearWeights {
   [[nodiscard]] const NodeWeight* end() const { return entries.data() + count; }
 };
 
-// A lattice in double precision. Grid coordinates count node spacings from the origin: node (i, j, k) is at (i, j, k),
-// and a point on a lattice plane has a whole number there.
+// A lattice in double precision. Grid coordinates count node spacings from the origin: node (i, j, k) is at (i, j, k).
+// A point on a lattice plane has a whole number on that axis.
 class Grid {
  public:
   // Asserts that every axis has two nodes or more and a finite spacing above 0.

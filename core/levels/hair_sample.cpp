@@ -9,9 +9,10 @@
 namespace hairnet {
 namespace {
 
+// Smaller weights of a stencil are dropped (HairStencils).
 constexpr double kWeightMin = 0.01;
 
-// Sums of weights by active node; only a few nodes have one at a time.
+// Sums of weights, by active node. Only a few nodes have a sum at a time, so clearing takes no pass over all nodes.
 class WeightSums {
  public:
   explicit WeightSums(std::size_t node_count) : sums_(node_count), is_in_(node_count) {}
@@ -40,7 +41,7 @@ class WeightSums {
   std::vector<std::uint32_t> nodes_;
 };
 
-// For each grid node, the active nodes that move it.
+// The active nodes that each grid node follows: an active node itself, a trimmed one its combination (LevelGeometry).
 class Followed {
  public:
   explicit Followed(const LevelGeometry& geometry) : geometry_(geometry), place_(geometry.lattice.node_count()) {
@@ -61,7 +62,7 @@ class Followed {
  private:
   struct Place {
     bool is_active = false;
-    // Is the active index, or the index in the list of trimmed nodes.
+    // The active index, or the index in the list of trimmed nodes.
     std::uint32_t index = 0;
   };
   const LevelGeometry& geometry_;
@@ -76,7 +77,8 @@ HairSample sample_hair(const Groom& groom, std::size_t count) {
   HAIRNET_ASSERT(blend.size() == groom.points.size());
   const std::size_t whole = groom.points.size();
   count = std::min(count, whole);
-  // At random, since an even step would always meet strands of equal length at the same points.
+  // One random point is taken from each of `count` equal runs of points. An even step would always meet strands of
+  // equal length at the same points. The seed is fixed, so that levels are the same in every build.
   Random random(1);
   HairSample sample;
   const double step = static_cast<double>(whole) / static_cast<double>(count);
@@ -97,6 +99,7 @@ HairStencils make_stencils(const LevelGeometry& geometry, const HairSample& hair
     for (const auto& [node, weight] : quadratic_ffd_weights(geometry.lattice, hair.points[p])) {
       followed.add(node, static_cast<double>(hair.blend[p]) * static_cast<double>(weight), sums);
     }
+    // The sum of all weights of the point, and of those that are not dropped.
     double whole = 0, kept = 0;
     const std::size_t first = stencils.weights.size();
     sums.take([&](std::uint32_t node, double weight) {

@@ -10,9 +10,9 @@ namespace hairnet {
 
 // Points sampled from the hair.
 struct HairSample {
-  // Are positions in head space, m.
+  // Positions in head space, m.
   std::vector<Vec3f> points;
-  // Is the delta of eq. 7: how much of the lattice's motion each point takes.
+  // The delta of eq. 7: how much of the lattice's motion each point takes.
   std::vector<float> blend;
 };
 
@@ -24,7 +24,7 @@ HairSample sample_hair(const Groom& groom, std::size_t count);
 // up. Point p has entries [begin[p], begin[p + 1]). Asserts that each point has a blend.
 struct HairStencils {
   std::vector<std::uint32_t> begin{0};
-  // Are active indices.
+  // Active indices of nodes.
   std::vector<std::uint32_t> nodes;
   // Each is > 0, and the sum for a point is at most 1.
   std::vector<double> weights;

@@ -8,6 +8,7 @@
 namespace hairnet {
 namespace {
 
+// The mean of the tied points, head space, m.
 Vec3 mean_of(std::span<const Vec3f> points_head, const Knot& knot) {
   HAIRNET_ASSERT(!knot.points.empty());
   HAIRNET_VALIDATE(std::ranges::max(knot.points) < points_head.size());
@@ -16,9 +17,10 @@ Vec3 mean_of(std::span<const Vec3f> points_head, const Knot& knot) {
   return sum / static_cast<double>(knot.points.size());
 }
 
-// The point farthest from the mean, then repeatedly the one farthest from all chosen ones.
+// Chooses the joints: the tied point farthest from the mean, and then again and again the one farthest from all that
+// are chosen.
 std::vector<Vec3> spread_joints(std::span<const Vec3f> points_head, const Knot& knot, const Vec3& mean) {
-  // Points that are nearer than this are one joint, m.
+  // Points that are nearer to each other than this are one joint, m.
   constexpr double kApartMin = 1e-4;
   std::vector<double> distance(knot.points.size());
   const auto position = [&](std::size_t i) { return Vec3(points_head[knot.points[i]].cast<double>()); };

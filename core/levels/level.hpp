@@ -43,33 +43,34 @@ struct Stiffeners {
   // Active indices, ascending within a stiffener.
   std::vector<std::uint16_t> nodes;
   std::vector<float> weights;
-  // Is the stiffness k, N/m.
+  // The stiffness k, N/m.
   std::vector<float> stiffness;
-  // Is the damping q, N s/m.
+  // The damping q, N s/m.
   std::vector<float> damping;
-  // Is the value at rest: epsilon_0 = sum w_j p_j^0, head space, m. A spring's rest length is its norm.
+  // The value at rest: epsilon_0 = sum w_j p_j^0, head space, m. A spring's rest length is its norm.
   std::vector<Vec3f> rest;
 
   [[nodiscard]] std::size_t count() const { return stiffness.size(); }
 };
 
-// Contact energy is U when a point is this much nearer to the skin than its limit (contact.hpp).
+// A point has the contact energy U when it is this much nearer to the skin than its limit (ContactPoints::limit;
+// contact.hpp has the law).
 inline constexpr double kContactDepth_m = 0.05;
 
 // The limit of a point that cannot reach a skin. Built distances are never as low.
 inline constexpr float kContactNever_m = -1;
 
-// Points of the hair at which contact acts. A point is moved by the weighted sum of the
-// displacements of entries [begin[p], begin[p + 1]), as FFD moves the hair.
+// Points of the hair at which contact acts. As FFD moves the hair, point p moves by the weighted sum of the
+// displacements of the nodes in entries [begin[p], begin[p + 1]).
 struct ContactPoints {
   std::vector<std::uint32_t> begin{0};
   // Active indices, ascending within a point.
   std::vector<std::uint16_t> nodes;
   // Each is > 0, and the sum for a point is at most 1.
   std::vector<float> weights;
-  // Is the position in the design, head space, m.
+  // The position in the design, head space, m.
   std::vector<Vec3f> rest;
-  // Is the potential U, J.
+  // The potential U, J.
   std::vector<float> potential;
   // The distance to each field's skin at which contact begins, m: [field][point]. In the design every point is at least
   // as far. kContactNever_m: the point cannot reach that skin.
@@ -82,23 +83,23 @@ struct ContactPoints {
 // A character differs from it by its MaterialScale only, so the solver can step a crowd of one hairstyle side by side.
 struct Level {
   LevelGeometry geometry;
-  // Bounds the distance of a node from its design.
+  // The farthest that a node may be from its design; the step scales a lattice down that is farther away.
   float displacement_max_m = 10;
-  // Is the position p^0 in the design, head space, m.
+  // The position p^0 in the design, head space, m.
   std::vector<Vec3f> rest;
-  // Counts hair and ether, kg.
+  // The mass of each node, with hair and ether, kg.
   std::vector<float> mass;
-  // Is the stiffness with which the ether holds each node, N/m.
+  // The stiffness with which the ether holds each node, N/m.
   std::vector<float> ether_stiffness;
-  // Is the damping of each node by the ether, N s/m.
+  // The damping of each node by the ether, N s/m.
   std::vector<float> ether_damping;
-  // Is the drag matrix Q as xx xy xz yy yz zz, N s/m, head axes.
+  // The drag matrix Q as xx xy xz yy yz zz, N s/m, head axes.
   std::vector<std::array<float, 6>> drag;
   // The weights of a spring sum to 0.
   Stiffeners springs;
   // The weights of an attachment sum to 1.
   Stiffeners attachments;
-  // Is shared by the groom's levels and never null.
+  // The skin that hair meets. All levels of a groom share it, and it is never null.
   std::shared_ptr<const Skin> skin = std::make_shared<Skin>();
   ContactPoints contacts;
 };

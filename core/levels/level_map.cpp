@@ -15,8 +15,8 @@ namespace {
 using Matrix = Eigen::SparseMatrix<double>;
 using Triplets = ActiveCombinations::Triplets;
 
-// Share of the mean diagonal of F^T F: enough to fix the nodes that no hair depends on, too little to show at the
-// others.
+// The weight of following the old lattice directly, as a share of the mean diagonal of F^T F. It is enough to fix the
+// nodes on which no hair depends, and too little to show at the other nodes.
 constexpr double kFollow = 1e-3;
 
 Matrix assembled(Eigen::Index rows, Eigen::Index columns, const Triplets& triplets) {
@@ -25,8 +25,8 @@ Matrix assembled(Eigen::Index rows, Eigen::Index columns, const Triplets& triple
   return matrix;
 }
 
-// Maps displacements of `from` to the nodes of `to`: linear interpolation inside its lattice, the values of its faces
-// outside.
+// The matrix from displacements of `from` to the nodes of `to`. Inside the lattice of `from` it interpolates linearly,
+// and outside it takes the value of the nearest face.
 Matrix sampling_matrix(const Level& from, const Level& to) {
   const ActiveCombinations active(from.geometry);
   const Lattice& lattice = from.geometry.lattice;
@@ -51,6 +51,7 @@ Matrix sampling_matrix(const Level& from, const Level& to) {
   return assembled(static_cast<Eigen::Index>(to.rest.size()), static_cast<Eigen::Index>(from.rest.size()), triplets);
 }
 
+// Whether both levels have the same nodes at the same places.
 bool has_same_nodes(const LevelGeometry& a, const LevelGeometry& b) {
   return a.lattice.origin == b.lattice.origin && a.lattice.spacing == b.lattice.spacing &&
          a.lattice.dims == b.lattice.dims && a.active_nodes == b.active_nodes;
@@ -58,7 +59,8 @@ bool has_same_nodes(const LevelGeometry& a, const LevelGeometry& b) {
 
 }  // namespace
 
-// A level as source or target of maps: its F, and the factors of F^T F + follow for maps to it.
+// A level as the source or the target of maps: its matrix F from nodes to hair points and, for maps to it, the factors
+// of F^T F + follow.
 struct LevelMap::End {
   End(const Level& of, std::span<const Vec3f> points, std::span<const float> blend)
       : level(&of), F(ffd_matrix(of, points, blend)), F_transposed(F.transpose()) {
@@ -81,7 +83,7 @@ struct LevelMap::End {
 LevelMap::LevelMap(const Level& from, const Level& to, std::span<const Vec3f> points_head, std::span<const float> blend)
     : LevelMap(End(from, points_head, blend), End(to, points_head, blend)) {}
 
-// (F^T F + follow) to = (F^T F_from + follow S) from
+// Solves (F^T F + follow) to = (F^T F_from + follow S) from, where S is the sampling matrix.
 LevelMap::LevelMap(const End& from, const End& to) {
   // An empty matrix stands for the identity, so low and ether hair change over without rounding.
   if (has_same_nodes(from.level->geometry, to.level->geometry)) return;

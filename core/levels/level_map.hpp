@@ -27,7 +27,7 @@ class LevelMap {
   void apply(std::span<const Vec3f> from, std::span<Vec3f> to) const;
   // [node of the new level][node of the old one]; empty when both have the same nodes.
   [[nodiscard]] const Eigen::MatrixXf& matrix() const { return matrix_; }
-  // Counts the memory of the map.
+  // The memory that the map takes.
   [[nodiscard]] std::size_t bytes() const {
     return sizeof(LevelMap) + static_cast<std::size_t>(matrix_.size()) * sizeof(float);
   }

@@ -9,8 +9,8 @@
 namespace hairnet {
 namespace {
 
-// The fractions at which a segment crosses lattice planes of any axis: ascending, 0 first, 1 last. Crossings of two or
-// three planes at once count as one, although rounding separates them.
+// The fractions of the way from a to b at which the segment crosses lattice planes of any axis, ascending, with 0 first
+// and 1 last. Crossings of two or three planes at once count as one, although rounding separates them.
 void split_by_cells(const Vec3& a, const Vec3& b, std::vector<double>& fractions) {
   fractions.assign(1, 0.0);
   for (int axis = 0; axis < 3; ++axis) {
@@ -29,7 +29,7 @@ void split_by_cells(const Vec3& a, const Vec3& b, std::vector<double>& fractions
   HAIRNET_VALIDATE(std::ranges::adjacent_find(fractions, std::greater_equal{}) == fractions.end());
 }
 
-// I - e e^T of paper eq. 6: air resists motion across a hair and not along it.
+// The tensor I - e e^T of paper eq. 6: air resists motion across a hair and not along it.
 std::array<double, 6> drag_tensor(const Vec3& direction) {
   const Vec3& e = direction;
   return {1 - e[0] * e[0], -e[0] * e[1], -e[0] * e[2], 1 - e[1] * e[1], -e[1] * e[2], 1 - e[2] * e[2]};
@@ -54,7 +54,8 @@ void lump_strand(const Grid& grid, std::span<const Vec3> polyline, const StrandP
   HAIRNET_ASSERT(lumped.mass.size() == grid.node_count());
   HAIRNET_ASSERT(strand.hair_count > 0);
   HAIRNET_ASSERT(material.linear_density_kg_per_m > 0);
-  // Gauss's rule of two points integrates cubics exactly.
+  // Where the two points of Gauss's rule lie, as fractions of a piece from its middle. The rule integrates cubics
+  // exactly.
   const double gauss_offset = 0.5 / std::sqrt(3.0);
   const double hair_count = strand.hair_count;
   const double density = hair_count * static_cast<double>(material.linear_density_kg_per_m);

@@ -21,14 +21,14 @@ struct LumpedHair {
         gel_moment(node_count),
         ether_damping_moment(node_count),
         touched(node_count) {}
-  // Counts the hair only, kg.
+  // The mass of the hair alone, without ether, kg.
   std::vector<double> mass;
-  // Is the drag matrix of eq. 6 as xx xy xz yy yz zz, N s/m.
+  // The drag matrix of eq. 6 as xx xy xz yy yz zz, N s/m.
   std::vector<std::array<double, 6>> drag;
   // Mass times hanging length (kg m), times the material's ether stiffness (kg/s^2), and times its ether damping ratio
   // (kg).
   std::vector<double> hang_moment, gel_moment, ether_damping_moment;
-  // Is the mass of the ether of the whole groom, kg. It is shared by volume, not by where the hair is.
+  // The mass of the ether of the whole groom, kg. It is shared by volume, not by where the hair is.
   double ether_mass = 0;
   // Whether a piece of hair has a weight on the node.
   std::vector<bool> touched;

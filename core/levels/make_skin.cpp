@@ -13,20 +13,21 @@
 namespace hairnet {
 namespace {
 
-// A bone carries triangles with at least this share of their weights. It is less than a half, so two bones carry the
-// triangles in between and their skins overlap at the joint.
+// A bone carries the triangles for which its mean weight at the three corners is at least this. It is less than a half,
+// so two bones carry the triangles in between, and their skins overlap at the joint.
 constexpr double kShareMin = 0.35;
-// Skin farther from the hair's box than this touches no hair.
+// Skin farther from the hair's box than this is left out, since hair does not touch it.
 constexpr float kReach_m = 0.15f;
-// The grid extends this far beyond the skin.
+// The grid extends this far beyond the skin, on each side.
 constexpr double kMargin_m = 0.03;
+// The smallest distance between two nodes of a grid; large bones get larger cells (grid_around).
 constexpr double kCellMin_m = 0.008;
-// Limits the nodes of one bone's grid.
+// About the most nodes of one bone's grid; rounding up the nodes of each axis adds a few.
 constexpr double kNodesMax = 24'000;
-// Below the skin of other bones the depth falls by so many metres for each metre that the bone's own skin is farther
-// away than the nearest skin.
+// Where another bone's skin is nearer than the bone's own, the depth falls by this many metres for each metre that the
+// own skin is farther away.
 constexpr double kEndSlope = 2;
-// No code needs distances beyond this.
+// Distances are cut off here, as no code needs greater ones.
 constexpr double kSearch_m = 0.08;
 
 struct Box {
@@ -40,6 +41,7 @@ struct Box {
   [[nodiscard]] bool holds(const Vec3f& p) const { return (p - low).minCoeff() >= 0 && (high - p).minCoeff() >= 0; }
 };
 
+// The box about all hair, with kReach_m on each side.
 Box reach_of(const Groom& groom) {
   Box box;
   for (const Vec3f& point : groom.points) box.add(point);
@@ -48,6 +50,7 @@ Box reach_of(const Groom& groom) {
   return box;
 }
 
+// The bone's mean weight at the corners of a triangle.
 double share_of(const Body& body, const std::array<std::uint32_t, 3>& triangle, std::size_t bone) {
   HAIRNET_ASSERT(bone < kBoneCount);
   HAIRNET_VALIDATE(std::ranges::max(triangle) < body.bone_weights.size());
@@ -72,11 +75,12 @@ struct Part {
     }
   }
   TriangleMesh mesh;
-  // Marks the body's triangles that the bone carries.
+  // Whether the bone carries each of the body's triangles.
   std::vector<bool> carried;
   Box box;
 };
 
+// A grid for the skin in this box, without its distances.
 SkinDistanceField grid_around(const Box& box, Bone bone) {
   HAIRNET_ASSERT(!box.is_empty());
   const Vec3 size = (box.high - box.low).cast<double>() + Vec3::Constant(2 * kMargin_m);
@@ -94,8 +98,8 @@ SkinDistanceField grid_around(const Box& box, Bone bone) {
   return field;
 }
 
-// Fills a row of the grid along x. A node is tested for being inside only where the skin may lie between it and the
-// previous node.
+// Computes the distances of a row of the grid along x, negative inside. A node is tested for being inside only where
+// the skin may lie between it and the node before.
 void fill_row(const MeshQuery& body, const MeshQuery& part, const std::vector<bool>& carried, SkinDistanceField& field,
               int j, int k) {
   HAIRNET_ASSERT(j >= 0 && k >= 0);

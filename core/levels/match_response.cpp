@@ -13,24 +13,26 @@
 namespace hairnet {
 namespace {
 
-// tau of the header: the time scale of the motions for which the responses must agree.
+// The time scale tau of match_response.hpp: that of the motions for which the responses must agree.
 constexpr double kResponse_s = 0.2;
-// An affine acceleration has a constant and three slopes on each axis.
+// The loads: an affine acceleration has a constant and three slopes on each of three axes, which makes 12; and there
+// are 12 waves.
 constexpr int kAffineCount = 12, kWaveCount = 12;
-// Waves are so long, relative to the lattice's greatest extent.
+// The length of the waves, relative to the lattice's greatest extent.
 constexpr double kWaveLength = 0.5;
 constexpr int kIterations = 20;
-// Weighs the mean square relative change of the weights. Without it, weights that no load determines would drift far
-// from the merged springs.
+// Weighs the mean square relative change of the weights against the error. Without this term, weights that no load
+// determines would drift far from the merged springs.
 constexpr double kStayWeight = 1e-3;
-// A spring's vector may grow or shrink by this factor when its weights change. A spring that shrinks to nothing has no
-// direction.
+// A spring's vector may grow or shrink by at most this factor when its weights change, since a spring that shrinks to
+// nothing has no direction.
 constexpr double kLengthChangeMax = 3;
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// The first of a node's three rows in loads and displacements.
 Index row(std::size_t node) {
   return static_cast<Index>(3 * node);
 }
@@ -40,11 +42,12 @@ std::span<const std::uint16_t> nodes_of(const Stiffeners& list, std::size_t s) {
   return {list.nodes.data() + list.begin[s], list.nodes.data() + list.begin[s + 1]};
 }
 
+// The stiffener's k + q / tau, its stiffness in A.
 double with_damping(const Stiffeners& list, std::size_t s) {
   return double{list.stiffness[s]} + double{list.damping[s]} / kResponse_s;
 }
 
-// Loads: mass times accelerations, one column each.
+// The loads: mass times an acceleration, one column each.
 MatrixXd smooth_loads(const Level& level) {
   HAIRNET_ASSERT(!level.rest.empty());
   HAIRNET_ASSERT(level.mass.size() == level.rest.size());
@@ -73,8 +76,8 @@ MatrixXd smooth_loads(const Level& level) {
   return loads;
 }
 
-// The mass of the hair only, one entry for each unknown. The ether's share is the same at all nodes, and would be
-// nearly all of the smallest mass.
+// The mass of the hair alone, one entry for each row. The ether's share is the same at all nodes, and makes up nearly
+// all of the smallest mass; 80 % of that mass are taken for it.
 VectorXd hair_mass(const Level& level) {
   HAIRNET_ASSERT(level.mass.size() == level.rest.size());
   const double ether = 0.8 * double{*std::ranges::min_element(level.mass)};
@@ -85,7 +88,7 @@ VectorXd hair_mass(const Level& level) {
   return mass;
 }
 
-// Adds all parts of A except the springs.
+// Adds all parts of A except the springs: mass, ether, drag and attachments.
 void add_others(const Level& level, const Stiffeners& attachments, NodeMatrix& matrix) {
   HAIRNET_ASSERT(level.ether_stiffness.size() == level.rest.size());
   HAIRNET_ASSERT(level.ether_damping.size() == level.rest.size());
@@ -105,11 +108,13 @@ void add_others(const Level& level, const Stiffeners& attachments, NodeMatrix& m
   }
 }
 
-// Loads, scaled so that each moves the full model by the same amount, and the full model's responses.
+// Loads, scaled so that each moves the full model by the same amount, and the full model's displacements under each.
 struct Responses {
   MatrixXd loads, displacements;
 };
 
+// The response of the full model: all springs and attachments before decimation. Without displacements when A cannot be
+// factored.
 Responses respond(const Stiffeners& springs, const Stiffeners& attachments, const Level& level, const VectorXd& mass) {
   HAIRNET_ASSERT(springs.rest.size() == springs.count());
   HAIRNET_ASSERT(mass.size() == row(level.rest.size()));
@@ -171,7 +176,8 @@ class ResponseError {
 
   [[nodiscard]] const VectorXd& start() const { return start_; }
 
-  // Infinite where a spring's vector changes its length too much, or where the system cannot be solved.
+  // The error at x and, unless it is null, its gradient. Infinite where a spring's vector changes its length too much,
+  // or where the system cannot be solved.
   double value(const VectorXd& x, VectorXd* gradient) {
     HAIRNET_ASSERT(x.size() == start_.size());
     for (std::size_t s = 0; s < springs_.count(); ++s) {
@@ -219,7 +225,7 @@ class ResponseError {
   }
 
  private:
-  // sum x_j p_j^0, along the spring
+  // The vector sum x_j p_j^0 along spring s.
   [[nodiscard]] Vec3 vector(const VectorXd& x, std::size_t s) const {
     Vec3 sum = Vec3::Zero();
     for (std::uint32_t e = springs_.begin[s]; e < springs_.begin[s + 1]; ++e) {
@@ -238,8 +244,8 @@ class ResponseError {
     }
   }
 
-  // d/dx_s of the sum over loads of m |u - wanted|^2, along the x_s that sum to 0. With l = A^-1 m (u - wanted) that is
-  // -2 d (e.a)(e.c), a = sum z_j l_j, c = sum z_j u_j; e turns with x.
+  // The derivative by x_s of the sum over loads of m |u - wanted|^2, along the x_s that sum to 0. With l = A^-1 m (u -
+  // wanted) it is -2 d (e.a)(e.c), where a = sum z_j l_j and c = sum z_j u_j, and e turns with x.
   [[nodiscard]] VectorXd spring_gradient(const VectorXd& x, std::size_t s, const MatrixXd& u,
                                          const MatrixXd& adjoint) const {
     const auto nodes = nodes_of(springs_, s);
@@ -273,7 +279,8 @@ class ResponseError {
   std::vector<double> size_, start_length_;
 };
 
-// The last steps and changes of the gradient, which approximate the second derivative (Nocedal 1980).
+// The memory of L-BFGS: the last ten steps and changes of the gradient, which approximate the second derivative
+// (Nocedal 1980).
 class CurvatureMemory {
  public:
   void put(VectorXd step, VectorXd change) {
@@ -285,6 +292,7 @@ class CurvatureMemory {
     if (pairs_.size() > 10) pairs_.pop_front();
   }
 
+  // The direction of the next step, by the two-loop recursion.
   [[nodiscard]] VectorXd descent(const VectorXd& gradient) const {
     HAIRNET_ASSERT(gradient.norm() > 0);
     HAIRNET_ASSERT(pairs_.empty() || gradient.size() == pairs_.front().first.size());
@@ -305,6 +313,7 @@ class CurvatureMemory {
   }
 
  private:
+  // The length of the first step, before any curvature is known. Each spring's x has unit length.
   static constexpr double kFirstStep = 0.1;
   std::deque<std::pair<VectorXd, VectorXd>> pairs_;
 };
@@ -320,7 +329,8 @@ bool descend(ResponseError& error, const CurvatureMemory& memory, VectorXd& x, V
   for (int attempt = 0; attempt < 10; ++attempt, share *= 0.5) {
     const VectorXd next = x + share * direction;
     const double next_value = error.value(next, &next_gradient);
-    // Armijo's rule. An infinite value, or NaN, fails as well, so steps out of the permitted springs are halved.
+    // Armijo's rule with the customary 1e-4. An infinite value, or NaN, fails as well, so steps to springs that are not
+    // permitted are halved.
     if (!(next_value < value + 1e-4 * share * slope)) continue;
     x = next;
     gradient = next_gradient;

@@ -11,7 +11,7 @@ namespace {
 
 using ChordPoint = std::array<float, 6>;
 
-// nanoflann's names.
+// The points of the k-d tree; the names of the functions are nanoflann's.
 struct ChordCloud {
   std::vector<ChordPoint> points;
   [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
@@ -23,9 +23,9 @@ struct ChordCloud {
 };
 using ChordTree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, ChordCloud>, ChordCloud, 6>;
 
-// The midpoint, then the weighted vector, with its greatest component positive. Near a tie of two components, near
-// chords may get opposite signs and miss each other in the tree. This only costs a candidate, as squared_distance
-// compares both signs.
+// A chord as a point of six numbers: its midpoint, and its weighted vector with the greatest component positive. When
+// two components are nearly equal, near chords may get opposite signs and miss each other in the tree. This costs no
+// more than a candidate, as squared_distance compares both signs.
 ChordPoint point_of(const Chord& chord) {
   HAIRNET_VALIDATE(chord[0].allFinite());
   HAIRNET_VALIDATE(chord[1].allFinite());
@@ -100,7 +100,7 @@ void NearestChords::append_pairs(std::size_t begin, std::size_t end, std::size_t
   HAIRNET_ASSERT(begin <= end);
   HAIRNET_ASSERT(end <= impl_->members.size());
   HAIRNET_ASSERT(neighbour_count > 0);
-  // The chord finds itself too.
+  // The search finds the chord itself too, so it asks for one more.
   std::vector<std::uint32_t> found(neighbour_count + 1);
   std::vector<float> distances(neighbour_count + 1);
   for (std::size_t m = begin; m < end; ++m) {

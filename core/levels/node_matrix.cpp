@@ -15,7 +15,7 @@ void add_scaled(const SymmetricBlock& from, double scale, SymmetricBlock& to) {
 
 using Factor = Eigen::SparseMatrix<double>;
 
-// The index of (row, column) in a stored block.
+// Where a SymmetricBlock stores the number of (row, column).
 constexpr std::size_t kPlace[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 }  // namespace
@@ -33,7 +33,7 @@ SymmetricBlock scaled(double a, const SymmetricBlock& block) {
 
 NodeMatrix::NodeMatrix(std::size_t node_count, std::initializer_list<const Stiffeners*> lists) {
   HAIRNET_ASSERT(node_count <= std::numeric_limits<std::uint16_t>::max());
-  // The indices are [column][row].
+  // Whether two nodes share a stiffener, as [column][row]; only rows from the column on are set.
   std::vector<std::vector<bool>> is_coupled(node_count, std::vector<bool>(node_count, false));
   for (std::size_t i = 0; i < node_count; ++i) is_coupled[i][i] = true;
   for (const Stiffeners* list : lists) {
@@ -105,8 +105,8 @@ bool NodeMatrix::factor() {
   return is_factored_;
 }
 
-// Like Eigen's own solve, which goes through the factors once for each column. Here all columns of a row are adjacent,
-// and one pass solves them all.
+// Solves for all columns of `loads` in one pass through the factors, since the columns of a row are adjacent in memory
+// here. Eigen's own solve goes through the factors once for each column.
 Eigen::MatrixXd NodeMatrix::solve(const Eigen::MatrixXd& loads) const {
   HAIRNET_ASSERT(is_factored_);
   HAIRNET_ASSERT(loads.rows() == matrix_.rows());

@@ -8,10 +8,11 @@
 namespace hairnet {
 namespace {
 
-// Appends the crossings of one segment, both ends included, in order from a to b.
+// Appends the points at which one segment crosses the lattice planes of the axis along which it is longest, in order
+// from a to b. An end that lies on a plane is one of them.
 void append_crossings(const Grid& grid, const Vec3& a, const Vec3& b, std::vector<Vec3>& cuts) {
   int axis = 0;
-  // Angles are measured in metres, not in grid coordinates.
+  // Lengths along the axes are compared in metres, since cells are not cubes.
   (b - a).cwiseProduct(grid.spacing()).cwiseAbs().maxCoeff(&axis);
   const double from = a[axis], to = b[axis];
   if (from == to) return;

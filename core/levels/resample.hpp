@@ -7,7 +7,7 @@
 
 namespace hairnet {
 
-// Shorter distances between points count as none, and a strand without length has no mechanics.
+// A strand of a smaller length, m, has no mechanics, and shorter distances between points count as none.
 inline constexpr double kLengthMin = 1e-5;  // m
 
 // A strand's polyline in grid coordinates, without repeated points.
@@ -16,8 +16,8 @@ void polyline_on_grid(const Grid& grid, std::span<const Vec3f> points_head, std:
 // The length of the polyline, m.
 double arc_length(const Grid& grid, std::span<const Vec3> polyline);
 
-// Pieces between cut points shorter than this are merged into a neighbour: k grows as 1 / L.
-// Returns a tenth of the smallest spacing, m.
+// A tenth of the smallest spacing, m. Shorter pieces between cut points are merged into a neighbour, since k grows as 1
+// / L.
 double piece_length_min(const Grid& grid);
 
 // The points where a strand is cut into springs (paper 3.1), in grid coordinates; root and tip are the first and last.

@@ -14,12 +14,12 @@ namespace hairnet {
 struct StiffenerList {
   std::vector<std::uint32_t> begin{0};
   std::vector<NodeWeight> entries;
-  // Is the stiffness k, N/m.
+  // The stiffness k, N/m.
   std::vector<double> stiffness;
-  // Is the damping q, N s/m.
+  // The damping q, N s/m.
   std::vector<double> damping;
   std::vector<std::uint16_t> group;
-  // Are grid coordinates. An attachment has the same point twice.
+  // The two ends of each stiffener in grid coordinates. An attachment has the same point twice.
   std::vector<std::array<Vec3, 2>> ends;
 
   [[nodiscard]] std::size_t count() const { return stiffness.size(); }
@@ -30,7 +30,7 @@ struct StiffenerList {
   void check_invariants() const;
 };
 
-// The least stiffness that a built level can store: it has floats. There is no weaker stiffener.
+// The least stiffness, N/m, that a built level can store as a float. Stiffeners that are weaker do not exist.
 inline constexpr double kStoredStiffnessMin = std::numeric_limits<float>::min();  // N/m
 
 // Eq. 3: the weights of `to` minus those of `from`. k = axial_stiffness_n / chord length, with a length of at least a

@@ -14,9 +14,9 @@ using Vec4 = Eigen::Vector4d;
 using Mat4 = Eigen::Matrix4d;
 
 struct Neighbour {
-  // Is the index among active nodes.
+  // The index among active nodes.
   std::uint32_t active;
-  // Leads from the trimmed node to the neighbour, in nodes.
+  // The way from the trimmed node to the neighbour, in nodes along each axis.
   Vec3 offset;
 };
 
@@ -38,6 +38,7 @@ std::vector<Neighbour> neighbours(const Lattice& lattice, const std::vector<std:
   return found;
 }
 
+// The weights of the mean of the neighbours, each by 1 / distance^2.
 std::vector<double> mean_weights(std::span<const Neighbour> near) {
   HAIRNET_ASSERT(!near.empty());
   HAIRNET_ASSERT(near.front().offset.squaredNorm() >= 1);
@@ -48,8 +49,8 @@ std::vector<double> mean_weights(std::span<const Neighbour> near) {
   return weights;
 }
 
-// The weights that evaluate, at the trimmed node, an affine function fitted by least squares with weights 1 /
-// distance^2. Empty when the nodes lie in one plane.
+// The weights of the value, at the trimmed node, of an affine function that is fitted to the neighbours by least
+// squares with weights 1 / distance^2. Empty when the neighbours lie in one plane.
 std::vector<double> affine_weights(std::span<const Neighbour> near) {
   Mat4 normal = Mat4::Zero();
   for (const Neighbour& n : near) {
@@ -93,7 +94,8 @@ std::vector<double> bounded_blend(const std::vector<double>& affine, const std::
   return blend;
 }
 
-// Uses only the nearest few nodes, because combinations are sent to clients.
+// The weights with which a trimmed node follows its neighbours, in their order. Only the nearest few have a weight,
+// because combinations are sent to clients. trim.hpp lists the cases.
 std::vector<double> combination(std::span<const Neighbour> near) {
   HAIRNET_ASSERT(!near.empty());
   std::vector<double> affine;

@@ -16,9 +16,9 @@ namespace hairnet {
 // Asserts that `is_active` has one entry for each grid node.
 LevelGeometry trim(const Lattice& lattice, const std::vector<bool>& is_active);
 
-// Is in nodes along an axis.
+// The distance, in nodes along an axis, up to which active nodes determine a trimmed one.
 inline constexpr int kTrimReach = 2;
-// Bounds the sum of the absolute values of the weights.
+// The greatest sum of the absolute values of a trimmed node's weights.
 inline constexpr double kAmplificationMax = 3;
 
 }  // namespace hairnet

@@ -12,9 +12,10 @@ namespace {
 // so everything that they rely on is checked here. This limit is far larger than any built value, and far below values
 // at which the solver's sums overflow.
 constexpr float kMax = 1e9f;
-// Far larger than any built weight: these are of size 1 at most before they are matched.
+// The greatest size of a weight. Built weights are of size 1 at most before match_response() fits them, so this is far
+// larger than any.
 constexpr float kWeightMax = 1e3f;
-// The rounding error allowed in sums that are exact by construction.
+// The rounding errors that are allowed in sums of weights and in rest values, which are exact by construction.
 constexpr double kSumTolerance = 1e-4;
 constexpr double kRestTolerance_m = 1e-4;
 
@@ -30,6 +31,7 @@ bool all_within(const std::vector<float>& values, float least, float most = kMax
   return true;
 }
 
+// Whether a drag matrix, xx xy xz yy yz zz, never pushes along the motion.
 bool is_positive_semi_definite(const std::array<float, 6>& q) {
   for (const float c : q) {
     if (!within(c, -kMax)) return false;
@@ -70,7 +72,7 @@ std::string validate_counts(const Stiffeners& list) {
   return {};
 }
 
-// `weight_sum`: 0 for springs, 1 for attachments.
+// `weight_sum`: what the weights of each stiffener sum to, 0 for springs and 1 for attachments.
 std::string validate_stiffeners(const Stiffeners& list, double weight_sum, const Level& level) {
   if (std::string error = validate_counts(list); !error.empty()) return error;
   if (!all_within(list.weights, -kWeightMax, kWeightMax)) return "a weight is not finite, or too large";

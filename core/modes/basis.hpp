@@ -10,6 +10,7 @@
 
 namespace hairnet {
 
+// The most modes of a basis.
 inline constexpr std::size_t kModeCountMax = 256;
 
 // The shapes in which the hair of one groom moves, the most important first. The displacements of the active nodes of
@@ -21,13 +22,13 @@ inline constexpr std::size_t kModeCountMax = 256;
 // A coefficient is therefore a distance in metres, an error of a coefficient is an equal error of the hair on the mean,
 // and the first n coefficients are the best n. Immutable; sent to clients.
 struct Basis {
-  // Counts the active nodes of the finest level.
+  // The number of active nodes of the finest level.
   std::size_t node_count = 0;
-  // Holds the RMS of each coefficient over the training motions, and never ascends.
+  // The RMS of each coefficient over the training motions, m, in descending order.
   std::vector<float> deviation_m;
-  // An integer of 1 in each mode stands for this; no dimension.
+  // What an integer of 1 stands for in each mode; without dimension.
   std::vector<float> unit;
-  // Is [mode][active node][x, y, z], in axes of the head.
+  // The integers of all modes, [mode][active node][x, y, z], in axes of the head.
   std::vector<std::int16_t> modes;
 
   [[nodiscard]] std::size_t mode_count() const { return deviation_m.size(); }

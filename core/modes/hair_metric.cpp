@@ -8,8 +8,10 @@
 namespace hairnet {
 namespace {
 
+// About how many points of the hair are sampled.
 constexpr std::size_t kPoints = 6000;
-// Share of the mean weight of a node: enough to fix the nodes without hair, too little to show at the others.
+// The weight of each node by itself, as a share of the mean weight of a node. It is enough to make G positive definite
+// where nodes have no hair, and too little to show at the other nodes.
 constexpr double kAlone = 1e-3;
 
 }  // namespace

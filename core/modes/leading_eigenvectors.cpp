@@ -13,8 +13,9 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXf;
 
-// Some vectors more than asked for: the first ones then converge in a few rounds.
+// The iteration has this many vectors more than were asked for, so that the first ones converge in a few rounds.
 constexpr Index kSpareVectors = 16;
+// The rounds of subspace iteration from random vectors, and from vectors that are nearly the result.
 constexpr int kRounds = 5, kRoundsFromNear = 2;
 
 // Calls body(begin, count) for parts of [0, whole).
@@ -60,7 +61,7 @@ MatrixXf leading_eigenvectors(const MatrixXf& x, Index count, const ParallelFor&
   const Index known = std::min(near.cols(), kept);
   if (known > 0) vectors.leftCols(known) = near.leftCols(known);
   for (int round = 0; round < (known < count ? kRounds : kRoundsFromNear); ++round) {
-    // Without this all vectors would turn into the first eigenvector.
+    // The vectors are made orthogonal in each round, as otherwise all of them would turn into the first eigenvector.
     const Eigen::HouseholderQR<MatrixXf> orthogonal(product(covariance, vectors, parallel_for));
     vectors = orthogonal.householderQ() * MatrixXf::Identity(x.rows(), kept);
   }

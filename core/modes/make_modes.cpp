@@ -19,11 +19,14 @@ using Eigen::MatrixXf;
 using Eigen::VectorXf;
 using Factor = Eigen::LLT<MatrixXf>;
 
-// A basis has at least so many modes, even for hair that hardly moves.
+// The fewest modes of a basis, even for hair that hardly moves.
 constexpr Index kModeCountMin = 32;
 
-// Lively motions count more, but not so much that calm hair counts for nothing.
+// The weight of each snapshot in the search for shapes: one over the square root of its motion's RMS. So lively motions
+// count more, but not so much that hair which hardly moves counts for nothing.
 VectorXf weights_of(const MatrixXf& columns, const Snapshots& snapshots) {
+  // It is added to the RMS of a motion, so that hair which hardly moves has at most 1.4 times the weight of hair that
+  // moves so much.
   constexpr float kCalm_m = 0.005f;
   VectorXf energy = VectorXf::Zero(snapshots.motion.back() + 1), count = energy;
   for (Index s = 0; s < columns.cols(); ++s) {
@@ -39,8 +42,11 @@ VectorXf weights_of(const MatrixXf& columns, const Snapshots& snapshots) {
   return weights;
 }
 
-// Rounds to 16 bits, or fewer where the coefficient is small: then the file of the basis is, too.
+// Appends a mode as integers of 16 bits. Where the coefficient is small they use fewer bits, which makes the file of
+// the basis smaller.
 void store_mode(const Eigen::Ref<const VectorXf>& mode, float deviation_m, Basis& basis) {
+  // The unit is chosen so that rounding moves a node by about half of kError_m with a usual coefficient. kMax is the
+  // largest integer of 16 bits.
   constexpr float kMax = 32767, kError_m = 3e-5f;
   const float finest = std::max(mode.cwiseAbs().maxCoeff(), 1e-20f) / kMax;
   const float unit = std::max(finest, std::min(kError_m / deviation_m, 0.03f));
@@ -51,13 +57,15 @@ void store_mode(const Eigen::Ref<const VectorXf>& mode, float deviation_m, Basis
       basis.modes.push_back(static_cast<std::int16_t>(std::lround(mode[axis * nodes + node] / unit)));
 }
 
-// Shapes of the hair, orthonormal as whitened columns are, with the largest deviation first.
+// Shapes of the hair with the largest deviation first. They are orthonormal, as the columns are in which they were
+// found (find_shapes).
 struct Shapes {
   MatrixXf vectors;
   VectorXf deviation_m;
 };
 
-// `columns`: L^T d of the snapshots, where G = L L^T is the hair's metric; their length is the hair's distance.
+// Finds `count` shapes. `columns`: L^T d of the snapshots, where G = L L^T is the hair's metric, so that a column's
+// length is the hair's distance. `near`: vectors to start from, or none.
 Shapes find_shapes(const MatrixXf& columns, const VectorXf& weights, Index count, const MatrixXf& near,
                    const ParallelFor& parallel_for) {
   const MatrixXf found = leading_eigenvectors(columns * weights.asDiagonal(), count, parallel_for, near);
@@ -70,7 +78,8 @@ Shapes find_shapes(const MatrixXf& columns, const VectorXf& weights, Index count
   return {found(Eigen::all, order), deviation(order)};
 }
 
-// Every third motion: these and the others have all kinds of motion, wind and changed material.
+// The snapshots of every third motion, or of all others. Both parts have all kinds of motion, wind and changed
+// material.
 std::vector<Index> columns_of(const Snapshots& snapshots, bool is_validation) {
   std::vector<Index> columns;
   for (std::size_t s = 0; s < snapshots.motion.size(); ++s)
@@ -78,7 +87,7 @@ std::vector<Index> columns_of(const Snapshots& snapshots, bool is_validation) {
   return columns;
 }
 
-// Modes::validation_error of as many shapes as there are.
+// Modes::validation_error for each number of the shapes.
 std::vector<float> measure(const Shapes& shapes, const MatrixXf& columns, const Snapshots& snapshots,
                            const ParallelFor& parallel_for) {
   const std::vector<Index> validation = columns_of(snapshots, true);
@@ -105,6 +114,7 @@ std::vector<float> measure(const Shapes& shapes, const MatrixXf& columns, const 
   return errors;
 }
 
+// The basis of these shapes, whose modes are displacements of nodes.
 Basis make_basis(const Shapes& shapes, const Factor& metric) {
   MatrixXf modes = shapes.vectors;
   // Whitened columns are L^T d, so the modes of the nodes are their solutions with L^T.
@@ -128,6 +138,7 @@ ModeMap::Matrix by_axis_last(const MatrixXf& matrix) {
   return out;
 }
 
+// Reorders [mode][node, axis] as [mode][axis, node].
 MatrixXf by_axis_first(const ModeMap::Matrix& matrix) {
   const Index nodes = matrix.cols() / 3;
   MatrixXf out(matrix.rows(), matrix.cols());
@@ -143,7 +154,7 @@ MatrixXf by_axis_first(const ModeMap::Matrix& matrix) {
 //     R = R0 + B L^T,     B = (C - R0 X) W Y^T (Y W Y^T + ridge)^-1
 ModeMap fit_map(const MatrixXf& first, MatrixXf columns, MatrixXf coefficients, const VectorXf& weights,
                 const MatrixXf& metric, const ParallelFor& parallel_for) {
-  // Is relative to the mean square of a number in Y.
+  // The ridge of the regression, relative to the mean square of a number in Y.
   constexpr float kRidge = 1;
   coefficients -= product(first, columns, parallel_for);
   const Factor factor(metric);

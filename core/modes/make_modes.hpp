@@ -13,10 +13,10 @@ namespace hairnet {
 // coefficients of this basis. Immutable.
 struct Modes {
   Basis basis;
-  // Holds the map of each level with a lattice.
+  // The map of each level with a lattice, from its displacements to coefficients.
   std::array<ModeMap, 4> maps;
-  // Holds the error of the first n + 1 coefficients, over the motion, as a mean over motions that a first basis was not
-  // made from. This basis is made from those motions as well, so it errs a little less.
+  // Entry n is the error of the first n + 1 coefficients, over the motion. It is a mean over motions that a first basis
+  // was not made from. This basis is made from those motions as well, so it errs a little less.
   std::vector<float> validation_error;
 
   [[nodiscard]] const ModeMap& map(LevelIndex level) const { return maps[static_cast<std::size_t>(level)]; }

@@ -9,9 +9,10 @@
 namespace hairnet {
 namespace {
 
-// So many columns at once stay in the nearest cache, for all rows.
+// The displacements of so many nodes, of all characters, stay in the nearest cache while all rows of the matrix use
+// them.
 constexpr std::size_t kNodesAtOnce = 32;
-// For fewer characters, one by one is faster: the kernel always computes kModeMapWidth.
+// Fewer characters than this are faster one by one, because the kernel always computes kModeMapWidth.
 constexpr std::size_t kWorthwhile = 4;
 
 }  // namespace

@@ -13,11 +13,11 @@ namespace hairnet {
 struct MovedLattice {
   // Null means that the hair is at rest.
   const LevelGeometry* geometry = nullptr;
-  // Moves every grid node, head space, m; empty means that the coefficients move the lattice.
+  // The displacement of every grid node in head space, m. Empty means that the coefficients move the lattice.
   std::span<const Vec3f> grid_displacements;
-  // Belongs to the same geometry.
+  // The basis of the coefficients; it was made for this geometry.
   std::shared_ptr<const Basis> basis = nullptr;
-  // Holds coefficients of the basis, m; those that are missing at the end are 0.
+  // The first coefficients of the basis, m; those that are missing are 0.
   std::span<const float> coefficients = {};
 };
 

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kTick_s = 1.0 / 30;
 
+// Stores one snapshot: x of all nodes, then y, then z.
 void put_column(std::span<const Vec3f> displacement, auto column) {
   const auto nodes = static_cast<Eigen::Index>(displacement.size());
   HAIRNET_ASSERT(column.size() == 3 * nodes);

@@ -15,13 +15,14 @@ namespace hairnet {
 
 // How much motion a basis is learnt from, and how well it has to show motion that it was not learnt from.
 struct ModeTraining {
-  // There are at least two. Twice as many lessen the error of 64 modes by 3 % only.
+  // The number of motions, at least two. Twice as many lessen the error of 64 modes by only 3 %.
   std::uint32_t motion_count = 24;
-  // Is the duration of each motion.
+  // The duration of each motion, s.
   double duration_s = 5;
-  // Is the time between two snapshots.
+  // The time between two snapshots, s.
   double snapshot_s = 0.1;
-  // Bounds the error of all modes, over the motion, unless kModeCountMax modes err by more.
+  // The error of all modes, over the motion, that is wanted. It may be larger only when kModeCountMax modes err by
+  // more.
   float error_max = 0.065f;
 };
 
@@ -29,7 +30,7 @@ struct ModeTraining {
 // nodes, then y, then z; head space, m.
 struct Snapshots {
   std::array<Eigen::MatrixXf, 4> levels;
-  // Names the motion of each column.
+  // The number of the motion from which each column comes.
   std::vector<std::uint32_t> motion;
 };
 

@@ -13,15 +13,16 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// A number that moves from one value to the next and holds each for a while, with a swing on top.
+// A number over time: it moves from one value to the next and rests at each for a while. An oscillation may be added to
+// it.
 class Channel {
  public:
   struct Range {
     // Values lie between -most and most.
     double most = 0;
-    // Bounds the mean speed of a move from one value to the next, in units a second.
+    // The greatest mean speed of a move from one value to the next, in units a second.
     double speed_max = 0;
-    // Bounds the amplitude of the swing, which is added to the values.
+    // The greatest amplitude of the oscillation that is added to the values.
     double swing_max = 0;
   };
 
@@ -40,7 +41,7 @@ class Channel {
       // Three moves in ten are sharp.
       keys_.push_back({time_s, value, random.unit() < 0.3});
     }
-    // Four channels in ten swing, at 0.5 to 3 Hz.
+    // Four channels in ten oscillate, at 0.5 to 3 Hz.
     if (random.unit() < 0.4) swing_ = range.swing_max * random.unit();
     swing_hz_ = random.between(0.5, 3);
     swing_phase_ = random.unit();
@@ -48,7 +49,7 @@ class Channel {
 
   [[nodiscard]] double at(double time_s) const {
     const auto next = std::ranges::upper_bound(keys_, time_s, {}, &Key::time_s);
-    // The swing begins softly, as every motion starts at rest.
+    // The oscillation begins softly, as every motion starts at rest.
     const double swing = swing_ * std::sin(2 * kPi * (swing_hz_ * time_s + swing_phase_)) *
                          smoothstep(std::clamp(time_s / 0.3, 0.0, 1.0));
     if (next == keys_.end()) return keys_.back().value + swing;
@@ -67,6 +68,7 @@ class Channel {
   double swing_ = 0, swing_hz_ = 1, swing_phase_ = 0;
 };
 
+// The numbers of which a pose is made; each has a Channel.
 enum Part : std::size_t {
   trunk_yaw,
   trunk_pitch,
@@ -121,6 +123,7 @@ Quat turn_of(double yaw, double pitch, double roll) {
               Eigen::AngleAxisd(roll, Vec3::UnitZ()));
 }
 
+// The pose for one value of each Part.
 Pose pose_at(const std::array<double, part_count>& at, const Body& body) {
   // The trunk turns about the hips, which lie 0.6 m below the head joint at rest. The head joint is 1.6 m above the
   // floor.
@@ -173,6 +176,7 @@ TrainingMotion make_training_motion(std::uint32_t number, const Body& body, doub
   using enum Liveliness;
   // The kinds repeat every eight motions. Of each four motions, the second has wind, and the third another material.
   constexpr std::array kKinds{everyday, lively, posture, wild, everyday, lively, posture, looking};
+  // The seed is fixed, so the same number always gives the same motion.
   Random random(20040, number);
   const Ranges ranges = ranges_of(kKinds[number % kKinds.size()]);
   std::vector<Channel> channels;

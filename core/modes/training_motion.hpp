@@ -14,7 +14,7 @@ namespace hairnet {
 // postures, sharp starts and stops, displaced necks and shoulders, wind and changed material. Each number gives another
 // motion; every sixteen together have all of these.
 struct TrainingMotion {
-  // Has one pose a tick; no step between them is a teleport.
+  // One pose a tick; no step between them is a teleport.
   std::vector<Pose> poses;
   Wind wind;
   MaterialScale material;

@@ -12,17 +12,18 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 struct Yaw {
-  // Is in rad about +Y, in (-pi, pi].
+  // The yaw about +Y, in (-pi, pi], rad.
   double angle;
-  // Is 1 for a head tilted by up to 120 degrees, and 0 upside down.
+  // How far the yaw is to be trusted: 1 for a head tilted by up to 120 degrees, falling to 0 upside down.
   double trust;
 };
 
 // Swing-twist: rotation = swing * twist with the twist about +Y and the swing's axis horizontal.
 Yaw yaw_of(const Quat& rotation) {
-  // Is the squared cosine of half the swing.
+  // The squared cosine of half the swing.
   const double twist_squared = rotation.w() * rotation.w() + rotation.y() * rotation.y();
   const double angle = std::remainder(2 * std::atan2(rotation.y(), rotation.w()), 2 * kPi);
+  // The factor 4 makes the trust 1 up to a swing of 120 degrees, where the squared cosine is 1/4.
   return {angle, smoothstep(0.0, 1.0, 4 * twist_squared)};
 }
 
@@ -35,6 +36,8 @@ RigidTransform about_joint(const Quat& rotation, const RigidTransform& from, con
 Quat neck_rotation(const Quat& trunk, const Quat& head) {
   // The angle of the result is in [0, pi].
   const Eigen::AngleAxisd bend(trunk.conjugate() * head);
+  // Up to 120 degrees the neck takes half of the turn; beyond, its part falls to zero at 180 degrees, which no neck can
+  // bend.
   constexpr double kFullBend = 2 * kPi / 3;
   const double share = bend.angle() <= kFullBend ? 0.5 * bend.angle() : kPi - bend.angle();
   return (trunk * Quat(Eigen::AngleAxisd(share, bend.axis()))).normalized();
@@ -54,9 +57,9 @@ Pose PoseCompletion::complete(const RigidTransform& head, double elapsed_s) {
     trunk_yaw_ = yaw.angle;
     started_ = true;
   } else {
-    // First-order lag: the share does not depend on how often it is called.
+    // The lag is of first order, so the result does not depend on how often complete() is called.
     const double share = yaw_lag_s_ > 0 ? 1 - std::exp(-elapsed_s / yaw_lag_s_) : 1;
-    // The shorter way round, also across the back.
+    // The trunk turns the shorter way round, which may lead across the back.
     const double behind = std::remainder(yaw.angle - trunk_yaw_, 2 * kPi);
     trunk_yaw_ = std::remainder(trunk_yaw_ + share * yaw.trust * behind, 2 * kPi);
   }

@@ -20,7 +20,7 @@ class PoseCompletion {
   [[nodiscard]] RigidTransform neck(const RigidTransform& head, const Quat& trunk) const;
 
  private:
-  // Is the place where head and neck meet the trunk's axis, head space.
+  // The place where head and neck meet the trunk's axis, head space.
   Vec3 neck_joint_;
   double yaw_lag_s_;
   double trunk_yaw_ = 0;

@@ -11,7 +11,7 @@ namespace hairnet {
 struct Motion {
   std::string name;
   double rate_hz = 60;
-  // Has at least one pose.
+  // The poses in order, at least one.
   std::vector<Pose> poses;
   // One flag for each pose, whether it does not continue the pose before; empty means never.
   std::vector<bool> teleports;

@@ -10,13 +10,16 @@
 namespace hairnet {
 namespace {
 
-// No head on a neck reaches this speed; only vehicles and jumps do.
+// No head on a neck reaches this speed: a faster head rides in a vehicle or jumps.
 constexpr double kTeleportSpeed_m_per_s = 25;
-// The speed may change by this share of the speed before: 300 m/s on a circle of 50 m change by 0.2 in a tick.
+// On a ride the velocity may also change by this share of the speed before. A head at 300 m/s on a circle of 50 m
+// changes by 0.2 of it in a tick.
 constexpr double kTeleportChange = 0.25;
-// A faster pose does not ride.
+// A head that is faster than this jumps, as no vehicle is.
 constexpr double kRideSpeedMax_m_per_s = 1000;
+// A head that turns faster than this jumps.
 constexpr double kTeleportTurn_deg_per_s = 2500;
+// By how much the length of a valid rotation may differ from 1.
 constexpr double kUnitTolerance = 1e-3;
 
 }  // namespace

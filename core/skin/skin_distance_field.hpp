@@ -15,16 +15,16 @@ namespace hairnet {
 // skin that stretches between two bones is in the fields of both.
 struct SkinDistanceField {
   Bone bone = Bone::head;
-  // Is the position of node (0, 0, 0), m.
+  // The position of node (0, 0, 0), m.
   Vec3f origin = Vec3f::Zero();
-  // Is the distance between two nodes.
+  // The distance between two neighbouring nodes, m.
   float cell_m = 0;
-  // Count the nodes along each axis, at least 2.
+  // The number of nodes along each axis, at least 2.
   std::array<int, 3> dims{0, 0, 0};
-  // Is in m. Node (i, j, k) has index i + nx (j + ny k).
+  // The distance of each node to the skin, m, negative inside. Node (i, j, k) has index i + nx (j + ny k).
   std::vector<float> distance;
 };
-// Has at most one field a bone.
+// The skin of a body: at most one field a bone.
 using Skin = std::vector<SkinDistanceField>;
 
 // The signed distance at a point (head space at rest, m): trilinear inside the grid; outside it, the value at the
@@ -43,10 +43,10 @@ inline float distance_of_skin_byte(std::uint8_t byte) {
   return kSkinDeepest_m + kSkinStep_m * static_cast<float>(byte);
 }
 
-// Limits one grid: those of all bones fit into a texture.
+// The most nodes of one grid, so that those of all bones fit into a texture.
 inline constexpr int kSkinNodesMax = 262'144;
 inline constexpr float kSkinCellMin_m = 1e-4f;
-// Is far larger than any built value.
+// The greatest size of a number that validate() accepts; far larger than any built value.
 inline constexpr float kSkinNumberMax = 1e9f;
 // Returns an empty string when valid (a field a bone at most, counts agree, numbers within bounds); else one line.
 std::string validate(const Skin& skin);

@@ -45,7 +45,8 @@ struct Bodies : StepData<Lanes> {
         L::d, hn::Lt(squared(L::subtract(from, vector_of(body, offsetof(BodyTerms, centre)))), reach * reach));
   }
 
-  // shape_distance() of core/touch/touch_shape.hpp; own axes.
+  // The signed distance of a point from the surface and the unit normal, as shape_distance() of
+  // core/touch/touch_shape.hpp computes them, in the body's own axes.
   struct Sample {
     Real distance;
     Vector normal;
@@ -75,7 +76,8 @@ struct Bodies : StepData<Lanes> {
             L::compose(towards(nx, x), towards(ny, y), towards(nz, z))};
   }
 
-  // Whether hair comes nearer than kTouchReach_m on its way; `beyond` is how far beyond that it is at the start.
+  // Whether hair comes nearer to the surface than kTouchReach_m while it travels from `from` by `travel`; own axes of
+  // the body. `beyond`: how much farther than that it is at the start.
   HWY_INLINE Mask comes_in(std::size_t body, const Vector& from, const Vector& travel, Real beyond) const {
     const Real one = L::real(1), none = L::real(0);
     const Real way = hn::Max(hn::Sqrt(squared(travel)), L::real(1e-30f));

@@ -10,7 +10,8 @@
 namespace hairnet {
 namespace {
 
-// Whether a point on its way comes nearer than kTouchReach_m to the surface, from `at`, which is farther; own axes.
+// Whether a point that travels from `at` by `travel` comes nearer to the surface than kTouchReach_m; at the start it is
+// farther. Own axes of the shape.
 bool comes_in(const TouchShape& shape, const Vec3& at, const Vec3& travel) {
   const double way = travel.norm();
   if (!(way > 0)) return false;

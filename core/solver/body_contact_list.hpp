@@ -10,9 +10,9 @@ namespace hairnet {
 // of the point is w_j (force - stiffness x_j), where x_j is the node's motion in the step relative to the rigid motion.
 struct BodyContact {
   std::size_t point = 0;
-  // Is the force when every node moves rigidly, N, world.
+  // The force when every node moves rigidly, N, world.
   Vec3 force;
-  // Is the point's stiffness times the sum of the weights, N/m.
+  // The point's stiffness times the sum of the weights, N/m.
   Mat3 stiffness;
 };
 // Empty without input.touch. Asserts that `lattice` fits the level.

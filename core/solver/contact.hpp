@@ -26,7 +26,7 @@ inline constexpr double kContactRecovery_m_per_s = 0.4;
 // The force on a point in a step. `p`: its depth at the end of the step if it moved with the bone. `ahead`: its depth
 // if it kept its velocity, measured from the tangent plane of the skin below its position at the start.
 struct ContactLaw {
-  // Is the force along the skin's normal at depth p, N.
+  // The force along the skin's normal at depth p, N.
   double force;
   // Acts on any motion relative to the bone, N/m.
   double stiffness;

@@ -32,8 +32,8 @@ std::vector<Contact> find_contacts(const Level& level, const StepInput& input, c
       const double depth = limit - skin_distance(field, at, &gradient);
       const Vec3 normal = gradient / std::max(gradient.norm(), 1e-6);
       const double ahead = depth - normal.dot(travel);
-      // The tangent plane alone would catch hair that flies past a round body. Two more distances, half the way and the
-      // whole way ahead, tell whether the skin is there.
+      // The tangent plane alone would catch hair that flies past a round body. Two more distances, at half of the way
+      // and at its end, say whether the skin is there.
       const bool comes_in =
           ahead > 0 && std::min(skin_distance(field, at + travel / 2), skin_distance(field, at + travel)) < limit;
       if (!(depth > 0) && !comes_in) continue;

@@ -11,11 +11,11 @@ namespace hairnet {
 // motion.
 struct Contact {
   std::size_t point = 0;
-  // Points out of the skin, in world axes.
+  // The unit vector out of the skin, in world axes.
   Vec3 normal;
-  // Is the force when every node moves rigidly, N.
+  // The force when every node moves rigidly, N.
   double force = 0;
-  // Is the point's stiffness times the sum of the weights, N/m.
+  // The point's stiffness times the sum of the weights, N/m.
   double stiffness = 0;
 };
 // Asserts that `lattice` fits the level.

@@ -17,8 +17,8 @@ ContactPath contact_path(const Level& level, const StepInput& input, const World
     const std::size_t i = points.nodes[e];
     const double weight = double{points.weights[e]};
     const Vec3 rest = level.rest[i].cast<double>();
-    // Both sums are relative to the rest, since the weights of a point near its root sum to less than 1: the root blend
-    // moves the rest of it with the head.
+    // Both sums are relative to the rest. The weights of a point near its root sum to less than 1, and the root blend
+    // moves the rest of the point with the head.
     displacement += weight * (lattice.P[i] - from.point(rest));
     velocity += weight * (lattice.P_dot[i] - (to.point(rest) - from.point(rest)) / input.step_s);
     path.weight += weight;

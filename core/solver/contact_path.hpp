@@ -8,7 +8,7 @@ namespace hairnet {
 // world, for the reference.
 struct ContactPath {
   Vec3 from, with_head, ahead;
-  // Is the sum of the weights of its nodes.
+  // The sum of the weights of its nodes.
   double weight = 0;
 };
 ContactPath contact_path(const Level& level, const StepInput& input, const WorldLattice& lattice, std::size_t point);

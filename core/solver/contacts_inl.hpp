@@ -129,7 +129,8 @@ struct Contacts : StepData<Lanes> {
                  L::scale(h * h * weight_of(p), L::add_diagonal(rub, L::scale(more, L::square(normal)))));
   }
 
-  // contact_law(): the stiffness, 0 where nothing meets, and the force along the normal.
+  // The three parts of contact_law() (contact.hpp): kContactSlope U, the stiffness, which is 0 where nothing meets, and
+  // the force along the normal.
   HWY_INLINE Real slope_of(std::size_t p) const {
     return term(offsetof(StepTerms, contact)) *
            L::real(static_cast<float>(kContactSlope) * level.contacts.potential[p]);

@@ -24,6 +24,7 @@ void put_terms(const Terms& terms, std::size_t lane, std::size_t width, float* l
   for (std::size_t f = 0; f < floats.size(); ++f) lanes[f * width + lane] = floats[f];
 }
 
+// The most bodies of any member in any substep; all lanes have memory for so many.
 std::size_t bodies_at_most(std::span<CrowdMember* const> members) {
   std::size_t most = 0;
   for (const CrowdMember* member : members) {
@@ -48,7 +49,7 @@ bool is_windy(std::span<CrowdMember* const> members) {
   });
 }
 
-// Whether a state appears twice: then two lanes would write to it.
+// Whether two members have the same state, to which two lanes would write.
 [[maybe_unused]] bool has_shared_state(std::span<const CrowdMember> members) {
   for (std::size_t a = 0; a < members.size(); ++a) {
     for (std::size_t b = 0; b < a; ++b) {
@@ -79,6 +80,7 @@ class Lanes {
         memory_(scratch.lanes.allocate(crowd_sizes(), view_)),
         terms_(scratch.lanes.terms()) {}
 
+  // Copies the states of all members into the lanes.
   void load() {
     exchange([](LatticeState& s) { return s.displacement.data()->data(); },
              [&](float** at, std::size_t floats) { to_lanes(at, members_.size(), floats, memory_.displacement); });
@@ -86,6 +88,7 @@ class Lanes {
              [&](float** at, std::size_t floats) { to_lanes(at, members_.size(), floats, memory_.velocity); });
   }
 
+  // Takes substep `index` of all members.
   void step(std::size_t index, int iterations) {
     for (std::size_t l = 0; l < members_.size(); ++l) {
       put_terms(step_terms(level_, members_[l]->inputs[index], *members_[l]->state), l, width_, terms_);
@@ -104,6 +107,7 @@ class Lanes {
     }
   }
 
+  // Copies the states back. Results such as is_finite are stored by step().
   void store() {
     exchange([](LatticeState& s) { return s.displacement.data()->data(); },
              [&](float** at, std::size_t floats) { from_lanes(memory_.displacement, floats, at, members_.size()); });
@@ -112,8 +116,8 @@ class Lanes {
   }
 
  private:
-  // The batch loops over as many bodies as its most touched member has. Other members get bodies whose surface no hair
-  // reaches.
+  // Puts the bodies of substep `index` into their lanes. The batch loops over as many bodies as its most touched member
+  // has. Other members get bodies whose surface no hair reaches (BodyTerms).
   void put_bodies(std::size_t index) {
     for (std::size_t b = 0; b < view_.body_count; ++b) {
       float* at = memory_.bodies + b * kBodyTermCount * width_;

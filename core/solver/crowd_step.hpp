@@ -8,7 +8,7 @@ namespace hairnet {
 
 // One of the characters that are stepped side by side. The caller owns both inputs and state.
 struct CrowdMember {
-  // Belong to consecutive steps; all members have the same number of them.
+  // Consecutive substeps of the character. All members have equally many.
   std::span<const StepInput> inputs;
   // Fits the level.
   LatticeState* state = nullptr;

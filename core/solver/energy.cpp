@@ -38,7 +38,7 @@ LatticeEnergy energy(const Level& level, const MaterialScale& material, const He
     const Vec3 velocity = state.velocity[i].cast<double>() - motion.rigid_velocity(level.rest[i].cast<double>());
     sum.kinetic_j += half_square(node_mass(level, material, i), velocity.squaredNorm());
   }
-  // Not `>= 0`: the state may have numbers that are not finite.
+  // The negation lets a state pass whose numbers are not finite.
   HAIRNET_ASSERT(!(sum.kinetic_j < 0));
   HAIRNET_ASSERT(!(sum.elastic_j < 0));
   return sum;

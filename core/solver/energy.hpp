@@ -6,12 +6,15 @@
 
 namespace hairnet {
 
-// Kinetic energy relative to the rigid motion with the head, and elastic energy (springs, attachments, ether), J.
-// `motion`: the head motion of the step that led to `state`. Asserts that `state` fits the level. Tests use it, and
-// level switches for its kinetic part; the step keeps its own sums.
+// The energy of a lattice, J.
 struct LatticeEnergy {
-  double kinetic_j = 0, elastic_j = 0;
+  // The energy of the nodes' motion relative to the rigid motion with the head.
+  double kinetic_j = 0;
+  // The energy in springs, attachments and ether.
+  double elastic_j = 0;
 };
+// `motion` is the head motion of the step that led to `state`. Asserts that `state` fits the level. A change of level
+// uses the kinetic part, and tests use both; steps have sums of their own.
 LatticeEnergy energy(const Level& level, const MaterialScale& material, const HeadMotion& motion,
                      const LatticeState& state);
 

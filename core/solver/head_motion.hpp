@@ -29,14 +29,14 @@ struct HeadMotion {
     return -(rotation_less_identity * rest + relative.position) / step_s;
   }
 
-  // Returns the velocity of the head's joint.
+  // The velocity of the head's joint, m/s.
   [[nodiscard]] Vec3 velocity() const { return relative.position / -step_s; }
 
-  // Maps head space at the start of the step to head space at its end.
+  // The map from head space at the start of the step to head space at its end.
   RigidTransform relative;
   Mat3 turn, rotation_less_identity;
   double step_s;
-  // Is g - R g_0 in axes of the head, m/s^2.
+  // Gravity without the part that the design includes, g - R g_0, in axes of the head, m/s^2.
   Vec3 gravity_load;
 };
 

@@ -73,7 +73,7 @@ struct Holds : StepData<Lanes> {
     }
   }
 
-  // Adds their part of A direction to m.product; returns that of direction . product.
+  // Adds the holds' part of A direction to m.product. Returns their part of direction . product.
   HWY_INLINE Real multiply() {
     Vector curvature = L::zero();
     for (std::size_t i = 0; i < level.hold_count; ++i) {

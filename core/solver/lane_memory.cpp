@@ -10,6 +10,7 @@ namespace hairnet {
 
 LaneMemory LaneArena::allocate(const LaneSizes& sizes, const LevelView& level) {
   HAIRNET_ASSERT(sizes.real > 0);
+  // A vector has three numbers, and a symmetric 3x3 block six different ones. A layout may add padding.
   HAIRNET_ASSERT(sizes.vector >= 3 * sizes.real);
   HAIRNET_ASSERT(sizes.block >= 6 * sizes.real);
   LaneMemory memory;

@@ -9,53 +9,55 @@
 
 namespace hairnet {
 
-// The working memory of one step in one layout (lanes_inl.hpp). Each pointer is an array of one value per node, spring
-// or attachment. All arrays lie in one block, in the order in which a step uses them.
+// The working memory of one step in one layout (lanes_inl.hpp). Each pointer is an array; the comment before it says of
+// what and how many. All arrays lie in one block, in the order in which a step uses them.
 struct LaneMemory {
-  // Has StepTerms, one Real each.
+  // The numbers of StepTerms, one Real each.
   const float* terms = nullptr;
 
-  // Vectors of nodes. `velocity` becomes R v - R' P^0 within a step, `residual` begins as the right-hand side b.
+  // Vectors, one a node. `velocity` becomes R v - R' P^0 within a step, `residual` begins as the right-hand side b.
   float *displacement, *velocity, *rigid_velocity, *rotated_displacement;
   float *solution, *residual, *preconditioned, *direction, *product;
-  // Has Reals of nodes: the attachments' part of the diagonal.
+  // Reals, one a node: the attachments' part of the diagonal.
   float* attachment_diagonal;
-  // Have Blocks of nodes: a node's own part of the system, and the inverse of its whole block.
+  // Blocks, one a node: the node's own part of the system A, and the inverse of its whole 3x3 block.
   float *diagonal, *preconditioner;
 
-  // Has Vectors, eps / |eps|.
+  // Vectors, one a spring: the direction eps / |eps|.
   float* spring_direction;
-  // Have Reals: |eps| - |eps_0|, m, and h (h k + q).
+  // Reals, one a spring: the elongation |eps| - |eps_0|, m, and the coefficient h (h k + q) of the system.
   float *spring_elongation, *spring_coefficient;
-  // Has Reals: the strain's addition to k, over k (SpringBranch).
+  // Reals, one a spring: the strain's addition to k, over k (SpringBranch in spring.hpp).
   float* spring_change;
-  // Has Vectors, eps - eps_0.
+  // Vectors, one an attachment: eps - eps_0, m.
   float* attachment_displacement;
-  // Has Reals.
+  // Reals, one an attachment: the coefficient h (h k + q).
   float* attachment_coefficient;
-  // Has Vectors: sigma of springs, then of attachments.
+  // Vectors: the force sigma of each spring, then of each attachment. Only a crowd uses them.
   float* pull;
 
-  // Has the BodyTerms of each body, one Real each.
+  // The BodyTerms of each body, one Real a number.
   float* bodies;
-  // Has the HoldTerms of each hold.
+  // The HoldTerms of each hold, one float a number: no crowd has holds.
   float* holds;
-  // Has Vectors: the forces on held points, N.
+  // Vectors, one a hold: the force on the held point, N.
   float* hold_force;
 
-  // Have one Real each, with results of the step (LatticeState; 1 or 0).
+  // Results of the step, one Real each. The first two go into LatticeState; `is_finite` is 1 or 0.
   float *elastic_energy_max_j, *speed_max, *is_finite;
 };
 
-// Floats of one Real, Vector and Block of a layout.
+// How many floats a Real, a Vector and a Block of a layout take in memory.
 struct LaneSizes {
   std::size_t real, vector, block;
 };
 
-// Grows to the largest level so far and never shrinks, so that later steps allocate nothing. It belongs to one thread
-// at a time.
+// The memory of LaneMemory. It grows to the largest level so far and never shrinks, so that later steps allocate
+// nothing. It belongs to one thread at a time.
 class LaneArena {
  public:
+  // Returns arrays for a step of this level. Their numbers are not set. The call makes all pointers of earlier calls
+  // invalid.
   LaneMemory allocate(const LaneSizes& sizes, const LevelView& level);
   // Where the terms of the memory that was allocated last are. Asserts that `allocate` has been called.
   [[nodiscard]] float* terms() {

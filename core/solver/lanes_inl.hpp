@@ -81,6 +81,7 @@ struct Crowd {
     return {hn::MulAdd(a.x, b.x, sum.x), hn::MulAdd(a.y, b.y, sum.y), hn::MulAdd(a.z, b.z, sum.z)};
   }
   static HWY_INLINE Real sum_of(const Vector& a) { return a.x + a.y + a.z; }
+  // Takes `yes` in the lanes of the mask, and `no` in the others.
   static HWY_INLINE Vector select(Mask mask, const Vector& yes, const Vector& no) {
     return {hn::IfThenElse(mask, yes.x, no.x), hn::IfThenElse(mask, yes.y, no.y), hn::IfThenElse(mask, yes.z, no.z)};
   }

@@ -8,8 +8,8 @@
 namespace hairnet {
 namespace {
 
-// Offsets of runs of entries that name nodes. Each run of a stiffener has an entry; that of a contact point may be
-// empty.
+// Whether `begin` has the offsets of runs of entries that name nodes. Each run has at least `entries_min` entries: 1
+// for a stiffener, 0 for a contact point.
 [[maybe_unused]] bool are_runs_of_nodes(const std::vector<std::uint32_t>& begin,
                                         const std::vector<std::uint16_t>& nodes, std::size_t node_count,
                                         std::size_t entries_min) {
@@ -102,7 +102,7 @@ void put_skin(const Level& level, std::vector<SkinDistanceFieldView>& skin) {
     view.row = field.dims[0];
     view.layer = field.dims[0] * field.dims[1];
     view.distance = field.distance.data();
-    // Limits lie field by field, and each field's view begins at its own.
+    // The limits of all points against one field follow those against the field before it.
     view.limit = limit;
     limit += level.contacts.count();
     skin.push_back(view);

@@ -15,9 +15,9 @@ struct StiffenerView {
   const std::uint32_t* begin;
   const std::uint16_t* nodes;
   const float *weights, *stiffness, *damping;
-  // Has three numbers of each stiffener, xyz xyz and so on.
+  // Three numbers for each stiffener, xyz xyz and so on.
   const float* rest;
-  // Has the lengths |eps_0|, which only springs have.
+  // The lengths |eps_0|; null for attachments.
   const float* rest_length;
 };
 
@@ -25,10 +25,12 @@ struct SkinDistanceFieldView {
   std::size_t bone;
   // `per_cell` is one over the size of a cell, 1/m.
   float origin[3], per_cell;
-  // Counts the cells along each axis.
+  // The number of cells along each axis.
   float cells[3];
-  // Count the entries from a node to the next one along y, and along z.
+  // How many entries of `distance` lie between a node and its neighbour along y, and along z.
   std::int32_t row, layer;
+  // The distance of each node of the grid (SkinDistanceField), and of each contact point the limit against this skin
+  // (ContactPoints).
   const float *distance, *limit;
 };
 
@@ -50,9 +52,9 @@ struct LevelView {
   std::size_t node_count;
   float displacement_max_m;
   const float *rest, *mass, *ether_stiffness, *ether_damping;
-  // Has the numbers xx xy xz yy yz zz of each node.
+  // The numbers xx xy xz yy yz zz of each node's drag matrix.
   const float* drag;
-  // Has the position of each node in the box as fractions, xyz (LatticeWind); null in still air.
+  // The position of each node in the box as fractions, xyz (LatticeWind); null in still air.
   const float* wind_fraction;
   StiffenerView springs, attachments;
   // Only a view that was made for a crowd has incidences.

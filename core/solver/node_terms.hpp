@@ -48,9 +48,9 @@ inline std::pair<float, float> stiffener_terms(const Stiffeners& stiffeners, con
 // A spring of a given length in a step.
 struct SpringTerms {
   double k, rest_length;
-  // Is dT/dx.
+  // The slope dT/dx of the tension, N/m.
   double stiffness;
-  // Is the damping that the solver uses (solver_damping).
+  // The damping that the solver uses (solver_damping).
   double q;
 };
 inline SpringTerms spring_terms(const Level& level, const StepInput& input, std::size_t s, double length) {

@@ -36,10 +36,11 @@ Stiffeners held_points(const ContactPoints& points, std::span<const StepHold> ho
   return held;
 }
 
+// The linearised forces of a step.
 struct System {
-  // Holds the forces on nodes.
+  // The forces on nodes.
   std::vector<Vec3> f;
-  // Hold the derivatives of forces on single nodes, which are block diagonal.
+  // The derivatives of forces on single nodes, which are block diagonal.
   std::vector<Mat3> df_dp, df_dp_dot;
   // All other forces act through weighted sums.
   std::vector<Linearised> stiffeners;
@@ -86,8 +87,8 @@ void add_node_forces(const Level& level, const StepInput& input, const std::vect
   }
 }
 
-// A contact's stiffness acts on the motion of its nodes relative to their rest. `f` gets the force of the linearisation
-// at P, so that the formula of the step stays the paper's.
+// A contact's stiffness acts on the motion of its nodes relative to their rest. The force that is added is that of the
+// linearisation at P, so the formula of the step stays the paper's.
 void add_contacts(const Level& level, const StepInput& input, const std::vector<Vec3>& rest_dot,
                   const WorldLattice& lattice, System& system) {
   const ContactPoints& points = level.contacts;
@@ -116,7 +117,8 @@ void add_bodies(const Level& level, const StepInput& input, const std::vector<Ve
   }
 }
 
-// Eq. 4 of each held point: epsilon_0 is where it is bound to, against the place that its rest has.
+// Adds eq. 4 of each held point. epsilon_0 is the place to which the point is bound, minus the place where it would be
+// at rest.
 void add_holds(const Level& level, const StepInput& input, const Stiffeners& held, const std::vector<Vec3>& rest,
                const std::vector<Vec3>& rest_dot, const WorldLattice& lattice, System& system) {
   const double k = kHoldStiffness_n_per_m, h = input.step_s, q = h * k;
@@ -183,7 +185,8 @@ int reference_step(const Level& level, const StepInput& input, WorldLattice& lat
   HAIRNET_ASSERT(input.step_s > 0);
   HAIRNET_ASSERT(relative_residual > 0);
   const double h = input.step_s;
-  std::vector<Vec3> rest(n), rest_dot(n);  // R P^0 and R' P^0 at the end of the step
+  // The rest R P^0 at the end of the step, and its velocity R' P^0.
+  std::vector<Vec3> rest(n), rest_dot(n);
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3 p = level.rest[i].cast<double>();
     rest[i] = input.to.head().point(p);

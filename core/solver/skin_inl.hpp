@@ -23,7 +23,8 @@ struct Skin {
   using Vector = typename Lanes::Vector;
   using L = Lanes;
 
-  // skin_distance() of core/skin/skin_distance_field.hpp, with the gradient scaled to unit length.
+  // The signed distance and its gradient scaled to unit length, as skin_distance() of core/skin/skin_distance_field.hpp
+  // computes them.
   struct SkinSample {
     Real distance;
     Vector normal;
@@ -68,13 +69,15 @@ struct Skin {
                                   hn::MulAdd(y, L::real(static_cast<float>(field.row)), x));
     const Vector to_node = L::subtract(at, L::compose(x, y, z));
     const Real away = hn::Sqrt(L::dot(to_node, to_node));
-    // Half of a cell's diagonal is sqrt(3) / 2 cells.
+    // No point of a cell is farther from its nearest node than half of the cell's diagonal, sqrt(3) / 2 = 0.87 cells.
+    // The slope 1.74 is sqrt(3), rounded up.
     const Real within = L::real(0.87f);
     const Real beyond = hn::Max(away - within, L::real(0)) - hn::Min(away, within) * L::real(1.74f);
     return hn::MulAdd(beyond, L::real(1 / field.per_cell),
                       L::gather(field.distance, hn::ConvertTo(hn::RebindToSigned<decltype(L::d)>(), entry)));
   }
 
+  // The distance on an edge of a cell along x, at the point's share of it, and its slope along x.
   struct Edge {
     Real value, slope;
   };

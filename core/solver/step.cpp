@@ -13,11 +13,11 @@
 namespace hairnet {
 
 const Environment kCalmEnvironment{};
-const Vec3 kDesignGravity{0, -9.81, 0};
+const Vec3 kDesignGravity{0, -kGravity_m_per_s2, 0};
 
 namespace {
 
-// Copies between a node's three floats and its place in a single character's layout.
+// Copies nodes of three floats into a single character's layout of `stride` floats a node; gather() copies back.
 void spread(const std::vector<Vec3f>& nodes, std::size_t stride, float* out) {
   HAIRNET_ASSERT(stride == 3 || stride == 4);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -29,7 +29,8 @@ void gather(const float* in, std::size_t stride, std::vector<Vec3f>& nodes) {
   for (std::size_t i = 0; i < nodes.size(); ++i) std::memcpy(nodes[i].data(), in + i * stride, sizeof(Vec3f));
 }
 
-// A Real of a single character is one float in memory, so the terms are copied as they are.
+// Stores the terms of bodies and holds. A Real of a single character is one float in memory, so the terms are copied as
+// they are.
 void put_touch(const Level& level, const StepInput& input, const LaneMemory& memory) {
   if (!input.touch) return;
   float* bodies = memory.bodies;

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "core/gravity.hpp"
 #include "core/groom/material_scale.hpp"
 #include "core/levels/level.hpp"
 #include "core/pose/pose.hpp"
@@ -17,51 +18,53 @@ namespace hairnet {
 
 // The lattice state of one character between two steps. Active order, head axes.
 struct LatticeState {
-  // Are R^-1 (p - t) - p^0, m.
+  // The displacement of each node from its design, R^-1 (p - t) - p^0, m.
   std::vector<Vec3f> displacement;
-  // Are R^-1 p', the velocities in the world in axes of the head, m/s.
+  // The velocity of each node in the world, R^-1 p', m/s. Only its axes are the head's.
   std::vector<Vec3f> velocity;
   // The most elastic energy that the last step may have left, J (limit_elastic_energy in step_inl.hpp). Infinite when
   // there was no step yet on this level with this material.
   float elastic_energy_max_j = std::numeric_limits<float>::infinity();
-  // Is the speed of the fastest node relative to the head, at the end of the last step.
+  // The speed of the fastest node relative to the head, at the end of the last step.
   float speed_max_m_per_s = 0;
 };
 
 // What acts on all hair of a room alike.
 struct Environment {
-  Vec3 gravity{0, -9.81, 0};  // m/s^2, world
-  // Drag acts on the velocity relative to it.
+  Vec3 gravity{0, -kGravity_m_per_s2, 0};  // m/s^2, world
+  // The motion of the air. Drag acts on the hair's velocity relative to it.
   WindField wind;
 };
+// The earth's gravity in still air.
 extern const Environment kCalmEnvironment;
 
 // One step of one character: the motion of its bones, its own material, and what acts on it. The caller owns all that
 // it points to.
 struct StepInput {
-  // Are the poses at the start and the end of the step.
+  // The poses at the start and the end of the step.
   Pose from, to;
   double step_s = 1.0 / 30;
-  // Must outlive the step.
+  // Gravity and wind. The environment must outlive the step.
   const Environment* environment = &kCalmEnvironment;
-  // Is the fraction of contact that is switched off, 0 to 1.
+  // The fraction of contact that is switched off, 0 to 1.
   double contact_release = 0;
-  // Is the character's own material, on top of the level's.
+  // The character's own material, on top of the level's.
   MaterialScale material;
-  // Is the time at the end of the step, for the wind.
+  // The time at the end of the step, at which the wind is sampled.
   double time_s = 0;
-  // Hands and props; null where nothing is near. Must outlive the step.
+  // The hands and props that are near; null for none. They must outlive the step.
   const StepTouch* touch = nullptr;
 };
 
 struct SolverSettings {
-  // Counts iterations of conjugate gradient.
+  // Iterations of conjugate gradient.
   int iterations = 16;
 };
 
-// Measured (tests/fidelity/README.md): with steps of at most kStepMax_s and these iterations per step, the error of a
-// trajectory is about a quarter of the motion on the high level and a tenth on the low. An ether level needs one
-// iteration: its system is block diagonal, and the preconditioner solves it.
+// The longest step, and the iterations in a step of this length for each LevelIndex. With them the error of a
+// trajectory is about a quarter of the motion on the high level and a tenth on the low (tests/fidelity/README.md). An
+// ether level needs one iteration: its system is block diagonal, and the preconditioner solves it. The learnt and the
+// rigid level have no steps.
 inline constexpr double kStepMax_s = 1.0 / 50;
 inline constexpr std::array<int, kLevelCount> kLevelIterations{16, 10, 8, 1, 0, 0};
 
@@ -103,7 +106,7 @@ struct StepScratch {
 [[nodiscard]] bool step(const Level& level, const StepInput& input, const SolverSettings& settings,
                         StepScratch& scratch, LatticeState& state);
 
-// Puts the lattice into its design, at rest in the world. It forgets the energy limit as well.
+// Puts the lattice into its design, at rest in the world, and removes the limit of elastic energy.
 void reset_to_rest(const Level& level, LatticeState& state);
 
 }  // namespace hairnet

@@ -28,7 +28,8 @@ struct StepData {
   using L = Lanes;
   static constexpr std::size_t kReal = Lanes::kReal, kVector = Lanes::kVector, kBlock = Lanes::kBlock;
 
-  // Copies, so that the compiler knows that storing a number does not change them.
+  // The level and the memory are copies, so that the compiler knows that storing a number does not change their
+  // pointers. `h` is the step's length, s.
   const LevelView level;
   const LaneMemory m;
   const Real h;
@@ -43,6 +44,7 @@ struct StepData {
     return L::load_components(m.terms + byte / sizeof(float) * kReal);
   }
 
+  // A rotation.
   struct Turn {
     Vector x, y, z;  // columns
   };
@@ -56,6 +58,7 @@ struct StepData {
   static HWY_INLINE Vector rotated_back(const Turn& turn, const Vector& a) {
     return L::compose(L::dot(turn.x, a), L::dot(turn.y, a), L::dot(turn.z, a));
   }
+  // An AffineMap of StepTerms: x -> turn x + shift.
   struct Motion {
     Turn turn;
     Vector shift;
@@ -71,6 +74,7 @@ struct StepData {
   static HWY_INLINE Real squared(const Vector& a) { return L::dot(a, a); }
   static HWY_INLINE Real half() { return L::real(0.5f); }
 
+  // The i-th Vector, Real or Block of an array of LaneMemory; put() stores one.
   static HWY_INLINE Vector node(const float* nodes, std::size_t i) { return L::load_vector(nodes + i * kVector); }
   static HWY_INLINE void put(const Vector& a, float* nodes, std::size_t i) { L::store_vector(a, nodes + i * kVector); }
   static HWY_INLINE Real real_at(const float* p, std::size_t i) { return L::load_real(p + i * kReal); }

@@ -46,7 +46,8 @@ struct Step : StepData<Lanes> {
     advance(solve(iterations));
   }
 
-  // Hair that a hand holds is stepped alone: few characters are held, and each by points of its own.
+  // Whether a hand holds hair. Such characters are stepped alone (crowd_step.cpp), since few are held, and each at
+  // points of its own.
   HWY_INLINE bool has_holds() const {
     if constexpr (L::kIsCrowd) return false;
     return level.hold_count > 0;
@@ -98,16 +99,18 @@ struct Step : StepData<Lanes> {
   }
 
   HWY_INLINE Real node_mass(std::size_t i) const { return term(offsetof(StepTerms, density)) * L::real(level.mass[i]); }
-  // The built part replaces the tension of hanging hair and grows with its mass.
+  // The stiffness that levels/ether.hpp has built replaces the tension of hanging hair, so it grows with the hair's
+  // mass, as gel does.
   HWY_INLINE Real ether_stiffness(std::size_t i) const {
     return term(offsetof(StepTerms, density)) *
            hn::MulAdd(term(offsetof(StepTerms, gel_per_s2)), L::real(level.mass[i]), L::real(level.ether_stiffness[i]));
   }
-  // damping.hpp
+  // Does for all lanes what solver_damping() of damping.hpp does.
   HWY_INLINE Real solver_damping(Real k, Real q) const {
     const Real numerical = h * k;
     return hn::Max(q - numerical, L::real(-static_cast<float>(kNumericalDampingShare)) * numerical);
   }
+  // A stiffness, N/m, and the damping that the solver uses for it, N s/m.
   struct Law {
     Real k, q;
   };
@@ -183,12 +186,13 @@ struct Step : StepData<Lanes> {
     return half() * hn::MulAdd(term(offsetof(StepTerms, stiffness)), springs + L::sum_of(attachments), ether);
   }
 
-  // While a lattice has more elastic energy than its last step may have left, scales its displacements down towards the
-  // design. This rarely happens in ordinary motion. Afterwards `measure` has run for the state that the step starts
+  // Scales a lattice with more elastic energy than its last step may have left down towards its design, in up to kDraws
+  // draws. This rarely happens in ordinary motion. Afterwards `measure` has run for the state that the step starts
   // from.
   HWY_INLINE void limit_elastic_energy() {
-    // Rounding in the sums of the last step must not look like an excess. One draw takes at most half of a
-    // displacement, since the energy of springs that turn is not quadratic in it.
+    // The limit is a little larger than the stored one, so that rounding in the sums of the last step does not look
+    // like an excess. One draw takes at most half of a displacement, since the energy of springs that turn is not
+    // quadratic in it.
     constexpr float kRounding = 1e-3f, kRounding_j = 1e-12f, kDrawMin = 0.5f;
     constexpr int kDraws = 20;
     measure();
@@ -198,7 +202,8 @@ struct Step : StepData<Lanes> {
       const Real energy = elastic_energy();
       const Mask is_over = energy > most;
       if (hn::AllFalse(L::d, is_over)) return;
-      // The energy of springs that have hardly turned is proportional to the square of the displacement.
+      // The energy of springs that have hardly turned is proportional to the square of the displacement. The factor
+      // 0.999 makes one draw enough for them in spite of rounding.
       Real by = hn::Max(L::real(kDrawMin), L::real(0.999f) * hn::Sqrt(most / energy));
       // The design has no elastic energy, so the last draw always ends the excess.
       if (draw == kDraws) by = L::real(0);
@@ -262,6 +267,8 @@ struct Step : StepData<Lanes> {
       put(L::add_scaled(h, L::multiply(drag(i), wind), node(m.residual, i)), m.residual, i);
     }
   }
+  // The wind at corner c of the lattice, and, by linear interpolation, in the face of corners c to c + 3 at the
+  // fractions at[0] and at[1].
   HWY_INLINE Vector corner(std::size_t c) const {
     return vector_term(offsetof(StepTerms, wind) + c * 3 * sizeof(float));
   }
@@ -360,6 +367,8 @@ struct Step : StepData<Lanes> {
       scatter(stiffeners, s, pull, m.product);
     }
   }
+  // Adds the springs' part of A direction, and in pull_attachments the attachments'. Each returns its part of direction
+  // . product.
   HWY_INLINE Real pull_springs() {
     Real curvature = L::real(0);
     for (std::size_t s = 0; s < level.springs.count; ++s) {
@@ -381,11 +390,14 @@ struct Step : StepData<Lanes> {
     }
     return L::sum_of(curvature);
   }
+  // Stores a node's own part of A direction, and adds its part of direction . product to `own`.
   HWY_INLINE Vector put_own_product(const Vector& direction, std::size_t i, const Vector& own) {
     const Vector product = L::multiply(block_at(m.diagonal, i), direction);
     put(product, m.product, i);
     return L::add_products(direction, product, own);
   }
+  // Sums each node's own part and the stored forces of its stiffeners into m.product. Returns the nodes' own part of
+  // direction . product.
   HWY_INLINE Vector collect_pulls() {
     const IncidenceView& incidences = level.incidences;
     Vector own = L::zero();
@@ -415,9 +427,9 @@ struct Step : StepData<Lanes> {
   }
 
   struct Solved {
-    // Is y.b, J.
+    // The product y.b, J.
     Real work;
-    // Is finite if every number is finite.
+    // The last residual . preconditioned. It is a finite number only if all numbers of the solve are.
     Real rho;
   };
 
@@ -429,7 +441,7 @@ struct Step : StepData<Lanes> {
       for (float* nodes : {m.solution, m.direction, m.product}) put(L::zero(), nodes, i);
     }
     Real rho = update_residual(none), work = none, alpha = none, beta = none;
-    // This is the rounding error of float, so more iterations would gain nothing.
+    // A residual that is smaller by this factor is the rounding error of float, so more iterations would gain nothing.
     const Real enough = L::real(1e-12f) * rho;
     Mask goes_on = rho > none;
     for (int iteration = 0; iteration < iterations && !hn::AllFalse(L::d, goes_on); ++iteration) {
@@ -484,7 +496,8 @@ struct Step : StepData<Lanes> {
     const Mask is_finite = hn::And(hn::IsFinite(solved.rho + kinetic_end + kinetic_change), hn::IsFinite(farthest2));
     put(hn::IfThenElseZero(is_finite, L::real(1)), m.is_finite, 0);
 
-    // Scales the whole lattice down, so that the hair keeps its shape.
+    // A lattice that is farther from its design than it may be is scaled down as a whole, so that the hair keeps its
+    // shape.
     const Real most = L::real(level.displacement_max_m), farthest = hn::Sqrt(farthest2);
     const Real by = hn::IfThenElse(farthest > most, most / farthest, L::real(1));
     put(by * hn::Sqrt(fastest2), m.speed_max, 0);

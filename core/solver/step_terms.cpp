@@ -14,7 +14,7 @@ static_assert(std::is_trivially_copyable_v<StepTerms> && sizeof(StepTerms) % siz
 
 static_assert(sizeof(StepTerms::AffineMap) == 12 * sizeof(float), "the kernels read twelve numbers without gaps");
 
-// Only of bones that have skin; the head's own maps stay the identity.
+// Puts the maps of the bones that have skin. The head's own maps stay the identity.
 void put_bones(const Level& level, const StepInput& input, StepTerms& terms) {
   std::array<bool, kBoneCount> is_wanted{};
   for (const SkinDistanceField& field : *level.skin) is_wanted[static_cast<std::size_t>(field.bone)] = true;
@@ -51,7 +51,7 @@ void put(const RigidTransform& t, StepTerms::AffineMap& out) {
 
 StepTerms step_terms(const Level& level, const StepInput& input, const LatticeState& state) {
   check_step_input(input);
-  // In a state that is not finite it may be NaN.
+  // The comparison lets NaN pass, which a state that is not finite may have.
   HAIRNET_ASSERT(!(state.elastic_energy_max_j < 0));
   StepTerms terms;
   const HeadMotion motion(input);

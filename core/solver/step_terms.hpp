@@ -9,7 +9,7 @@ namespace hairnet {
 // can lie side by side in memory. Axes of the head at the end of the step; matrices by columns. The default is a
 // character at rest that does not move.
 struct StepTerms {
-  // Maps x to turn x + shift.
+  // The map x -> turn x + shift.
   struct AffineMap {
     float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     float shift[3] = {};
@@ -18,22 +18,22 @@ struct StepTerms {
   float step_s = 1;
   // Turns vectors from the head's axes at the start to those at the end.
   float turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  // Is R' p^0 = turn p^0 + shift, m/s.
+  // The rigid velocity of a node, R' p^0 = turn p^0 + shift, m/s.
   AffineMap rigid_velocity{{}, {}};
-  // Is g - R g_0, m/s^2.
+  // Gravity without the part that the design includes, g - R g_0, m/s^2.
   float gravity_load[3] = {};
 
   // The character's own material (MaterialScale), and the active fraction of contact.
   float stiffness = 1, damping = 1, density = 1, ether_damping = 1, air_drag = 1, gel_per_s2 = 0;
   float contact = 1;
 
-  // Is LatticeState::elastic_energy_max_j at the start.
+  // LatticeState::elastic_energy_max_j at the start of the step.
   float elastic_energy_max_j = 0;
 
-  // Maps a point of head space, at the start and at the end, to its place relative to the bone at rest.
+  // They map a point of head space at the step's start, and at its end, to its place relative to each bone at rest.
   AffineMap to_bone_before[kBoneCount], to_bone[kBoneCount];
 
-  // Holds the velocities at the corners of the lattice (LatticeWind), m/s.
+  // The velocities at the corners of the lattice (LatticeWind), m/s.
   float wind[8][3] = {};
 };
 inline constexpr std::size_t kStepTermCount = sizeof(StepTerms) / sizeof(float);

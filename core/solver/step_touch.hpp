@@ -12,15 +12,15 @@ namespace hairnet {
 struct StepBody {
   TouchShape shape;
   RigidTransform from, to;
-  // Is Coulomb's coefficient of friction, at least 0.
+  // Coulomb's coefficient of friction, at least 0.
   double friction = 0;
 };
 
 // A contact point of the hair that a hand holds, bound to a place that moves with the hand (eq. 4 with one point).
 struct StepHold {
-  // Names a contact point of the level.
+  // The index of a contact point of the level.
   std::uint32_t point = 0;
-  // Are the places where the point is bound to at the step's start and end, world.
+  // The places where the point is bound to at the step's start and end, world.
   Vec3 from, to;
 };
 

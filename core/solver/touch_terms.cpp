@@ -10,7 +10,7 @@ namespace {
 static_assert(std::is_trivially_copyable_v<BodyTerms> && sizeof(BodyTerms) % sizeof(float) == 0);
 static_assert(std::is_trivially_copyable_v<HoldTerms> && sizeof(HoldTerms) % sizeof(float) == 0);
 
-// Hair is always near what it is inside of.
+// The near_m of a shape that is inside out: hair is always near what it is inside of.
 constexpr float kAlwaysNear_m = 1e6f;
 
 }  // namespace

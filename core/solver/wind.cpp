@@ -11,10 +11,10 @@ namespace hairnet {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-// A hurricane is so fast.
+// The fastest mean wind, about that of a hurricane.
 constexpr double kSpeedMax_m_per_s = 60;
-// Where a wind blows across an axis, sines and cosines leave a component below NumberRange::kSmallest there. Only what
-// is smaller than this is refused.
+// A component of the wind may be smaller than NumberRange::kSmallest, which other numbers may not: sines and cosines
+// leave such a component where a wind blows across an axis. Only a component smaller than this is refused.
 constexpr double kComponentMin_m_per_s = 1e-30;
 constexpr double kTurbulenceMax_m_per_s = 20;
 constexpr double kTurbulenceScaleMax_m = 100;
@@ -25,7 +25,7 @@ constexpr double kGustPeriodMin_s = 0.2, kGustPeriodMax_s = 120;
 constexpr int kEddySets = 4;
 constexpr std::size_t kEddiesPerSet = 6;
 constexpr double kWindAxisTolerance = 1e-9;
-// A position in the box may lie outside by this much.
+// A position in the box may lie outside by this much, by rounding.
 [[maybe_unused]] constexpr float kFractionRounding = 1e-5f;
 
 // Sine by its series, |turns| <= 1/4: within 1e-13, and the same bits from every compiler and library.
@@ -46,7 +46,7 @@ double sine_of_quarter(double turns) {
 
 // cos(2 pi turns)
 double cosine(double turns) {
-  // The part is in [0, 1/2], as the cosine is even.
+  // The cosine is even and has the period 1 in turns, so this part in [0, 1/2] is enough.
   const double part = std::abs(turns - std::floor(turns + 0.5));
   return sine_of_quarter(0.25 - part);
 }
@@ -55,6 +55,7 @@ double sine(double turns) {
   return cosine(turns - 0.25);
 }
 
+// A random unit vector. Points near the centre of the ball are rejected, as their direction is imprecise.
 Vec3 random_direction(Random& random) {
   while (true) {
     // braces: evaluated in this order by every compiler
@@ -64,6 +65,7 @@ Vec3 random_direction(Random& random) {
   }
 }
 
+// Three perpendicular unit vectors with a random turn.
 std::array<Vec3, 3> random_axes(Random& random) {
   const Vec3 a = random_direction(random);
   Vec3 across = a.cross(random_direction(random));
@@ -78,6 +80,8 @@ std::array<Vec3, 3> random_axes(Random& random) {
 
 std::string validate(const Wind& wind) {
   const Vec3& mean = wind.mean_m_per_s;
+  // Each has the value's name with its unit, the value, and the least and the most that it may be. The components also
+  // have the smallest size beside 0.
   return out_of_range(std::array<NumberRange, 8>{{
       {"wind speed along x (m/s)", mean.x(), -kSpeedMax_m_per_s, kSpeedMax_m_per_s, kComponentMin_m_per_s},
       {"wind speed along y (m/s)", mean.y(), -kSpeedMax_m_per_s, kSpeedMax_m_per_s, kComponentMin_m_per_s},
@@ -94,6 +98,7 @@ bool is_still(const Wind& wind) {
   return wind.mean_m_per_s == Vec3::Zero() && wind.turbulence_rms_m_per_s == 0;
 }
 
+// Adds two standard deviations of the turbulence to the strongest gust.
 double gust_m_per_s(const Wind& wind) {
   return (1 + wind.gust_ratio) * wind.mean_m_per_s.norm() + 2 * wind.turbulence_rms_m_per_s;
 }

@@ -16,9 +16,9 @@ struct Wind {
   Vec3 mean_m_per_s = Vec3::Zero();
   // Gusts vary the mean's speed between (1 - ratio) and (1 + ratio) times its own.
   double gust_ratio = 0;
-  // Is the period of the slowest gust; two quicker ones are added to it.
+  // The period of the slowest gust; two quicker ones are added to it.
   double gust_period_s = 4;
-  // Is the RMS of each component.
+  // The RMS of each component.
   double turbulence_rms_m_per_s = 0;
   // The smallest length over which turbulence changes: its wave numbers are 1/(4 scale) to 1/scale rad/m, so the
   // smallest eddies are pi scale across. A lattice cannot represent turbulence below kTurbulenceScaleMin_m.
@@ -67,7 +67,7 @@ class WindField {
     double frequency_hz, phase, share;
   };
   struct Eddy {
-    // Is in turns a metre.
+    // The wave vector in turns a metre.
     Vec3 wave_vector;
     Vec3 amplitude;  // m/s
     double frequency_hz, phase;
@@ -78,7 +78,7 @@ class WindField {
     std::vector<Gust> gusts;
     std::vector<Eddy> turbulence;
   };
-  // Is null in still air.
+  // The gusts and eddies, which copies of the field share; null in still air.
   std::shared_ptr<const Modes> modes_;
   bool is_carried_ = false;
 };
@@ -87,8 +87,9 @@ class WindField {
 // wave of wave number k has an error of at most (k L)^2 / 8 of its amplitude, where L is the longest side of the box.
 // So the RMS error of turbulence is at most (L / scale)^2 / 8 of its RMS.
 struct LatticeWind {
+  // The velocity at corner i + 2 j + 4 k, where i, j and k are 0 at the low and 1 at the high side of each axis.
   std::array<Vec3f, 8> corners{Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(),
-                               Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero()};  // corner i + 2 j + 4 k
+                               Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero(), Vec3f::Zero()};
 
   // `fraction` is the position along the box on each axis: node (i, j, k) is at (i / (nx - 1), j / (ny - 1), k / (nz -
   // 1)).

@@ -10,9 +10,10 @@
 namespace hairnet {
 namespace {
 
-// A shorter axis is a sphere's: it has no direction.
+// A shape with a shorter axis is a sphere, since the axis has no direction.
 constexpr double kAxisLeast_m = 1e-6;
 
+// The body of one shape of a hand; append_bodies in hand.hpp says what its axes are.
 TouchBody body_of(const Hand& hand, const HandShape& shape, const TouchKey& key) {
   const Vec3 axis = shape.to - shape.from;
   const double length_m = axis.norm();
@@ -25,7 +26,7 @@ TouchBody body_of(const Hand& hand, const HandShape& shape, const TouchKey& key)
   return body;
 }
 
-// Written so that NaN fails.
+// Returns an empty string, or one line. The comparisons are written so that NaN fails.
 std::string validate_shape(const HandShape& shape) {
   for (const Vec3& end : {shape.from, shape.to}) {
     if (!(end.allFinite() && end.cwiseAbs().maxCoeff() <= kHandSizeMax_m))

@@ -23,18 +23,18 @@ struct HandShape {
 struct Hand {
   // The hand's shapes have the numbers from here on, among the shapes of one person.
   std::uint8_t first_number = 0;
-  // Maps its own axes to the world; rigid, metres.
+  // The rigid transform from the hand's own axes to the world, m.
   RigidTransform place;
-  // Says that the hand has not moved to this place but appears here.
+  // The hand appears at this place and has not moved there, so it sweeps no hair along.
   bool has_jumped = false;
   std::vector<HandShape> shapes = {};
 };
 
 // All hands of a person have at most so many shapes.
 inline constexpr std::size_t kHandShapesMax = 32;
-// Limits coordinates of ends, and radii: own axes.
+// The greatest radius, and the greatest coordinate of a shape's ends in the hand's own axes.
 inline constexpr double kHandSizeMax_m = 10;
-// Limits coordinates of its place: world.
+// The greatest coordinate of a hand's place in the world.
 inline constexpr double kHandPlaceMax_m = 10'000;
 
 // Returns an empty string when valid: each hand has a shape, the numbers ascend from hand to hand and are below

@@ -8,11 +8,11 @@
 
 namespace hairnet {
 
-// Names who touches. The room itself has its props.
+// The number of someone who touches hair: a person, or the room itself, which has its props.
 using ToucherId = std::uint32_t;
 inline constexpr ToucherId kRoomToucher = 0;
 
-// Names one shape of one toucher.
+// Names one shape of one toucher. The number is the toucher's own.
 struct TouchKey {
   ToucherId toucher = kRoomToucher;
   std::uint8_t number = 0;
@@ -23,11 +23,11 @@ struct TouchKey {
 struct TouchBody {
   TouchKey key;
   TouchShape shape;
-  // Maps the shape's own axes to the world; rigid, metres.
+  // The rigid transform from the shape's own axes to the world, m.
   RigidTransform place;
-  // Says that the body has not moved to this place but appears here, so it does not sweep hair along.
+  // The body appears at this place and has not moved there, so it sweeps no hair along.
   bool has_jumped = false;
-  // Says that the body touches only characters of its own toucher, whoever else allows it.
+  // The body touches only characters of its own toucher, whoever else allows it.
   bool only_own = false;
 };
 

@@ -12,7 +12,8 @@ enum class TouchAudience : std::uint8_t { nobody, oneself, chosen, everyone };
 
 struct TouchRule {
   TouchAudience audience = TouchAudience::oneself;
-  // Are those of TouchAudience::chosen, ascending. The owner is always among them.
+  // The touchers whom TouchAudience::chosen allows, ascending. The character's owner is always allowed and need not be
+  // named.
   std::vector<ToucherId> chosen = {};
   friend bool operator==(const TouchRule&, const TouchRule&) = default;
 };

@@ -5,7 +5,7 @@
 namespace hairnet {
 namespace {
 
-// The axis of the nearest face of a box, for a point inside it. A point as near to several takes y first.
+// The axis of the nearest face of a box, for a point inside. Among equally near faces y comes first.
 Eigen::Index nearest_face(const Vec3& beyond) {
   Eigen::Index axis = 1;
   for (const Eigen::Index other : {0, 2}) {
@@ -17,9 +17,10 @@ Eigen::Index nearest_face(const Vec3& beyond) {
 }  // namespace
 
 PlacedShape half_space(const RigidTransform& place) {
-  // Steps measure depth from its middle in float: it is thin, so that this loses less than a micrometre.
+  // Steps measure the depth from the middle of the box in float. The box is only 10 m deep, so that this loses less
+  // than a micrometre.
   const Vec3 half_size_m(kTouchSizeMax_m, 5, kTouchSizeMax_m);
-  // A rotation may be a little off unit length (kTouchRotationTolerance), which 5 m would make millimetres of.
+  // The rotation is normalised, since 5 m would turn its allowed error (kTouchRotationTolerance) into millimetres.
   return {box(half_size_m),
           {place.rotation, place.position - place.rotation.normalized() * Vec3(0, half_size_m.y(), 0)}};
 }

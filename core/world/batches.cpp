@@ -29,7 +29,7 @@ void Batches::add(Character& character, Outcome& outcome) {
   const int ticks = character.step_ticks;
   const std::size_t index = items_.size();
   items_.push_back({&character, &outcome});
-  // Only the last batch may still grow, hence the order in which the header wants characters.
+  // Only the last batch may still grow. Therefore characters that can share a batch must be added one after the other.
   const bool fits = !batches_.empty() && batches_.back().model == model && batches_.back().ticks == ticks &&
                     index - batches_.back().begin < (character.network() ? kLearntWidth : width_);
   if (!fits) batches_.push_back({model, character.level, ticks, index, index, 0});
@@ -45,7 +45,8 @@ void Batches::step(const TickContext& terms, ClockNs now_ns, const ParallelFor& 
     if (now_ns) batches_[b].step_ns = now_ns() - begin_ns;
   };
   run_loop(parallel_for, batches_.size(),
-           std::cref(step_one));  // a reference, because a copy into std::function would allocate
+           // The loop gets a reference, because a copy into std::function would allocate.
+           std::cref(step_one));
 }
 
 StepCosts Batches::costs() const {
@@ -80,7 +81,7 @@ void Batches::step_lattices(const TickContext& terms, const Batch& batch, Scratc
   const std::size_t count = batch.end - batch.begin;
   const StepPlan& plan = terms.plans->of(batch.level, batch.ticks);
   const auto substep_count = static_cast<std::size_t>(plan.substep_count);
-  // It never shrinks, so batches of another size or number of substeps allocate nothing.
+  // The buffer never shrinks, so batches of another size or another number of substeps allocate nothing.
   scratch.inputs.resize(std::max(scratch.inputs.size(), width_ * substep_count));
   scratch.members.resize(count);
   const auto inputs_of = [&](std::size_t member) {
@@ -115,7 +116,7 @@ void Batches::step_members(const Level& level, int iterations, Scratch& scratch)
 
 std::unique_ptr<Batches::Scratch> Batches::take_scratch() {
   const MutexLock lock(mutex_);
-  // There are as many scratches as batches were stepped at the same time.
+  // There come to be as many scratches as batches were ever stepped at the same time.
   if (scratches_.empty()) return std::make_unique<Scratch>();
   std::unique_ptr<Scratch> scratch = std::move(scratches_.back());
   scratches_.pop_back();

@@ -28,24 +28,25 @@ class Batches {
   [[nodiscard]] StepCosts costs() const;
 
  private:
-  // Both must stay where they are until step() has returned.
+  // A character to be stepped, and where its outcome goes. The caller owns both, and they must not move before step()
+  // has returned.
   struct Item {
     Character* character;
     Outcome* outcome;
   };
   struct Batch {
-    // Points to the lattice's Level, or to the network.
+    // The lattice's Level or the LearntHair that steps all of the batch. It serves as a key alone.
     const void* model;
     LevelIndex level;
     int ticks;
-    // Are indices of items.
+    // The batch has items_[begin] up to items_[end], exclusive.
     std::size_t begin, end;
     std::int64_t step_ns;
   };
   // The working memory of one batch at a time.
   struct Scratch {
     StepScratch step;
-    // Belong to one member after the other.
+    // The substeps of the first member, then those of the second, and so on.
     std::vector<StepInput> inputs;
     std::vector<CrowdMember> members;
     std::vector<Character*> characters;
@@ -57,9 +58,12 @@ class Batches {
   std::unique_ptr<Scratch> take_scratch();
   void put_scratch(std::unique_ptr<Scratch> scratch);
 
+  // The most members of a batch of lattices: the lanes of the machine's widest registers.
   std::size_t width_ = crowd_width();
+  // All characters of the tick in the order of add(); each batch is a run of them.
   std::vector<Item> items_;
   std::vector<Batch> batches_;
+  // Protects scratches_; each thread takes one Scratch for a batch and puts it back.
   Mutex mutex_;
   // The scratch that was used last is taken first, as its memory is still in the cache.
   std::vector<std::unique_ptr<Scratch>> scratches_;

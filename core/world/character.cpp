@@ -17,18 +17,21 @@ namespace {
 constexpr float kStillSpeed_m_per_s = 1e-3f;
 // Hair that settles loses half of its velocity in this time.
 constexpr double kSettleHalf_s = 1.0 / 15;
-// In this time, hair that sticks comes to go half as far in a turn. Friction is a viscosity here, so without this, hair
-// that lies on something would creep for long, or for ever.
+// Hair that sticks goes half as far in a turn after each such time. Friction is a viscosity here (body_contact.hpp), so
+// hair that lies on something would otherwise creep without end.
 constexpr double kStickHalf_s = 0.5;
-// Hair sticks after it has settled for so long. Nothing but the own body can hold it up, and most of it glides off that
-// meanwhile. Touched hair sticks at once.
+// Untouched hair sticks after it has settled for this long. Only the own body can hold such hair up, and most of it has
+// glided off by then. Touched hair sticks as soon as it settles.
 constexpr double kStickAfter_s = 4;
 
-// Tolerance for a state from outside: the wire's coarsest step may have rounded a coordinate by a millimetre. Hair
-// within a metre of a head moves hardly faster than the head (is_teleport).
+// A state from outside may exceed the level's farthest displacement by this much, because the wire's coarsest step
+// (kHairStateStepMax_m) may have rounded each coordinate.
 constexpr float kStateSlack_m = 0.002f;
+// A state from outside with faster nodes is refused. Hair within a metre of a head moves hardly faster than the head
+// (is_teleport).
 constexpr float kStateSpeedMax_m_per_s = 1000;
-// Faster hair was on a ride, and this head may move otherwise by now.
+// Faster hair was on a ride. Its velocities are dropped, since the head of the new character may stand still. It is the
+// speed above which is_teleport() asks whether a head rides or jumps.
 constexpr float kStateRideSpeed_m_per_s = 25;
 
 // Whether no bone has moved or turned by more than a headset's noise.
@@ -37,8 +40,8 @@ bool is_still(const Pose& a, const Pose& b) {
                             [](const auto& bone, const auto& other) { return is_still(bone, other); });
 }
 
-// The effective shares of springs, attachments and contact after a level switch. They begin weak, not absent, so that
-// hair hardly sinks meanwhile.
+// The effective shares of springs, attachments and contact after a level switch. They begin at 10 % and 2 %, and not at
+// 0, so that hair hardly sinks meanwhile. They grow with the square of the time.
 struct SwitchEase {
   explicit SwitchEase(double since_s) : t(std::clamp(since_s / kSwitchEase_s, 0.0, 1.0)) {}
   [[nodiscard]] double stiffness() const { return 0.1 + 0.9 * t * t; }
@@ -46,8 +49,9 @@ struct SwitchEase {
   double t;
 };
 
-// Reduces the displacements along a smooth curve to zero, where the rigid level begins.
+// Reduces the displacements along a smooth curve. When they are zero, the rigid level begins.
 void ease_to_rigid(double elapsed_s, Character& c) {
+  // The share of the displacements that is left this long after the request.
   const auto left = [](double since_s) { return 1 - smoothstep(0.0, kRigidEase_s, since_s); };
   const double before = left(c.rigid_ease_s);
   HAIRNET_ASSERT(before > 0);
@@ -62,24 +66,30 @@ void ease_to_rigid(double elapsed_s, Character& c) {
   for (Vec3f& d : c.state.displacement) d *= static_cast<float>(after / before);
 }
 
-// For how long bones and air have been at rest.
+// How long bones and air have been at rest, s. Any wind counts as motion.
 double still_s(const TickContext& terms, const Character& c) {
   return terms.environment(c).wind.is_still() ? c.bones_still_s : 0;
+}
+
+double settle_after_s(const Character& c) {
+  return c.touch ? kSettleTouchedAfter_s : kSettleAfter_s;
 }
 
 // Sets the shares of springs and contact after level switches and untangling.
 void ease_in(const TickContext& terms, Character& c) {
   const double elapsed_s = terms.plan(c).interval_s;
-  // What lies on a prop, or is held, may be folded for as long as it likes.
+  // Hair that lies on a prop, or is held, may be folded for any time, so touched hair is never untangled.
   const double free_still_s = c.touch ? 0 : still_s(terms, c);
   c.untangle.update(c.to, free_still_s, elapsed_s, *c.model(), c.state.displacement);
   c.contact_release = std::max(c.untangle.share(), 1 - SwitchEase(c.since_switch_s).contact());
   c.since_switch_s += elapsed_s;
   const double stiffness = std::min(c.untangle.stiffness(), SwitchEase(c.since_switch_s).stiffness());
+  // The elastic energy of springs and attachments is proportional to their stiffness, so the limit changes by the same
+  // factor.
   c.state.elastic_energy_max_j *= static_cast<float>(stiffness / std::exchange(c.stiffness, stiffness));
 }
 
-// Counts towards sleep while no node moves against the head.
+// Counts the time towards sleep while no node moves against the head. When the character falls asleep, all motion ends.
 void count_stillness(double elapsed_s, Character& c) {
   if (c.state.speed_max_m_per_s > kStillSpeed_m_per_s) return c.wake();
   c.still_s += elapsed_s;
@@ -89,14 +99,17 @@ void count_stillness(double elapsed_s, Character& c) {
   c.unsettled = {};
 }
 
-// Springs that turn far in one linearised step can keep a lattice in a cycle that never ends, or, scaled back by the
-// limit of its energy before each step, with a velocity that leads nowhere; light nodes may swing on and on. Long after
-// all else is at rest, each turn therefore goes half its way and velocities are damped, which ends all of it and
-// changes no state of rest, and the speed is that of the way. Then hair goes less and less of it, so what still creeps
-// sticks where it has come to.
+// Ends motion that leads nowhere, long after bones and air have come to rest. Springs that turn far in one linearised
+// step can keep a lattice in an endless cycle. The limit of elastic energy, which scales a lattice back before each
+// step, can leave it with a velocity without effect. Light nodes may swing on and on.
+//
+// Therefore each turn goes only half its way, and velocities are damped. This ends all such motion and changes no state
+// of rest. After kStickAfter_s the turn goes a smaller and smaller share, so hair that still creeps sticks where it is.
 void settle(const TickContext& terms, Character& c) {
-  if (still_s(terms, c) < kSettleAfter_s) return;
-  const double stuck_s = still_s(terms, c) - kSettleAfter_s - (c.touch ? 0 : kStickAfter_s);
+  const double settling_s = still_s(terms, c) - settle_after_s(c);
+  if (settling_s < 0) return;
+  // How long the hair has been sticking, s, negative before; and the share of its way that is left to it.
+  const double stuck_s = settling_s - (c.touch ? 0 : kStickAfter_s);
   const double stuck = std::exp2(-std::max(0.0, stuck_s) / kStickHalf_s);
   const auto share = static_cast<float>(0.5 * stuck);
   const auto damping = static_cast<float>(std::exp2(-terms.plan(c).interval_s / kSettleHalf_s));
@@ -112,12 +125,13 @@ void settle(const TickContext& terms, Character& c) {
   c.state.speed_max_m_per_s = static_cast<float>(stuck / terms.plan(c).interval_s) * std::sqrt(farthest2_m2);
 }
 
+// Whether the character has a turn in this tick.
 bool is_due(const TickContext& terms, const Character& c) {
   // The phase is the slot's number, so the characters of one stride have their turns in different ticks.
   return c.steps_next_tick || (terms.tick + c.phase) % c.stride == 0;
 }
 
-// Ends the turn of a character without a lattice to step.
+// Ends the turn of a character whose lattice is not stepped: rigid, learnt, easing or teleported.
 void end_turn(const TickContext& terms, Character& c) {
   // A lattice that comes next reads the head's velocity from last_from and from, as after a last substep.
   const double steps = terms.plan(c).substep_count;
@@ -126,14 +140,16 @@ void end_turn(const TickContext& terms, Character& c) {
   c.velocity_is_relative = c.discontinuous;
 }
 
-// Hair has no part in a jump: its velocity is relative to the head from here on, as nobody knows the head's yet.
+// Takes the rigid velocity out of the state's velocities, because a jump of the head must not throw the hair. The
+// head's velocity after the jump is known only when the next pose has come.
 void make_velocity_relative(Character& c) {
   if (c.model() && !c.velocity_is_relative) add_rigid_velocity(*c.model(), last_head_motion(c), -1, c.state);
   c.last_from = c.from;
   c.velocity_is_relative = true;
 }
 
-// The rest's velocity over the coming first substep, in the axes of the head at its start.
+// Adds the rigid velocity over the coming first substep, in the axes of the head at its start, as the solver's input
+// has it.
 void add_next_rigid_velocity(const StepPlan& plan, Character& c) {
   const Pose first = interpolate(c.from, c.to, 1.0 / plan.substep_count);
   const RigidTransform motion = c.from.head().inverse() * first.head();
@@ -208,7 +224,7 @@ Outcome begin_tick(const TickContext& terms, Character& c) {
     if (std::exchange(c.velocity_is_relative, false)) add_next_rigid_velocity(plan, c);
     ease_in(terms, c);
     // Settling needs the state before the turn, to go back half of the way.
-    if (still_s(terms, c) >= kSettleAfter_s) c.unsettled = c.state;
+    if (still_s(terms, c) >= settle_after_s(c)) c.unsettled = c.state;
     check_invariants(c);
     return Outcome::stepped;
   } else if (c.network()) {
@@ -239,7 +255,7 @@ void put_inputs(const TickContext& terms, const Character& c, std::span<StepInpu
     input.contact_release = c.contact_release;
     input.material = c.material;
     input.material.stiffness *= static_cast<float>(c.stiffness);
-    // Time counts from tick 0 and not from the turn, so the wind does not depend on strides.
+    // Time counts from the world's tick 0 and not from the turn, so the wind does not depend on strides.
     input.time_s = (static_cast<double>(first_tick) + share * c.step_ticks) * terms.tick_s;
   }
 }
@@ -269,9 +285,11 @@ Outcome end_tick(const TickContext& terms, std::span<const StepInput> inputs, bo
 void step_learnt_turns(const TickContext& terms, std::span<Character* const> characters) {
   HAIRNET_ASSERT(!characters.empty() && characters.size() <= kLearntWidth);
   std::array<LearntMotion, kLearntWidth> motions;
-  // One place for each tick of the longest stride, and one for the pose from which the turn starts.
+  // The air at the head: one entry for each tick of the longest stride, and one for the pose from which the turn
+  // starts.
   std::array<std::array<Vec3, kStrideMax + 1>, kLearntWidth> air_world;
   const LearntHair& hair = *characters[0]->network();
+  // The network knows only ticks of kLearntTick_s; World::set_level refuses it at another tick rate.
   const double interval_s = terms.plan(*characters[0]).interval_s;
   const int ticks = std::max(1, static_cast<int>(std::lround(interval_s / kLearntTick_s)));
   HAIRNET_ASSERT(ticks <= kStrideMax);
@@ -285,7 +303,8 @@ void step_learnt_turns(const TickContext& terms, std::span<Character* const> cha
     motions[i].air_is_carried = wind.is_carried();
     if (wind.is_still()) continue;
     const std::span<Vec3> air = std::span(air_world[i]).first(static_cast<std::size_t>(ticks) + 1);
-    // The air at the start matters only to a network that begins: others have seen it as the end of their last turn.
+    // The air at the start matters only to a network that begins. Any other network has seen that air at the end of its
+    // last turn.
     for (int tick = begins ? 0 : 1; tick <= ticks; ++tick) {
       const double share = static_cast<double>(tick) / ticks;
       const Vec3 place = wind.is_carried() ? Vec3::Zero() : interpolate(c.from, c.to, share).head().position;
@@ -328,7 +347,7 @@ bool replace_state(std::span<const Vec3f> displacement, std::span<const Vec3f> v
   const std::size_t count = level->rest.size();
   if (displacement.size() != count || (!velocity.empty() && velocity.size() != count)) return false;
   const float farthest_m = level->displacement_max_m + kStateSlack_m;
-  // Written so that NaN fails.
+  // The comparison is written so that NaN fails.
   const auto within = [](float most) { return [most](const Vec3f& x) { return x.squaredNorm() <= most * most; }; };
   if (!std::ranges::all_of(displacement, within(farthest_m))) return false;
   if (!std::ranges::all_of(velocity, within(kStateSpeedMax_m_per_s))) return false;

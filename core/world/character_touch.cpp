@@ -17,10 +17,11 @@ namespace {
 using Hand = CharacterTouch::Hand;
 using MetBody = CharacterTouch::MetBody;
 
-// How far hair may be from its design where no lattice says.
+// How far hair may be from its design when the character has no lattice that moves.
 constexpr double kUnknownSway_m = 0.3;
 
-// Only hair on a lattice that stays is moved by touch.
+// Whether touch can move the hair: it must be on a lattice that does not ease to the rigid level, of a character with
+// turns.
 bool can_move(const Character& c) {
   return c.model() && c.rigid_ease_s < 0 && !c.suspended;
 }
@@ -31,13 +32,14 @@ struct Ball {
   double radius_m = 0;
 };
 
+// The ball about the lattice's box.
 Ball ball_of(const Lattice& lattice) {
   const Vec3 size =
       Vec3(lattice.dims[0] - 1, lattice.dims[1] - 1, lattice.dims[2] - 1).cwiseProduct(lattice.spacing.cast<double>());
   return {lattice.origin.cast<double>() + size / 2, size.norm() / 2};
 }
 
-// The farthest that hair gets from its design within a tick.
+// The farthest that hair gets from its design within a tick, m.
 double sway_m(const Character& c, double tick_s) {
   if (!can_move(c)) return kUnknownSway_m;
   float farthest2_m2 = 0;
@@ -45,8 +47,8 @@ double sway_m(const Character& c, double tick_s) {
   return std::sqrt(static_cast<double>(farthest2_m2)) + tick_s * static_cast<double>(c.state.speed_max_m_per_s);
 }
 
-// How near the body comes to the ball within the tick, m: at most its distance, exact for bodies that stay. Infinite
-// for most bodies that are farther than `reach_m`.
+// A lower bound of the distance between the body and the ball within the tick, m; exact for bodies that stay. It is
+// infinite, without the costly part, for most bodies that are farther than `reach_m`.
 double distance_m(const RoomBody& b, const Ball& ball, const Character& c, double reach_m) {
   const Vec3 from = c.from.head().point(ball.centre), to = c.to.head().point(ball.centre);
   const RigidTransform& place = b.body.place;
@@ -55,13 +57,14 @@ double distance_m(const RoomBody& b, const Ball& ball, const Character& c, doubl
   const bool is_far = (to - place.position).squaredNorm() > farthest_m * farthest_m;
   if (is_far && !b.body.shape.is_inside_out) return std::numeric_limits<double>::infinity();
   const Vec3 own_from = b.from.inverse().point(from), own_to = place.inverse().point(to);
-  // A distance changes by at most the way. So on a way of length w no point is nearer than (d_0 + d_1 - w) / 2, where
-  // d_0 and d_1 are the distances at its ends.
+  // A distance changes by at most the way that is travelled. So on a way of length w no point is nearer than (d_0 + d_1
+  // - w) / 2, where d_0 and d_1 are the distances at its ends.
   const double distances_m = shape_distance(b.body.shape, own_from) + shape_distance(b.body.shape, own_to);
   return (distances_m - (own_to - own_from).norm()) / 2 - ball.radius_m;
 }
 
-// Visits the bodies that may touch the character; unless everyone may, it looks at no others.
+// Visits the bodies that may touch the character. Bodies ascend by toucher, so unless everyone may touch, only the runs
+// of the allowed touchers are visited.
 template <class Visit>
 void visit_allowed(const RoomBodies& room, const Character& c, const Visit& visit) {
   const TouchRule& rule = c.touch_rule;
@@ -78,6 +81,7 @@ void visit_allowed(const RoomBodies& room, const Character& c, const Visit& visi
   if (rule.audience == TouchAudience::nobody) return;
   if (c.owner != kRoomToucher) visit_of(c.owner);
   if (rule.audience == TouchAudience::oneself) return;
+  // The same toucher may stand twice in `chosen`, which ascends.
   ToucherId last = kRoomToucher;
   for (const ToucherId toucher : rule.chosen) {
     const bool is_again = std::exchange(last, toucher) == toucher;
@@ -85,7 +89,8 @@ void visit_allowed(const RoomBodies& room, const Character& c, const Visit& visi
   }
 }
 
-// The bodies near the hair that may touch it, the nearest ones when they are too many; by key.
+// The bodies near the hair that may touch it, ascending by key. When there are more than kStepBodiesMax, only the
+// nearest ones. The pointers lead into `room`.
 std::vector<const RoomBody*> near_bodies(const RoomBodies& room, double tick_s, const Character& c,
                                          TouchCounts& counts) {
   struct Near {
@@ -95,6 +100,7 @@ std::vector<const RoomBody*> near_bodies(const RoomBodies& room, double tick_s, 
   };
   std::vector<const RoomBody*> bodies;
   if (room.empty() || !c.levels) return bodies;
+  // Hair without a lattice has the box of the finest level's.
   const Level& level = c.model() ? *c.model() : c.levels->levels.front();
   if (level.rest.empty()) return bodies;
   const Ball ball = ball_of(level.geometry.lattice);
@@ -108,7 +114,7 @@ std::vector<const RoomBody*> near_bodies(const RoomBodies& room, double tick_s, 
     if (away_m <= coarse_m) near.push_back({away_m, &body});
   });
   if (near.empty()) return bodies;
-  // The sway takes a pass over all nodes. The coarse bound came first, since most characters have no body near.
+  // The exact bound takes a pass over all nodes. The coarse bound came first, since most characters have no body near.
   const double reach_m = sway_m(c, tick_s) + kTouchReach_m;
   std::erase_if(near, [&](const Near& n) { return n.distance_m > reach_m; });
   if (near.size() > kStepBodiesMax) {
@@ -117,17 +123,18 @@ std::vector<const RoomBody*> near_bodies(const RoomBodies& room, double tick_s, 
     near.resize(kStepBodiesMax);
   }
   for (const Near& n : near) bodies.push_back(n.body);
-  // Keys and not distances give the order: a body that comes nearer must not look like another body.
+  // The order is that of keys and not of distances: are_others() would take a body that comes nearer for another one.
   std::ranges::sort(bodies, {}, [](const RoomBody* body) { return body->body.key; });
   return bodies;
 }
 
-// How far a ball is within the skin, and the way out, world.
+// How deep a ball is in the skin, and the way out of it, of unit length, world.
 struct Overlap {
   double depth_m = 0;
   Vec3 way_out = Vec3::Zero();
 };
 
+// The deepest overlap of a ball with the skins of all bones.
 Overlap overlap(const Level& level, const Pose& pose, const Vec3& centre_world, double radius_m) {
   Overlap deepest;
   for (const SkinDistanceField& field : *level.skin) {
@@ -139,8 +146,8 @@ Overlap overlap(const Level& level, const Pose& pose, const Vec3& centre_world, 
   return deepest;
 }
 
-// Hair between a hand and the skin would be squeezed, so a hand within the skin is moved out of it along the skin's
-// normal at the deepest of three places along the hand's longest axis.
+// Moves a hand that is within the skin out of it, because hair in between would be squeezed. The way out is the skin's
+// normal at the deepest of three places: the middle of the hand's longest axis, and its ends.
 void push_out_of_skin(const Level& level, const Pose& pose, StepBody& hand) {
   Eigen::Index axis = 0;
   const double half_length_m = hand.shape.half_size_m.maxCoeff(&axis);
@@ -155,16 +162,17 @@ void push_out_of_skin(const Level& level, const Pose& pose, StepBody& hand) {
   hand.to.position += shift;
 }
 
+// The body as the character's hair meets it in this tick.
 MetBody met(const RoomBody& b, const Character& c) {
   MetBody body{b.body.key, {b.body.shape, b.from, b.body.place, kTouchFriction}};
-  // A prop stays where the room has put it, also within a body, and a shape that is inside out has its surface around
-  // the hair.
+  // Only a hand is pushed out of the skin. A prop stays where the room has put it, even within a body, and a shape that
+  // is inside out has its surface around the hair.
   const bool is_hand = b.body.key.toucher != kRoomToucher && !b.body.shape.is_inside_out;
   if (is_hand) push_out_of_skin(*c.model(), c.to, body.body);
   return body;
 }
 
-// The bodies are others than in the last tick.
+// Whether the bodies are not those of the tick before, by their keys.
 bool are_others(std::span<const RoomBody* const> near, std::span<const MetBody> before) {
   const auto is_same = [](const RoomBody* a, const MetBody& b) { return a->body.key == b.key; };
   return !std::ranges::equal(near, before, is_same);
@@ -174,7 +182,7 @@ bool is_in_hand(const Hold& hold) {
   return !hold.is_pinned;
 }
 
-// How many hands hold hair.
+// How many hands hold hair. Holds of one hand are neighbours, so each change of the key is another hand.
 std::uint32_t hand_count(const CharacterTouch& touch) {
   std::uint32_t count = 0;
   const Hold* last = nullptr;
@@ -193,7 +201,8 @@ const Hand& hand_of(const Hold& hold, const CharacterTouch& touch) {
   return *hand;
 }
 
-// Follows the hands that hold hair, and lets go where one has gone or may not touch any more.
+// Ends the holds of hands that have gone or may not touch any more, and collects where the other hands are in this
+// tick.
 void follow_hands(const RoomBodies& room, Character& c) {
   CharacterTouch& touch = *c.touch;
   std::erase_if(touch.holds, [&](const Hold& hold) {
@@ -209,6 +218,7 @@ void follow_hands(const RoomBodies& room, Character& c) {
   }
 }
 
+// Where a contact point of the hair is, head space, m.
 Vec3 point_head(const Character& c, std::uint32_t point) {
   const ContactPoints& contacts = c.model()->contacts;
   HAIRNET_ASSERT(point < contacts.count());
@@ -218,17 +228,18 @@ Vec3 point_head(const Character& c, std::uint32_t point) {
   return at.cast<double>();
 }
 
-// Lets go of points that are too far from their anchors, and moves the anchors of those that pull too hard. `place`:
-// where the hands are while the hair is as its state says.
+// Lets go of points that are too far from their anchors, and moves the anchors of points that pull too hard. `place`
+// says which place of a hand belongs to the hair's state: Hand::from before the turn, Hand::to after it.
 void slip(RigidTransform Hand::*place, Character& c) {
   CharacterTouch& touch = *c.touch;
   // The stretch at which the hold's spring pulls with kHoldSlip_n.
   constexpr double kSlip_m = kHoldSlip_n / kHoldStiffness_n_per_m;
   const RigidTransform& head = c.from.head();
+  // The axes in which a hold's anchor is given.
   const auto frame = [&](const Hold& hold) -> const RigidTransform& {
     return hold.is_pinned ? head : hand_of(hold, touch).*place;
   };
-  // Leads from the point to its anchor, world.
+  // The way from a held point to its anchor, world.
   const auto way = [&](const Hold& hold) {
     return Vec3(frame(hold).point(hold.anchor) - head.point(point_head(c, hold.point)));
   };
@@ -243,29 +254,32 @@ void slip(RigidTransform Hand::*place, Character& c) {
   }
 }
 
+// Wakes a character whose touch has changed.
 void rouse(Character& c) {
   c.wake();
-  // Touched hair is neither settled nor untangled, since both begin after a rest.
+  // Hair that is being touched must be neither settled nor untangled, and both begin when the bones have been still for
+  // a time.
   c.bones_still_s = 0;
 }
 
+// The character's CharacterTouch, which this makes where there is none.
 CharacterTouch& touch_of(Character& c) {
   if (!c.touch) c.touch = std::make_unique<CharacterTouch>();
   return *c.touch;
 }
 
-// Meets the bodies near hair on a lattice.
+// Gives the character the bodies near its hair.
 void feel(std::span<const RoomBody* const> near, Character& c) {
   CharacterTouch& touch = *c.touch;
   const bool is_moved = !touch.hands.empty() || std::ranges::any_of(near, &RoomBody::moves);
   if (is_moved || are_others(near, touch.bodies)) rouse(c);
-  // Near a body a stride would be too coarse: the character has a turn in every tick.
+  // Near a body a stride of several ticks would be too coarse, so the character has a turn in every tick.
   if (!near.empty() || !touch.hands.empty()) c.steps_next_tick = true;
   touch.bodies.clear();
   for (const RoomBody* body : near) touch.bodies.push_back(met(*body, c));
 }
 
-// Erases the holds for which `ends` holds.
+// Erases the holds for which `ends` is true, and wakes the character if there are any.
 template <class Ends>
 void erase_holds(Character& c, const Ends& ends) {
   if (c.touch && std::erase_if(c.touch->holds, ends) > 0) rouse(c);
@@ -283,7 +297,7 @@ TouchCounts meet_bodies(const RoomBodies& room, double tick_s, Character& c) {
   const std::uint32_t hands = hand_count(touch);
   follow_hands(room, c);
   if (can_move(c)) {
-    // A hand that has jumped is far from its hair.
+    // A hand may have jumped since the last tick, and is then too far from the hair that it holds.
     slip(&Hand::from, c);
     feel(near, c);
   }
@@ -341,7 +355,7 @@ std::uint32_t take_hold(const RoomBodies& room, const Grab& grab, Character& c) 
     std::uint32_t point;
     auto operator<=>(const InReach&) const = default;
   };
-  // The hair's state is that of the tick's start.
+  // The hair's state is that of the tick's start, so the hand's place at the start belongs to it.
   const RigidTransform hand_to_head = c.from.head().inverse() * hand->from;
   const RigidTransform head_to_hand = hand_to_head.inverse();
   const Vec3 place_head = hand_to_head.point(grab.place);
@@ -351,14 +365,14 @@ std::uint32_t take_hold(const RoomBodies& room, const Grab& grab, Character& c) 
     if (distance_m <= grab.radius_m) points.push_back({distance_m, p});
   }
   if (points.empty()) return 0;
-  // Who takes hold of hair that they pinned takes it along.
+  // A person who takes hold of hair that they pinned takes it along.
   erase_holds(c, [&](const Hold& hold) {
     return hold.is_pinned && hold.hand.toucher == grab.hand.toucher &&
            std::ranges::find(points, hold.point, &InReach::point) != points.end();
   });
   std::vector<Hold>& holds = touch_of(c).holds;
   std::ranges::sort(points);
-  // Pins keep their places, so they count towards the limit.
+  // Pins keep their places, so the new holds get only what the pins leave of kStepHoldsMax.
   points.resize(std::min(points.size(), kStepHoldsMax - holds.size()));
   for (const InReach& p : points) holds.push_back({grab.hand, p.point, head_to_hand.point(point_head(c, p.point))});
   return static_cast<std::uint32_t>(points.size());
@@ -378,7 +392,7 @@ void let_go(const TouchKey& hand, Release release, Character& c) {
   if (!c.touch) return;
   for (Hold& hold : c.touch->holds) {
     if (hold.is_pinned || hold.hand != hand) continue;
-    // The anchor is where the point is, so nothing pulls at first.
+    // The anchor is put where the point is, so the pin pulls at nothing at first.
     hold.anchor = point_head(c, hold.point);
     hold.is_pinned = true;
   }

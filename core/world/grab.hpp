@@ -7,7 +7,7 @@ namespace hairnet {
 // A hand takes hold of hair: all of a character's contact points within `radius_m` of a place on one of its shapes.
 struct Grab {
   TouchKey hand;
-  // Is in own axes of the hand's shape, m.
+  // The place about which hair is taken, in own axes of the hand's shape, m.
   Vec3 place = Vec3::Zero();
   double radius_m = 0.03;
 };

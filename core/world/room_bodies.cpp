@@ -13,13 +13,14 @@ TouchKey key_of(const RoomBody& body) {
   return body.body.key;
 }
 
-// The speed of its fastest point.
+// The speed of the body's fastest point.
 double speed_m_per_s(const RoomBody& b, double tick_s) {
   const double shift_m = (b.body.place.position - b.from.position).norm();
   const double turn_rad = b.from.rotation.angularDistance(b.body.place.rotation);
   return (shift_m + turn_rad * b.bounding_radius_m) / tick_s;
 }
 
+// Takes over from the tick before what a body of the same key had: where it was, and whether it is still.
 void continue_from(const RoomBody& before, double tick_s, RoomBody& body) {
   // A body that is set twice in a tick still moves from where it was at the tick's start, and stays marked as moving:
   // rest_bodies alone ends its way.

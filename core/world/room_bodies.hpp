@@ -10,24 +10,25 @@ namespace hairnet {
 // A body of a room over the coming tick.
 struct RoomBody {
   TouchBody body;
-  // Is where it is at the tick's start: its place, unless it moves there.
+  // The body's place at the tick's start. A body that does not move over the tick has body.place here.
   RigidTransform from;
   // The body has stayed near this place since it last moved.
   RigidTransform still_place;
+  // The radius of a ball about body.place that contains the shape.
   double bounding_radius_m = 0;
-  // Hair near it must not sleep: it moves, or is not as it was.
+  // Hair near the body must not fall asleep: the body moves in this tick, is new, or has changed.
   bool moves = true;
 };
 
-// Ascends by key.
+// The bodies of one room, ascending by key.
 using RoomBodies = std::vector<RoomBody>;
 
 // Returns null when the room has no such body.
 const RoomBody* find_body(const RoomBodies& room, const TouchKey& key);
 
-// The bodies of a room, each moving in a tick from where the one with its key is in `before`. One that is new, has
-// jumped or would move faster than kTouchSpeedMax_m_per_s at some point of it does not sweep: it begins at its place.
-// Asserts that the bodies are valid and their keys ascend.
+// The bodies of a room in the coming tick. Each moves from where `before` has the body of the same key. A body begins
+// at its place, and so does not sweep hair along, when it is new, has jumped, or its fastest point would exceed
+// kTouchSpeedMax_m_per_s. Asserts that the bodies are valid and their keys ascend.
 RoomBodies move_bodies(const RoomBodies& before, std::span<const TouchBody> bodies, double tick_s);
 
 // Ends the tick: all bodies stay where they are.

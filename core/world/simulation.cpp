@@ -96,7 +96,8 @@ void Simulation::add(const SimulationInputs::Add& added) {
   // A key that is taken keeps its character.
   if (characters_.contains(added.character)) return;
   CharacterDef def;
-  // Whether levels were ready is an input too: in a replay they may be ready earlier than they were live.
+  // Whether the levels were ready is an input too: in a replay they may be ready earlier than they were in the live
+  // run.
   if (added.levels_ready) def.levels = levels(added.groom);
   // Without levels nothing but the rigid level exists.
   def.level = def.levels ? added.level : LevelIndex::rigid;

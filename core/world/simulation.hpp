@@ -12,9 +12,9 @@
 
 namespace hairnet {
 
-// The World with recorded inputs only: the live server and a replay call the same function with the same inputs, and so
-// get the same bits. One thread. It names characters by keys and grooms by hashes, which recordings can hold, while the
-// World's ids and pointers mean nothing in another process.
+// A World that takes recorded inputs only. The live server and a replay call the same function with the same inputs,
+// and so get the same bits. It names characters by keys and grooms by hashes, which recordings can hold, while the
+// World's ids and pointers mean nothing in another process. One thread uses it.
 class Simulation {
  public:
   // `wind` replaces def's wind for rooms without their own; it must pass validate().
@@ -26,7 +26,7 @@ class Simulation {
   void forget_levels(const GroomHash& groom);
   [[nodiscard]] std::shared_ptr<const LevelSet> levels(const GroomHash& groom) const;
   [[nodiscard]] bool has_levels(const GroomHash& groom) const { return levels_.contains(groom); }
-  // Null while the hair of the groom is not learnt.
+  // The learnt hair of the groom; null while it has none.
   [[nodiscard]] const LearntHair* learnt(const GroomHash& groom) const {
     const auto found = levels_.find(groom);
     return found == levels_.end() ? nullptr : found->second->learnt.get();
@@ -42,11 +42,12 @@ class Simulation {
   [[nodiscard]] LatticeView lattice(CharacterKey key) const;
   // Returns the velocities of the lattice's nodes, head space, m/s.
   [[nodiscard]] std::span<const Vec3f> velocity(CharacterKey key) const;
-  // Characters whose initial hair state did not fit in the last step.
+  // Characters whose SimulationInputs::State the World refused in the last step (World::set_state).
   [[nodiscard]] const std::vector<CharacterKey>& hair_states_refused() const { return hair_states_refused_; }
   // How many contact points each of the last step's grabs holds; 0 for unknown characters.
   [[nodiscard]] const std::vector<std::uint32_t>& held_counts() const { return held_counts_; }
-  // How many points of it that hand holds after the last step, without pins; 0 for unknown characters.
+  // How many points of the character's hair that hand holds after the last step, without pins; 0 for unknown
+  // characters.
   [[nodiscard]] std::uint32_t held_count(CharacterKey key, const TouchKey& hand) const {
     return world_.held_count(id_of(key), hand);
   }
@@ -63,20 +64,20 @@ class Simulation {
   void add(const SimulationInputs::Add& added);
   void set_levels(std::span<const SimulationInputs::Level> changes);
 
-  // Rules, bodies, releases and grabs.
+  // Applies touch rules, bodies, releases and grabs, in this order.
   void set_touch(const SimulationInputs& inputs);
-  // Null for unknown characters.
+  // The World's id of a character; null for unknown ones.
   [[nodiscard]] CharacterId id_of(CharacterKey key) const;
   void set_wind(std::uint32_t room, const Wind& wind);
 
-  // Holds for all rooms, without the wind.
+  // The gravity of all rooms. Its wind is replaced before each use, since every room has its own.
   Environment environment_;
   World world_;
   std::unordered_map<CharacterKey, Placed> characters_;
   std::map<GroomHash, std::shared_ptr<const LevelSet>> levels_;
   std::vector<CharacterKey> hair_states_refused_;
   std::vector<std::uint32_t> held_counts_;
-  // Belong to one tick.
+  // A buffer for the level changes of one tick.
   std::vector<LevelChange> level_changes_;
 };
 

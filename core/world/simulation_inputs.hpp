@@ -14,11 +14,11 @@
 
 namespace hairnet {
 
-// Names a character of a Simulation.
+// The caller's number for a character of a Simulation.
 using CharacterKey = std::uint64_t;
 
-// The inputs of one tick of a Simulation. Those of one kind are applied in order. They are all that a tick depends on,
-// besides the levels, so a recording of them repeats a run bit by bit.
+// The inputs of one tick of a Simulation. Inputs of one kind are applied in their order. Besides the levels of grooms a
+// tick depends on nothing else, so a recording of the inputs repeats a run bit by bit.
 struct SimulationInputs {
   struct Add {
     CharacterKey character = 0;
@@ -47,9 +47,10 @@ struct SimulationInputs {
     CharacterKey character = 0;
     bool suspended = false;
   };
+  // The state in which a character's hair starts (World::set_state).
   struct State {
     CharacterKey character = 0;
-    // Are in head space, m and m/s, on the level that the character has.
+    // Displacements in m and velocities in m/s of the active nodes of the character's current level, head space.
     std::vector<Vec3f> displacements, velocities;
   };
   struct RoomWind {
@@ -62,7 +63,7 @@ struct SimulationInputs {
     Pose pose;
   };
 
-  // All bodies of a room, from now on.
+  // All bodies of a room, from this tick on: they replace those that the room had.
   struct RoomBodies {
     std::uint32_t room = 0;
     std::vector<TouchBody> bodies;
@@ -71,17 +72,19 @@ struct SimulationInputs {
     CharacterKey character = 0;
     TouchRule rule;
   };
+  // A hand lets go of a character's hair (World::let_go).
   struct LetGo {
     CharacterKey character = 0;
     TouchKey hand;
     Release release = Release::drop;
   };
+  // A hand takes hold of a character's hair (World::grab).
   struct TakeHold {
     CharacterKey character = 0;
     Grab grab;
   };
 
-  // The step comes after all of them, which are applied in this order.
+  // Simulation::step applies the lists in this order, and then steps the World.
   std::vector<CharacterKey> removed;
   std::vector<Add> added;
   std::vector<Level> levels;

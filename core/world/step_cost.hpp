@@ -15,9 +15,9 @@ using ClockNs = std::int64_t (*)();
 
 // The cost of stepping characters.
 struct StepCost {
-  // Is the sum over all workers.
+  // The sum over all workers, ns.
   std::int64_t step_ns = 0;
-  // One for each character and tick in which it was stepped, whatever its stride.
+  // How many turns were stepped: each counts one, whatever its stride.
   std::uint32_t character_steps = 0;
 };
 

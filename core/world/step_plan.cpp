@@ -10,7 +10,7 @@
 namespace hairnet {
 namespace {
 
-// The share of the steps that single ticks would need, and of the iterations in each step.
+// The shares of the steps that single ticks would need, and of the iterations in each step, by the number of ticks.
 static_assert(kStrideMax == 4, "one share for each number of ticks");
 constexpr std::array<double, kStrideMax> kStepShare{1, 3.0 / 4, 2.0 / 3, 1.0 / 2};
 constexpr std::array<double, kStrideMax> kIterationShare{1, 3.0 / 5, 3.0 / 5, 3.0 / 5};
@@ -43,7 +43,7 @@ StepPlans::StepPlans(double tick_s, int substep_count, int iterations) {
     for (int ticks = 1; ticks <= kStrideMax; ++ticks) {
       StepPlan& plan = plans_[l][static_cast<std::size_t>(ticks - 1)];
       plan = plan_over(tick_s, ticks, substep_count, own, is_iterated);
-      // A stride must never cost more.
+      // Stepping several ticks at once must never cost more than stepping each.
       HAIRNET_ASSERT(plan.substep_count <= ticks * substep_count);
     }
   }

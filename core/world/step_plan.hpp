@@ -14,7 +14,7 @@ inline constexpr int kStrideMax = 4;
 // How a lattice is stepped over one or several ticks at once: the number of equal substeps, and the iterations of
 // conjugate gradient in each.
 struct StepPlan {
-  // Is the time of all ticks together.
+  // The time of all ticks together, s.
   double interval_s = 0;
   int substep_count = 1;
   int iterations = 1;
@@ -29,8 +29,8 @@ struct StepPlan {
 // (core/README.md has errors and costs). An ether level needs no iterations and takes as many steps as one tick.
 class StepPlans {
  public:
-  // `substep_count`: of one tick; `iterations`: of one of its steps on every level, 0 for iterations_for. Asserts that
-  // the tick has a length and at least one substep.
+  // `tick_s` is the length of a tick, and `substep_count` the substeps in one tick. `iterations` is the number in each
+  // substep on every level; 0 means iterations_for. Asserts that the tick has a length and at least one substep.
   StepPlans(double tick_s, int substep_count, int iterations);
 
   // Asserts that `ticks` is from 1 to kStrideMax.

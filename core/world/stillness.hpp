@@ -10,6 +10,7 @@ namespace hairnet {
 inline constexpr double kStillShift_m = 3e-4;
 inline constexpr double kStillTurn_rad = 1e-3;
 
+// Whether two places are the same but for a headset's noise.
 inline bool is_still(const RigidTransform& a, const RigidTransform& b) {
   // Quaternions of a turn have half its angle. The dot product is taken without its sign, as q and -q are the same
   // rotation.

@@ -12,25 +12,28 @@
 namespace hairnet {
 namespace {
 
-// Hair whose nodes are all nearer to their design than this, on each axis, goes to the rigid level without easing.
+// Hair counts as at rest when all nodes are nearer to their design than this on each axis. It then becomes rigid at
+// once, since so small a jump needs no easing.
 constexpr float kRestShift_m = 3e-4f;
 
 bool is_at_rest(const LatticeState& state) {
   return std::ranges::all_of(state.displacement, [](const Vec3f& d) { return d.isZero(kRestShift_m); });
 }
 
+// Whether a state of one level fits the other. Null levels have no nodes.
 bool has_same_nodes(const Level* a, const Level* b) {
   return a && b && a->geometry.lattice.dims == b->geometry.lattice.dims && a->rest == b->rest;
 }
 
-// Transfers displacements and velocities to another level. Only velocity relative to the head is mapped; the rigid
-// velocity is an exact function of the poses. Velocities are scaled down if the map added kinetic energy.
+// Transfers displacements and velocities to another level. The map gets velocities relative to the head alone, since
+// the rigid velocity follows exactly from the poses. `motion` is the head's over the last substep; `state` is at rest
+// on entry.
 void transfer_state(const LevelMap& map, const Level& old_level, LatticeState old_state, const HeadMotion& motion,
                     const MaterialScale& material, const Level& level, LatticeState& state) {
   HAIRNET_ASSERT(old_state.displacement.size() == old_level.rest.size());
   HAIRNET_ASSERT(state.displacement.size() == level.rest.size());
-  // The map fits positions and knows no energy: both the distance and the kinetic energy are bounded afterwards, so a
-  // switch never adds speed.
+  // The map fits positions and knows no energy. Both the distance from the design and the kinetic energy relative to
+  // the head are bounded afterwards, so a switch never adds speed.
   const double kinetic_max_j = energy(old_level, material, motion, old_state).kinetic_j;
   add_rigid_velocity(old_level, motion, -1, old_state);
   map.apply(old_state.displacement, state.displacement);
@@ -47,25 +50,29 @@ void transfer_state(const LevelMap& map, const Level& old_level, LatticeState ol
     kinetic_j += 0.5 * static_cast<double>(material.density * level.mass[i] * state.velocity[i].squaredNorm());
   }
   if (kinetic_j > kinetic_max_j) {
+    // Energy goes with the square of the speed.
     const auto by = static_cast<float>(std::sqrt(kinetic_max_j / kinetic_j));
     for (Vec3f& v : state.velocity) v *= by;
   }
   add_rigid_velocity(level, motion, 1, state);
 }
 
+// Requests the rigid level. Hair that is away from its design first eases to it over the next turns (ease_to_rigid in
+// character.cpp).
 void switch_to_rigid(Character& c) {
   if (!c.model() || is_at_rest(c.state)) {
     c.level = LevelIndex::rigid;
     c.state = {};
     c.learnt = {};
-    // It may have been on its way to the rigid level already.
+    // The hair may already have been easing to the rigid level.
     c.rigid_ease_s = -1;
   } else if (c.rigid_ease_s < 0) {
     c.rigid_ease_s = 0;
   }
 }
 
-// The network begins as if the pose had been held before. It forgets within two seconds that it was not (core/learnt).
+// Starts the network, which takes the first pose as held before. Within two seconds the result hardly depends on this
+// start (kLearntSettled_ticks in learnt_hair.hpp).
 void switch_to_learnt(Character& c) {
   if (c.level == LevelIndex::learnt) return;
   c.level = LevelIndex::learnt;
@@ -90,16 +97,18 @@ void switch_level(LevelIndex to, Character& c) {
   if (to == LevelIndex::learnt) return switch_to_learnt(c);
   const Level* old_level = c.model();
   const HeadMotion motion = last_head_motion(c);
-  // The character was on its way to the rigid level and is called back.
+  // The character was easing to the rigid level, and the new request ends this.
   if (std::exchange(c.rigid_ease_s, -1) >= 0) {
     // Only a lattice eases.
     HAIRNET_ASSERT(old_level);
-    // Easing has no velocity of its own.
+    // While hair eases its velocities are not kept up to date. The lattice goes on from where it is, moving with the
+    // head.
     const std::vector<Vec3f> displacement = std::move(c.state.displacement);
     reset_to_rest(*old_level, c.state);
     c.state.displacement = displacement;
     add_rigid_velocity(*old_level, motion, 1, c.state);
   }
+  // A call back to the level on which the hair still is needs no transfer.
   if (to == c.level) return;
   const LevelMap* map = old_level ? c.levels->map(c.level, to) : nullptr;
   c.level = to;
@@ -121,7 +130,7 @@ void replace_levels(std::shared_ptr<const LevelSet> levels, Character& c) {
   c.wake();
   end_holds(c);
   if (has_same_nodes(old_level, c.model())) {
-    // The same nodes may have other stiffnesses now, and the limit belongs to the old ones.
+    // The nodes are the same, but the stiffnesses may differ, and the limit of elastic energy belongs to the old ones.
     c.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
     return;
   }

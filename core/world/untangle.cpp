@@ -14,15 +14,17 @@ namespace {
 constexpr double kAfter_s = 1;
 // Contact and springs fade out in this time, and fade in again as fast.
 constexpr double kUntangle_s = 1;
-// Whether the lattice is folded, or home again, is looked at once in this time.
+// So often the lattice is tested for folds or, while it is being untangled, for having come back to its design.
 constexpr double kLookEvery_s = 0.2;
-// The factor is never zero: the limit of elastic energy is scaled by quotients of this factor.
+// The factor of the stiffness is never zero, since ease_in in character.cpp scales the limit of elastic energy by the
+// quotient of two factors.
 constexpr double kStiffnessMin = 0.01;
-// Hair is home when every node is nearer to its design than this.
+// Hair is back in its design when every node is nearer to it than this.
 constexpr float kHome_m = 0.002f;
-// A look takes six FFD evaluations a point, in a tick that other characters wait for, so it goes over a sample.
+// The most contact points that one test takes. A point costs six FFD evaluations, in a tick that other characters wait
+// for.
 constexpr std::size_t kPointsMax = 400;
-// The gradient of the map is taken from differences over this step to either side, in cells.
+// The step, in cells, to either side of a point, from which the gradient of the FFD is computed by differences.
 constexpr float kDifference = 0.05f;
 
 // A body counts as upright when the head is tilted by at most kTilt_rad (5 degrees), and no bone is turned by more than
@@ -40,6 +42,7 @@ bool is_upright(const Pose& pose) {
   });
 }
 
+// Where the FFD moves a point of the design, for displacements of all grid nodes.
 Vec3f moved(const Lattice& lattice, std::span<const Vec3f> grid, const Vec3f& point) {
   Vec3f at = point;
   HAIRNET_VALIDATE(grid.size() == lattice.node_count());
@@ -56,7 +59,7 @@ bool is_home(std::span<const Vec3f> displacement) {
 bool is_folded(const Level& level, std::span<const Vec3f> displacement) {
   HAIRNET_ASSERT(displacement.size() == level.rest.size());
   const Lattice& lattice = level.geometry.lattice;
-  // Static, so that later ticks allocate nothing.
+  // The buffer stays with the thread, so that later ticks allocate nothing.
   thread_local std::vector<Vec3f> grid;
   grid.resize(lattice.node_count());
   expand_displacements(level.geometry, displacement, grid);
@@ -84,7 +87,8 @@ void Untangle::update(const Pose& pose, double still_s, double elapsed_s, const 
     is_tangled_ = false;
   } else if (since_look_s_ >= kLookEvery_s) {
     since_look_s_ = 0;
-    // Once begun, it goes on until the hair is home, also after the lattice has unfolded on the way.
+    // Untangling that has begun goes on until the hair is back in its design, even if the lattice has unfolded on the
+    // way.
     is_tangled_ = is_tangled_ ? !is_home(displacement) : is_folded(level, displacement);
   }
   share_ = std::clamp(share_ + (is_tangled_ ? elapsed_s : -elapsed_s) / kUntangle_s, 0.0, 1.0);

@@ -8,7 +8,7 @@
 namespace hairnet {
 
 // Whether the lattice is turned inside out where there is hair: the Jacobian of the FFD has a negative determinant at a
-// contact point. `displacement`: active order; asserts that it fits the level.
+// contact point. `displacement` is in active order. Asserts that it fits the level.
 bool is_folded(const Level& level, std::span<const Vec3f> displacement);
 
 // Resolves hair that rests turned through itself: contact keeps its layers around the neck, or buckled springs keep a
@@ -26,9 +26,9 @@ class Untangle {
   [[nodiscard]] double stiffness() const;
 
  private:
-  // Are the share of contact that is switched off, and the time since the last look for folds.
+  // The share of contact that is switched off, and the time since the last test for folds, s.
   double share_ = 0, since_look_s_ = 0;
-  // Whether the lattice was folded at a look and has not come home since.
+  // The lattice was folded at a test, and has not come back to its design since.
   bool is_tangled_ = false;
 };
 

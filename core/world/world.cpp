@@ -27,7 +27,8 @@ struct Slot {
   Character character;
 };
 
-// FNV-1a over words of 64 bits instead of bytes. It compares states; it does not protect against forgery.
+// The hash FNV-1a over words of 64 bits instead of bytes, with FNV's offset basis and prime. It compares states and
+// does not protect against forgery.
 class Fnv {
  public:
   void add(std::uint64_t word) { hash_ = (hash_ ^ word) * 1099511628211ull; }
@@ -89,7 +90,8 @@ struct World::Impl {
   }
   [[nodiscard]] TickContext terms() const { return {def.tick_s, environments, &plans, tick}; }
 
-  // What the order of the batches depends on, copied, so that sorting does not touch the characters.
+  // The keys by which characters are sorted into batches. They are copies, so that sorting does not touch the
+  // characters in memory.
   struct Placed {
     LevelIndex level;
     std::uint8_t stride;
@@ -106,9 +108,9 @@ struct World::Impl {
     return {c.level, c.stride, c.phase % c.stride, model, slot};
   }
 
-  // Sorts characters by level, stride and tick of their next step, so that batches are full; costly levels come first,
-  // so that no worker starts a long batch last. Models are ordered by address, which differs between runs. No result
-  // depends on it, as a character ends in the same bits in any batch.
+  // Sorts characters by level, model, stride and the tick of their next turn, so that batches are full. Costly levels
+  // come first, so that no worker starts a long batch last. Models are ordered by address, which differs between runs.
+  // No result depends on this, as a character ends in the same bits in any batch.
   void arrange() {
     order.clear();
     for (std::uint32_t s = 0; s < slots.size(); ++s) {
@@ -125,8 +127,10 @@ struct World::Impl {
     return order.size() == count && std::ranges::all_of(order, is_current) &&
            std::ranges::adjacent_find(order, std::ranges::greater_equal{}, key_of) == order.end();
   }
+  // The character at a place of the order.
   [[nodiscard]] Character& at(std::size_t i) { return slots[order[i].slot].character; }
 
+  // Makes room for an environment of that index.
   void need_environment(std::uint32_t index) {
     HAIRNET_ASSERT(index < kEnvironmentCountMax);
     if (index >= environments.size()) environments.resize(index + 1, def.environment);
@@ -139,6 +143,7 @@ struct World::Impl {
     HAIRNET_VALIDATE(!is_arranged || is_order_right());
   }
 
+  // Does what World::set_level does, without marking the order as outdated.
   bool change_level(const LevelChange& change) {
     Character* c = find(change.id);
     if (!c || !has_level(change.level, *c)) return false;
@@ -149,16 +154,17 @@ struct World::Impl {
     return true;
   }
 
+  // The bodies of the character's room.
   [[nodiscard]] const RoomBodies& bodies_near(const Character& c) const {
     static const RoomBodies kNone;
     const auto room = bodies.find(c.environment);
     return room == bodies.end() ? kNone : room->second;
   }
 
-  // Costs nothing in a world without bodies.
+  // Finds for each character the bodies that it meets in this tick. Costs nothing in a world without bodies.
   void meet_all_bodies() {
     touch_counts.clear();
-    // After the last body has gone, holds by it still have to end.
+    // In the tick after the last body has gone, holds by that body still have to end.
     if (bodies.empty() && !is_any_touched) return;
     touch_counts.resize(order.size());
     run_chunks(def.parallel_for, order.size(), [&](std::size_t begin, std::size_t end) {
@@ -179,7 +185,7 @@ struct World::Impl {
     batches.clear();
     for (std::size_t i = 0; i < order.size(); ++i) {
       if (outcomes[i] == Outcome::stepped) batches.add(at(i), outcomes[i]);
-      // An eased character may have become rigid.
+      // A character that eased may have become rigid in this tick, which changes its place in the order.
       if (outcomes[i] == Outcome::eased) is_arranged = false;
     }
     batches.step(terms(), def.now_ns, def.parallel_for);
@@ -216,26 +222,29 @@ struct World::Impl {
 
   WorldDef def;
   StepPlans plans;
+  // The environment of each index; characters have indices into it.
   std::vector<Environment> environments;
   // Slots never move in memory, as this is a deque; removed slots are reused.
   std::deque<Slot> slots;
+  // The slots of removed characters.
   std::vector<std::uint32_t> free_slots;
   std::size_t live_count = 0;
-  // Holds the live slots without suspended ones, in the order of arrange().
+  // The live characters without suspended ones, in the order of arrange().
   std::vector<Placed> order;
-  // The order is still right for the current characters, levels and strides.
+  // Whether the order is right for the current characters, levels and strides.
   bool is_arranged = false;
-  // Holds the outcomes of the last tick, in this order.
+  // The outcomes of the last tick, in the order of `order`.
   std::vector<Outcome> outcomes;
-  // Holds the outcomes of meet_bodies in this order; is empty when nobody can be touched.
+  // What meet_bodies counted for each entry of `order`; empty while nobody can be touched.
   std::vector<TouchCounts> touch_counts;
   Batches batches;
   // The key is the environment. A room without bodies has no entry.
   std::map<std::uint32_t, RoomBodies> bodies;
-  // Some character may have a CharacterTouch.
+  // Whether any character may have a CharacterTouch.
   bool is_any_touched = false;
+  // The number of ticks that have been stepped, which is the number of the next one.
   std::uint64_t tick = 0;
-  // A thread is within World::step().
+  // Whether a thread is within World::step().
   bool is_stepping = false;
 };
 
@@ -327,12 +336,13 @@ bool World::set_level(CharacterId id, LevelIndex index) {
 }
 
 void World::set_levels(std::span<const LevelChange> changes) {
-  // Each part goes over the whole list of changes, so the number of parts is bounded.
+  // Each part goes over the whole list of changes to find its own, so the number of parts is bounded.
   constexpr std::size_t kPartCountMax = 64;
   Impl& w = between_steps();
   if (changes.empty()) return;
   w.is_arranged = false;
-  // A part has all changes of its characters, so that these are made in turn.
+  // All changes of a character are in one part, so that they are made in turn, and no two threads change the same
+  // character.
   const std::size_t part_count = std::min(changes.size(), kPartCountMax);
   const auto change_part = [&](std::size_t part) {
     for (const LevelChange& change : changes) {
@@ -348,6 +358,7 @@ void World::set_material(CharacterId id, const MaterialScale& material) {
   Character* c = w.find(id);
   if (!c || c->material == material) return;
   c->material = material;
+  // The limit of elastic energy belongs to the old stiffness.
   c->state.elastic_energy_max_j = std::numeric_limits<float>::infinity();
   c->wake();
 }
@@ -435,7 +446,7 @@ StepReport World::step() {
   w.meet_all_bodies();
   w.begin_ticks();
   w.step_batches();
-  // A body that nobody sets again has arrived: in the next tick it stays.
+  // A body that nobody sets again stays where it is in the next tick.
   for (auto& [room, bodies] : w.bodies) rest_bodies(bodies);
   ++w.tick;
   w.is_stepping = false;
@@ -500,7 +511,7 @@ std::uint64_t World::hash() const {
     fnv.add(std::uint64_t{c.environment} << 8 | std::uint64_t{c.stride} << 4 |
             std::uint64_t{c.velocity_is_relative} << 3 | std::uint64_t{c.suspended} << 2 |
             std::uint64_t{c.steps_next_tick} << 1 | std::uint64_t{c.teleport});
-    // The age of the state and not its tick, so that worlds which began at different ticks can agree.
+    // The hash has the age of the state instead of its tick, so that worlds which began at different ticks can agree.
     fnv.add(c.suspended ? 0 : w.tick - c.state_tick);
     fnv.add(c.head_velocity);
     for (const Pose* pose : {&c.from, &c.to}) {

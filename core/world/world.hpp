@@ -26,14 +26,15 @@ struct CharacterId {
   explicit operator bool() const { return generation != 0; }
 };
 
+// What a world is made with; nothing of it can change later, but environments can (World::set_environment).
 struct WorldDef {
   double tick_s = 1.0 / 30;
   // Zero means substep_count_for(tick_s); poses are interpolated within the tick.
   int substep_count = 0;
-  // Counts iterations of conjugate gradient in a step; zero means iterations_for.
+  // The iterations of conjugate gradient in a substep; zero means iterations_for.
   int iterations = 0;
   std::uint32_t character_count_max = 65536;
-  // Belongs to every index without set_environment.
+  // The environment of every index that no set_environment call has set.
   Environment environment;
   // Null means that steps are not timed (StepReport::costs).
   ClockNs now_ns = nullptr;
@@ -41,16 +42,18 @@ struct WorldDef {
   ParallelFor parallel_for;
 };
 
+// What a new character starts with.
 struct CharacterDef {
   // Null means that only the rigid level can be set.
   std::shared_ptr<const LevelSet> levels;
   LevelIndex level = LevelIndex::rigid;
   Pose pose;
   std::uint32_t environment = 0;
-  // Whose hands may touch it when only its owner may.
+  // The toucher that owns the character (TouchRule).
   ToucherId owner = kRoomToucher;
 };
 
+// The most environments, of which each room of a server has its own.
 inline constexpr std::uint32_t kEnvironmentCountMax = 65536;
 
 // An entry of World::set_levels().
@@ -61,37 +64,37 @@ struct LevelChange {
 
 // What one tick did, as counts of characters unless stated otherwise.
 struct StepReport {
-  // Counts characters whose lattice was stepped in this tick.
+  // Characters whose lattice or network was stepped in this tick.
   std::uint32_t stepped = 0;
   std::uint32_t teleports = 0;
-  // Counts lattices that were not finite and returned to rest.
+  // Lattices that were not finite and returned to rest.
   std::uint32_t lattices_reset = 0;
-  // Counts characters at rest that were not stepped.
+  // Characters that are asleep and were not stepped.
   std::uint32_t asleep = 0;
-  // Counts characters with a stride whose next step is in a later tick.
+  // Characters with a stride whose next turn is in a later tick.
   std::uint32_t waiting = 0;
-  // Counts suspended characters.
+  // Suspended characters.
   std::uint32_t suspended = 0;
-  // Counts characters that hands or props were near, or that are held.
+  // Characters that hands or props are near, or whose hair is held or pinned.
   std::uint32_t touched = 0;
-  // Counts pairs of a body and a character of its room that it may not touch, near or far.
+  // Pairs of a character and a body of its room whose touch the character's rule forbids, near or far.
   std::uint32_t bodies_refused = 0;
-  // Counts pairs beyond the nearest kStepBodiesMax of a character.
+  // Pairs of a character and a near body that came after the nearest kStepBodiesMax.
   std::uint32_t bodies_left_out = 0;
-  // Counts grabs that ended because their hand has gone or the hair was stretched too far.
+  // Hands that lost their hair, because the hand has gone or the hair was stretched too far.
   std::uint32_t holds_ended = 0;
-  // Has times only with WorldDef::now_ns.
+  // The costs of stepping. Times are measured only with WorldDef::now_ns.
   StepCosts costs;
 };
 
-// The lattice of one character, as frames and FFD need it. Valid until the next change of the world.
+// The hair of one character, as frames and FFD need it. Valid until the next change of the world.
 struct LatticeView {
   LevelIndex level = LevelIndex::rigid;
-  // Is null when learnt or rigid.
+  // The lattice model; null on the learnt and the rigid level.
   const Level* model = nullptr;
-  // Is in active order, head space, m; is empty without a lattice.
+  // The displacements of the active nodes in head space, m; empty without a lattice.
   std::span<const Vec3f> displacement;
-  // Holds coefficients of the groom's basis, m; is empty unless learnt.
+  // The first coefficients of the groom's basis, m; empty unless learnt.
   std::span<const float> coefficients;
   // The network was trained on such motions as those of the last step.
   bool is_covered = true;
@@ -151,15 +154,18 @@ class World {
   // the lattice moves rigidly with the head to the newest pose in the next tick, as after a teleport. The hair then
   // continues with the velocity relative to the head that it had before.
   void set_suspended(CharacterId id, bool suspended);
-  // Replaces the lattice state on the present level. Empty velocities, or some above 25 m/s, which are those of a ride:
-  // the hair moves with the head. Returns false and
-  // changes nothing when the counts are not the level's, a number is not finite, a node is further from its design than
-  // the level allows, or faster than 1000 m/s.
+  // Replaces the lattice state on the present level. Displacements and velocities are those of LatticeState. With no
+  // velocities, or when one exceeds 25 m/s as on a ride, the hair moves with the head.
+  //
+  // Returns false and changes nothing when the character is unknown or has no lattice, when it eases to the rigid
+  // level, or when a value is not valid. Values are valid when the counts are the level's, all numbers are finite, no
+  // node is further from its design than the level allows, and none is faster than 1000 m/s.
   bool set_state(CharacterId id, std::span<const Vec3f> displacement, std::span<const Vec3f> velocity);
   // Replaces the bodies in the rooms of that environment; each moves in the next step from where the one with its key
   // was, and then stays. Asserts that the bodies are valid, and their keys ascend.
   void set_bodies(std::uint32_t environment, std::span<const TouchBody> bodies);
-  // From the next step on; hair that someone holds who no longer may is let go. New characters have the default rule.
+  // Sets who may touch the character's hair, from the next step on. Those who hold hair and may not any more lose it.
+  // New characters have the default rule. Asserts that TouchRule::chosen ascends.
   void set_touch_rule(CharacterId id, const TouchRule& rule);
   // Takes hold of hair from the next step on, and returns how many contact points are held: 0 when the hand's body is
   // not there, may not touch, or is too far away, and for hair without a lattice. A hand that holds hair of the
@@ -177,7 +183,7 @@ class World {
   // Both assert contains(id).
   [[nodiscard]] LatticeView lattice(CharacterId id) const;
   [[nodiscard]] const LatticeState& state(CharacterId id) const;
-  // How many points of it that hand holds, without pins; 0 for unknown ids.
+  // How many points of the character's hair that hand holds, without pins; 0 for unknown ids.
   [[nodiscard]] std::uint32_t held_count(CharacterId id, const TouchKey& hand) const;
   // One number for the state of all live characters and bodies, in order of slots, to compare two runs tick by tick. It
   // leaves out touch rules, the timers of untangling and the poses that learnt hair remembers.
@@ -185,6 +191,7 @@ class World {
 
  private:
   struct Impl;
+  // The implementation. Asserts that no step() runs.
   [[nodiscard]] Impl& between_steps() const;
 
   std::unique_ptr<Impl> impl_;

@@ -15,12 +15,12 @@ class ContentHasher {
  public:
   ContentHasher();
   void add(std::span<const std::uint8_t> piece);
-  // Covers all pieces so far.
+  // The hash of all pieces so far.
   [[nodiscard]] ContentHash hash() const;
 
  private:
   static constexpr std::size_t kStateBytes = 384;
-  // Holds libsodium's crypto_generichash_state, so that users of this header need none of libsodium's.
+  // The bytes of libsodium's crypto_generichash_state, so that users of this header need no header of libsodium.
   alignas(64) std::array<std::uint8_t, kStateBytes> state_;
 };
 

@@ -9,16 +9,17 @@
 namespace hairnet::bytes {
 namespace {
 
-// Negative means to zlib: a raw stream without header and checksum; 15 is the largest window, 32 KiB.
+// A negative number means to zlib a raw stream without header and checksum. 15 is the largest window, 32 KiB.
 constexpr int kRawWindowBits = -15;
-// The largest that zlib has.
+// The largest memory level that zlib has.
 constexpr int kMemoryLevel = 9;
 
 }  // namespace
 
 std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes, PackEffort effort) {
   z_stream z{};
-  // Z_FILTERED: most bytes are small numbers with random lower bits, in which longer matches are chance.
+  // Z_FILTERED fits data whose bytes are mostly small numbers with random lower bits, in which longer matches are
+  // chance.
   const int strategy = effort == PackEffort::quick ? Z_HUFFMAN_ONLY : Z_FILTERED;
   if (deflateInit2(&z, Z_DEFAULT_COMPRESSION, Z_DEFLATED, kRawWindowBits, kMemoryLevel, strategy) != Z_OK)
     throw std::bad_alloc();

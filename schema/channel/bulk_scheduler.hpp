@@ -6,9 +6,9 @@
 
 namespace hairnet::channel {
 
-// Decides when bulk data (pieces of grooms) is sent before urgent messages (poses, frames, answers) of one connection.
-// Normally bulk data waits until nothing else is queued. On a slow line something is always queued, so bulk data gets
-// at least a quarter of the bytes there. One thread.
+// Decides when the bulk data of a connection (pieces of grooms) goes before its urgent messages (poses, frames,
+// answers). Normally bulk data waits until nothing else is queued. On a slow line something is always queued, so there
+// bulk data gets at least a quarter of the bytes. One thread uses it.
 class BulkScheduler {
  public:
   explicit BulkScheduler(std::size_t piece_bytes) : piece_bytes_(piece_bytes) { HAIRNET_ASSERT(piece_bytes > 0); }
@@ -20,8 +20,9 @@ class BulkScheduler {
   [[nodiscard]] bool is_due() const { return credit_bytes_ >= 3 * piece_bytes_; }
 
  private:
+  // The size of one piece of bulk data.
   std::size_t piece_bytes_;
-  // Counts urgent bytes since the last piece, while a piece waited.
+  // The urgent bytes since the last piece of bulk, while a piece waited.
   std::size_t credit_bytes_ = 0;
 };
 

@@ -8,7 +8,7 @@
 namespace hairnet::channel {
 namespace {
 
-// Merges samples closer than this share of the window, which bounds the memory for any rate of a peer.
+// Samples closer together than this share of the window are merged, which bounds the memory for any rate of a peer.
 constexpr std::int64_t kSamplesPerWindow = 256;
 
 // A peer chooses its clock freely, so a sum may exceed 64 bits, which would be undefined behaviour.

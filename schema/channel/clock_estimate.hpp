@@ -20,11 +20,13 @@ class ClockEstimate {
   [[nodiscard]] std::size_t sample_count() const { return window_.size(); }  // bounded, for any rate
 
  private:
+  // When a message came, and our clock less the peer's clock in it.
   struct Sample {
     std::int64_t at_ns, offset_ns;
   };
+  // The length of the window.
   std::int64_t window_ns_;
-  // Times and offsets ascend, so the first one is the minimum.
+  // The samples that may still become the minimum. Times and offsets ascend, so the first one is the minimum now.
   std::deque<Sample> window_;
 };
 

@@ -12,7 +12,8 @@ namespace {
 // The claims of a token need two levels. The limit bounds the nesting of a text that an attacker has made.
 constexpr int kDepthMax = 8;
 
-// Each handler returns whether to continue; the first false ends the parse.
+// Collects the members of the outer object while nlohmann's parser calls the handlers. Each handler returns whether to
+// continue; the first false ends the parse.
 class Collector final : public nlohmann::json_sax<nlohmann::json> {
  public:
   // Asserts that the parse has ended.
@@ -38,7 +39,7 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
     return true;
   }
   // JSON text has no binary values.
-  bool binary(nlohmann::json::binary_t&) override { return false; }  // not part of JSON
+  bool binary(nlohmann::json::binary_t&) override { return false; }
   bool start_object(std::size_t) override {
     if (depth_ == 1) put(std::monostate());
     corrupt_list();
@@ -74,7 +75,7 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
     corrupt_list();
     return true;
   }
-  // A list with an element that is not text gets no value.
+  // Turns the list that is being read into monostate, as it has an element that is not text.
   void corrupt_list() {
     if (depth_ < 2 || !list_) return;
     list_ = nullptr;
@@ -86,10 +87,12 @@ class Collector final : public nlohmann::json_sax<nlohmann::json> {
     return true;
   }
 
+  // How many objects and lists are open.
   int depth_ = 0;
+  // The name of the outer object's member that is being read.
   std::string name_;
   FlatJson members_;
-  // Is the list being read.
+  // The list of texts that is being read; null outside of such lists.
   std::vector<std::string>* list_ = nullptr;
 };
 

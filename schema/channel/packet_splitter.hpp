@@ -10,12 +10,12 @@
 
 namespace hairnet::channel {
 
-// Cuts a byte stream into size-prefixed packets (u32 little endian, not counting itself). It does not look into them:
-// the decoder verifies what they hold. It cannot find the next packet after a wrong size, so the stream ends there. No
-// I/O; one thread.
+// Cuts a byte stream into size-prefixed packets (u32 little endian, not counting itself). It does not look into the
+// packets, which the decoder verifies. After a wrong size it cannot find the next packet, so the stream ends there. It
+// does no I/O; one thread uses it.
 class PacketSplitter {
  public:
-  // After a packet of more bytes its memory is freed.
+  // The memory of a packet with more bytes than this is freed after it, while that of smaller ones is used again.
   static constexpr std::size_t kRetainedBytesMax = std::size_t{64} << 10;
 
   // Asserts that the limit is at least kPacketBytesMin.
@@ -34,14 +34,17 @@ class PacketSplitter {
   // Moves bytes over until the buffer holds `until` of them; returns the rest.
   std::span<const std::uint8_t> take(std::span<const std::uint8_t> bytes, std::size_t until);
   [[nodiscard]] const std::uint8_t* data() const;
+  // Ends the stream and frees the memory.
   void kill();
   void check_invariants() const;
 
+  // The most bytes of a packet, prefix included.
   std::size_t packet_bytes_max_;
   // Words of 64 bits give the alignment that FlatBuffers need.
   std::vector<std::uint64_t> buffer_;
-  // Counts the bytes of the current packet that have come.
+  // How many bytes of the current packet have come.
   std::size_t filled_ = 0;
+  // Whether a wrong size has ended the stream, and whether feed() is running.
   bool dead_ = false, is_feeding_ = false;
 };
 

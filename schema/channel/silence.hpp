@@ -12,8 +12,8 @@ inline constexpr std::int64_t kSilence_ns = std::int64_t{wire::kSilence_ms} * 1'
 // Such a peer sends something at least as often as this.
 inline constexpr std::int64_t kSignOfLife_ns = kSilence_ns / 4;
 
-// For how long nothing has come from a peer, counted while this program could receive: what arrived while the program
-// was stopped is read after the look that comes first.
+// Measures for how long nothing has come from a peer, while this program could receive. After the program was stopped,
+// what has arrived meanwhile is read only after the first look().
 class Silence {
  public:
   explicit Silence(std::int64_t now_ns) : looked_ns_(now_ns) {}

@@ -17,9 +17,11 @@
 namespace hairnet::channel {
 namespace {
 
-// A token that names other audiences was made for another service, though it is signed with the same key.
+// The audience that a token's `aud` must name. A token for other audiences was made for another service, though with
+// the same key.
 constexpr std::string_view kAudience = "hairnet";
-// The claim has 32 bits in TokenClaims; a larger number in a token is refused, not cut off.
+// The greatest characters_max and strands_max of a token. TokenClaims has 32 bits for the first; a larger number is
+// refused and not cut off.
 constexpr std::int64_t kCharactersMax = std::numeric_limits<std::uint32_t>::max();
 constexpr std::int64_t kStrandsMax = 1'000'000'000'000;
 
@@ -35,14 +37,15 @@ bool is_name(std::string_view text) {
   return true;
 }
 
-// Reads claims one by one, and remembers whether one was not valid.
+// Reads claims one by one, and remembers whether one was not valid. It goes on after such a claim, so that one check of
+// valid() at the end serves all claims.
 class ClaimReader {
  public:
   explicit ClaimReader(const FlatJson& claims) : claims_(&claims) {}
   [[nodiscard]] bool valid() const { return valid_; }
-  // The reader goes on after a wrong claim: one check of valid() at the end serves all claims.
-  void fail() { valid_ = false; }
 
+  // The claim as a text; none when it is absent. Another type makes the claims not valid. `boolean` and `whole` do
+  // likewise.
   std::optional<std::string> text(const char* name) {
     const FlatJsonValue* value = find(name);
     if (!value) return std::nullopt;
@@ -76,6 +79,7 @@ class ClaimReader {
     valid_ = false;
     return std::nullopt;
   }
+  // Whether `aud` is absent, or names us.
   [[nodiscard]] bool for_us() const {
     const FlatJsonValue* value = find("aud");
     if (!value) return true;

@@ -18,19 +18,19 @@ struct TokenClaims {
   // None means any room.
   std::optional<std::string> room;
   wire::Role role = wire::Role::participant;
-  // Counts seconds since 1970; the token is invalid from then on.
+  // The time from which on the token is invalid, in seconds since 1970.
   std::int64_t expires_s = 0;
   // The token is invalid until then.
   std::optional<std::int64_t> not_before_s;
-  // Quotas of all sessions of the subject together; none: the server's own limit.
+  // The most characters of all sessions of the subject together. None means the server's own limit, here and below.
   std::optional<std::uint32_t> characters_max;
-  // Counts the strands of all grooms together.
+  // The most strands of all grooms of these sessions together.
   std::optional<std::uint64_t> strands_max;
-  // Is for people and logs.
+  // The name of the person, for people and logs.
   std::string name;
-  // Is `sub`: the person whose token it is, for quotas and shares.
+  // The claim `sub`: the person whose token it is, for quotas and shares.
   std::string subject;
-  // Is `jti`: names this token, so that it can be revoked.
+  // The claim `jti`: names this token, so that it can be revoked.
   std::string id;
   // May upload grooms; none: a participant may, an observer may not.
   std::optional<bool> upload;
@@ -46,7 +46,7 @@ struct TokenClaims {
   friend bool operator==(const TokenClaims&, const TokenClaims&) = default;
 };
 
-// Limits `name`, `sub` and `jti`, so that every token fits kTokenBytesMax.
+// The most bytes of `name`, `sub` and `jti` each, so that every token fits kTokenBytesMax.
 inline constexpr std::size_t kTokenNameBytesMax = 256;
 // This is the end of the year 9999.
 inline constexpr std::int64_t kTokenTimeMax_s = 253'402'300'799;

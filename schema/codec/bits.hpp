@@ -48,7 +48,7 @@ class BitWriter {
   std::uint8_t* begin_;
   std::uint8_t* out_;
   std::uint64_t word_ = 0;
-  // Counts the bits of word_, at most 7 between calls.
+  // How many bits of word_ are in use, at most 7 between calls.
   unsigned used_ = 0;
 };
 

@@ -18,7 +18,7 @@ namespace {
 
 constexpr unsigned kStepBits = 3, kCalmBits = 3;
 constexpr unsigned kCalmMax = (1u << kCalmBits) - 1;
-// After so many zeros follow all bits of z, which are kWholeBits.
+// After kUnaryMax zeros and a one all kWholeBits bits of z follow.
 constexpr unsigned kUnaryMax = 16;
 constexpr unsigned kWholeBits = 20;
 constexpr int kIntegerMin = -(1 << (kWholeBits - 1)), kIntegerMax = -kIntegerMin - 1;
@@ -27,15 +27,15 @@ static_assert(kStepCount == 1u << kStepBits);
 static_assert(kCoefficientHeaderBits == kStepBits + kCalmBits);
 static_assert(kUnaryMax + 1 + std::max<unsigned>(kWholeBits, kParameterMax) <= 8 * kCoefficientBytesMax);
 
-// Returns the bits that z takes. An outlier would take z >> parameter zeros, so its length is bounded by the whole
-// form.
+// The number of bits that z takes. An outlier would take z >> parameter zeros, so from kUnaryMax zeros on it is written
+// as a whole.
 unsigned bits_of(std::uint32_t z, unsigned parameter) {
   const std::uint32_t zeros = z >> parameter;
   return zeros < kUnaryMax ? zeros + 1 + parameter : kUnaryMax + 1 + kWholeBits;
 }
 
-// The integer nearest to c * per_step, the even one of two, above kIntegers. From 2^23 to 2^24 floats are the integers,
-// and their bits count up; std::nearbyint is a call where SSE4.1 is not certain.
+// Rounds c * per_step to the nearest integer, to the even one of two. The result is shifted by kIntegers: from 2^23 to
+// 2^24 floats are the integers, and their bits count up. std::nearbyint would be a call where SSE4.1 is not certain.
 constexpr float kIntegers = 0x1.8p23f;
 float shifted_nearest(float c, float per_step) {
   return std::max(std::min(c * per_step, static_cast<float>(kIntegerMax)), static_cast<float>(kIntegerMin)) + kIntegers;
@@ -44,8 +44,8 @@ std::int32_t integer_of(float shifted) {
   return std::bit_cast<std::int32_t>(shifted) - std::bit_cast<std::int32_t>(kIntegers);
 }
 
-// The best step lies between these, over the tolerance: finer ones waste bits even where 256 coefficients are rounded,
-// coarser ones leave no room for other errors.
+// Only steps between these factors of the tolerance are tried, since the best one lies there. Finer steps waste bits
+// even where 256 coefficients are rounded, and coarser ones leave no room for other errors.
 constexpr float kFineStep = 0.1f, kCoarseStep = 1;
 
 }  // namespace
@@ -70,20 +70,20 @@ unsigned CoefficientCode::parameter(std::size_t k, unsigned step, unsigned calm)
 Detail detail_for(const CoefficientCode& code, std::span<const float> coefficients, float tolerance_m) {
   HAIRNET_ASSERT(coefficients.size() <= code.mode_count());
   HAIRNET_ASSERT(tolerance_m >= 0);
-  // In double: what is left out is a small difference of large sums.
+  // The sums are in double, since what is left out is a small difference of large sums.
   const double square_m2 = static_cast<double>(tolerance_m) * static_cast<double>(tolerance_m);
   double all_m2 = 0;
   for (const float c : coefficients) all_m2 += static_cast<double>(c * c);
   if (all_m2 <= square_m2) return {0, kStepCount - 1};
   Detail best{coefficients.size(), 0};
   std::size_t min_bits = std::numeric_limits<std::size_t>::max();
-  // Coarse steps are soon judged, and bound the bits of fine ones.
+  // Coarse steps come first: they are soon judged, and their bits bound those of fine ones.
   for (unsigned step = kStepCount; step-- > 0;) {
     const float step_m = kFinestStep_m * static_cast<float>(1u << step), per_step = 1 / step_m;
     // The finest step is tried for any tolerance, so `best` is the answer where no step suffices.
     if (step > 0 && step_m > kCoarseStep * tolerance_m) continue;
     if (step + 1 < kStepCount && step_m < kFineStep * tolerance_m) break;
-    // These are the squared errors of what is rounded, and of what is left out.
+    // The squared errors of the coefficients that are rounded, and of those that are left out.
     double rounded_m2 = 0, left_m2 = all_m2;
     std::size_t bits = 0, count = 0;
     const auto is_within = [&] { return rounded_m2 + left_m2 <= square_m2; };
@@ -96,7 +96,7 @@ Detail detail_for(const CoefficientCode& code, std::span<const float> coefficien
       left_m2 -= static_cast<double>(c * c);
       bits += bits_of(zigzag(integer_of(shifted)), code.parameter(count, step, 0));
     }
-    // The finer step, with fewer coefficients, wins among equals.
+    // Among choices of equally many bits the finer step, with fewer coefficients, wins.
     if (is_within() && bits <= min_bits) {
       min_bits = bits;
       best = {count, step};

@@ -10,41 +10,44 @@
 // The coefficients of a basis as bits, the most important first, so that any prefix of the bits is a coarser hair.
 namespace hairnet::codec {
 
-// Coefficients are multiples of a step of the frame's: kFinestStep_m * 2^step, step < kStepCount.
+// Coefficients are multiples of the frame's step, which is kFinestStep_m * 2^step with step < kStepCount.
 inline constexpr float kFinestStep_m = 1.0f / (1 << 14);
 inline constexpr unsigned kStepCount = 8;
 
 // How many bits a coefficient is likely to need, from the deviations of a basis. Immutable.
 class CoefficientCode {
  public:
-  // Takes the deviation of each coefficient, m. Asserts that they are finite and positive.
+  // `deviation_m`: the deviation of each coefficient over the training motions (Basis). Asserts that they are finite
+  // and positive.
   explicit CoefficientCode(std::span<const float> deviation_m);
   [[nodiscard]] std::size_t mode_count() const { return parameters_.size(); }
-  // The bits of coefficient k that come as they are, when hair moves 2^-calm of what is usual.
+  // The Rice parameter of coefficient k: the number of its low bits that come as they are. `calm`: the hair moves
+  // 2^-calm of what is usual, so all parameters are less by it.
   [[nodiscard]] unsigned parameter(std::size_t k, unsigned step, unsigned calm) const;
 
  private:
-  // They are for step and calm 0. A negative one stands for less than a bit.
+  // The parameter of each coefficient for step and calm 0. It is negative where a coefficient needs less than a bit.
   std::vector<int> parameters_;
 };
 
-// How much of a frame's coefficients is sent.
+// How much of a frame's coefficients is sent: the first `count`, as multiples of the step of this number.
 struct Detail {
   std::size_t count = 0;
   unsigned step = 0;
 };
-// The number of coefficients (m) and the step that take the fewest bits of all whose errors, left out and rounded, are
-// together at most `tolerance_m` RMS over the hair. All and the finest step, where the tolerance is less than that.
-// Asserts that there are not more coefficients than modes.
+// The number of coefficients and the step that take the fewest bits, of all whose error is at most `tolerance_m`, as an
+// RMS over the hair. The error comes from coefficients that are left out and from rounding. Where no choice is within
+// the tolerance, the result is all coefficients and the finest step. `coefficients`: m. Asserts that there are not more
+// than modes.
 Detail detail_for(const CoefficientCode& code, std::span<const float> coefficients, float tolerance_m);
 
-// An upper bound of the bytes of one coefficient.
+// An upper bound of the bytes of one coefficient, and the bits of the header before the first one.
 inline constexpr std::size_t kCoefficientBytesMax = 6;
 inline constexpr std::size_t kCoefficientHeaderBits = 6;
 
-// Writes the coefficients, m; each errs by at most half a step, or is clamped to 2^19 steps. `ends` gets the number of
-// bits of the header and the coefficients up to and with each. Asserts that there are not more than modes, and that all
-// are finite.
+// Writes the coefficients, m. Each errs by at most half a step, or is clamped to 2^19 steps. ends[k] becomes the number
+// of bits of the header and the coefficients up to k: a frame may be cut there. Asserts that there are not more
+// coefficients than modes, and that all are finite.
 void encode_coefficients(const CoefficientCode& code, std::span<const float> coefficients, unsigned step,
                          BitWriter& writer, std::vector<std::uint32_t>& ends);
 

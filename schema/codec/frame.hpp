@@ -13,8 +13,9 @@ namespace hairnet::codec {
 
 struct EncodedFrame {
   std::vector<std::uint8_t> bytes;
-  // Counts the bits up to and with each coefficient.
+  // The number of bits of the frame up to and with each coefficient.
   std::vector<std::uint32_t> ends;
+  // The number of bits of the pose.
   std::uint32_t pose_bits = 0;
 
   // The bytes of the pose and the first `count` coefficients, or of all when there are fewer.
@@ -28,11 +29,11 @@ void encode_frame(const Pose& pose, const CoefficientCode* code, std::span<const
 
 struct DecodedFrame {
   Pose pose;
-  // They are in m. Those that are missing at the end are 0.
+  // The coefficients, m. Those that the frame lacks are 0.
   std::vector<float> coefficients;
 };
 // Returns false when the pose is incomplete or out of bounds, or when bytes are left over after all coefficients.
-// `code`: null when the groom's basis is not known: then only the pose is decoded.
+// `code` is null while the groom's basis is not known, and then only the pose is decoded.
 [[nodiscard]] bool decode_frame(std::span<const std::uint8_t> bytes, const CoefficientCode* code, DecodedFrame& out);
 
 }  // namespace hairnet::codec

@@ -9,7 +9,8 @@
 // Signed integers as bits: small numbers take few bits, and the length is bounded.
 namespace hairnet::codec {
 
-// Maps 0, -1, 1, -2, ... to 0, 1, 2, 3, ...; modulo 2^16 and 2^32.
+// Maps 0, -1, 1, -2, ... to 0, 1, 2, 3, ..., so that small numbers of either sign become small. All arithmetic is
+// modulo 2^16 or 2^32.
 inline std::uint16_t zigzag(std::int16_t x) {
   return static_cast<std::uint16_t>((x << 1) ^ (x >> 15));
 }

@@ -13,7 +13,7 @@ namespace {
 constexpr unsigned kNumberBits = 5, kShapeWidthBits = 5;
 static_assert(kHandShapesMax == 1 << kNumberBits);
 
-// What a hand takes beside its shapes, and each of these, where their integers have so many bits.
+// The bits of a hand without its shapes, and of one shape, where their integers have so many bits.
 constexpr std::size_t hand_bits(std::size_t place) {
   return 1 + 2 * kNumberBits + 1 + kPointWidthBits + 3 * place + 2 + 3 * kRotationBits + 3 * kShapeWidthBits;
 }
@@ -21,7 +21,7 @@ constexpr std::size_t shape_bits(std::size_t from, std::size_t axis, std::size_t
   return 2 + 3 * from + 3 * axis + radius;
 }
 
-// The most that valid hands take: as many hands as shapes, all as far and as large as may be.
+// The most bytes that valid hands take: as many hands as shapes are allowed, all as far and as large as they may be.
 constexpr std::size_t valid_bytes_max() {
   // Zigzag doubles integers that have a sign. The quotient of a whole number of steps may lie a little below it.
   constexpr auto width = [](double length_m, std::uint32_t factor) {
@@ -35,7 +35,7 @@ constexpr std::size_t valid_bytes_max() {
 }
 static_assert(valid_bytes_max() == wire::kHandsBytesMax);
 
-// A shape in steps.
+// A shape whose lengths are integers, in steps of kHandStep_m. `axis` leads from one end to the other.
 struct CodedShape {
   Integers from, axis;
   std::int32_t radius = 0;
@@ -53,14 +53,14 @@ CodedShape coded(const HandShape& shape) {
 }
 
 HandShape shape_of(const CodedShape& coded) {
-  // A sum of lengths could exceed by its rounding what the sum of steps keeps to.
+  // The sum is that of steps, because a sum of lengths could exceed a limit by its rounding.
   Integers to = coded.from;
   for (std::size_t c = 0; c < 3; ++c) to[c] += coded.axis[c];
   return {from_integers(coded.from, kHandStep_m), from_integers(to, kHandStep_m), kHandStep_m * coded.radius,
           coded.is_inside_out};
 }
 
-// How many bits each number of a hand's shapes has.
+// How many bits each integer of a hand's shapes has.
 struct Widths {
   unsigned from = 0, axis = 0, radius = 0;
 };

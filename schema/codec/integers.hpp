@@ -10,13 +10,14 @@
 #include "core/geometry/rigid_transform.hpp"
 #include "schema/codec/golomb.hpp"
 
-// Points and rotations as three integers with sign, zigzag.
+// Points and rotations as three signed integers, in the zigzag form of golomb.hpp.
 namespace hairnet::codec {
 
 using Integers = std::array<std::int32_t, 3>;
 
+// The most bits of an integer, and the bits in which a point says how many its integers have.
 inline constexpr unsigned kWidthMax = 30, kPointWidthBits = 5;
-// Holds the bits of each of three components of any rotation.
+// The bits of each of three components of any rotation.
 inline constexpr unsigned kRotationBits = 14;
 
 // The nearest multiples of `step`, or the nearest that kWidthMax bits hold.
@@ -34,6 +35,7 @@ inline Vec3 from_integers(const Integers& integers, double step) {
   return step * Vec3(integers[0], integers[1], integers[2]);
 }
 
+// How many bits the largest of the three integers takes.
 inline unsigned width_of(const Integers& integers) {
   std::uint32_t bits = 0;
   for (const std::int32_t integer : integers) bits |= zigzag(integer);
@@ -50,7 +52,7 @@ inline Integers take_integers(BitReader& reader, unsigned width) {
   return integers;
 }
 
-// A point: the width of its integers, then these.
+// A point is the width of its integers, followed by the three integers.
 inline void put_point(const Integers& integers, BitWriter& writer) {
   const unsigned width = width_of(integers);
   writer.put(width, kPointWidthBits);
@@ -63,7 +65,8 @@ inline Integers take_point(BitReader& reader) {
   return take_integers(reader, width);
 }
 
-// The quaternion of length 1 whose component `largest` (of x y z w) is positive and follows from the three others.
+// The quaternion of length 1 whose component with the index `largest` (of x y z w) is positive and follows from the
+// three other components.
 inline Quat completed(std::size_t largest, const Vec3& others) {
   std::array<double, 4> xyzw{};
   int next = 0;
@@ -74,7 +77,8 @@ inline Quat completed(std::size_t largest, const Vec3& others) {
   return Quat(xyzw[3], xyzw[0], xyzw[1], xyzw[2]).normalized();
 }
 
-// The three components beside `largest`, of the one of q and -q where that is positive.
+// The three components beside `largest`, in the sign of q for which `largest` is positive: q and -q are the same
+// rotation.
 inline Vec3 others_of(const Quat& q, std::size_t largest) {
   const double sign = q.coeffs()[static_cast<Eigen::Index>(largest)] < 0 ? -1 : 1;
   Vec3 out;

@@ -12,13 +12,14 @@ namespace hairnet::codec {
 namespace {
 
 constexpr unsigned kRotationWidthBits = 4;
-// Stands in place of a width when the rotation is coded whole.
+// The width that means a rotation which is coded whole, by its own bits.
 constexpr std::uint32_t kAnyRotation = 15;
 constexpr unsigned kHeadBits = kPointWidthBits + 3 * kWidthMax + 2 + 3 * kRotationBits;
 constexpr unsigned kBoneBits = kHeadBits + kRotationWidthBits;
 static_assert(kHeadBits + (kBoneCount - 1) * kBoneBits <= 8 * kPoseBytesMax);
 
-// Where bones meet in head space at rest, in most bodies, m. In a body with other joints more bits are left over.
+// Where bones meet in head space at rest, m: the default joints of Body (core/groom/body.hpp). For a body with other
+// joints the code is right too, but takes more bits.
 const Vec3 kHeadJoint(0, 0, 0), kNeckJoint(0, -0.10, -0.02), kLeftJoint(0.03, -0.16, -0.01),
     kRightJoint(-0.03, -0.16, -0.01);
 
@@ -28,24 +29,26 @@ Quat rounded(const Quat& q) {
           rounded_to_float(unit.z())};
 }
 
-// Most necks take half of the head's turn.
+// The rotation halfway between two. Most necks take half of the head's turn.
 Quat halfway(const Quat& a, const Quat& b) {
   const double sign = a.dot(b) < 0 ? -1 : 1;
   return Quat(Eigen::Vector4d(a.coeffs() + sign * b.coeffs())).normalized();
 }
 
-// Is the index of w in x y z w.
+// The index of w in x y z w.
 constexpr std::size_t kW = 3;
 
+// Writes the numbers of a pose for code_pose().
 class Encoder {
  public:
   Encoder(const Pose& pose, BitWriter& writer) : pose_(pose), writer_(writer) {}
 
   Quat any_rotation(Bone bone) { return put_rotation(pose_[bone].rotation, writer_); }
 
-  // A rotation that is likely to be near `expected`.
+  // A rotation that is likely to be near `expected`, written as the turn from there. Returns the rotation as the
+  // decoder has it.
   Quat rotation(Bone bone, const Quat& expected) {
-    // Below this w the angle is so large that w would be imprecise.
+    // With a smaller w, that is beyond 120 degrees, w cannot be computed precisely from the other components.
     constexpr double kNear = 0.5;
     // A good guess makes the turn small, and small integers take few bits.
     const Quat turn = expected.conjugate() * pose_[bone].rotation;
@@ -61,7 +64,8 @@ class Encoder {
     return expected * completed(kW, from_integers(integers, kBoneRotationStep));
   }
 
-  // The point of a bone at `joint`, in axes turned by `axes`, that is likely to be near `expected`.
+  // Where the bone has its `joint`, which is likely to be near `expected`. The difference is written in axes turned by
+  // `axes`, in steps of `step`. Returns the point as the decoder has it.
   Vec3 point(Bone bone, const Vec3& joint, const Quat& axes, const Vec3& expected, double step) {
     const Integers integers = to_integers(axes.conjugate() * (pose_[bone].point(joint) - expected), step);
     put_point(integers, writer_);
@@ -73,6 +77,7 @@ class Encoder {
   BitWriter& writer_;
 };
 
+// Reads what an Encoder has written; the functions are the same.
 class Decoder {
  public:
   explicit Decoder(BitReader& reader) : reader_(reader) {}
@@ -91,14 +96,14 @@ class Decoder {
   BitReader& reader_;
 };
 
-// Each bone is coded from those before it, as the decoder has them: rounding errors do not add up along the body.
-// Encoder and decoder run this one function, so they cannot predict differently.
+// Codes the bones one after the other. Each is predicted from those before it as the decoder has them, so rounding
+// errors do not add up along the body. Encoder and decoder run this one function, so they cannot predict differently.
 template <class Coder>
 Pose code_pose(Coder coder) {
   Pose pose;
   const auto set = [&pose](Bone bone, const Quat& rotation, const Vec3& point, const Vec3& joint) {
-    // The position follows from the rounded rotation, so that the joint stays where it was coded although the rotation
-    // errs.
+    // The position follows from the rounded rotation, so that the joint stays where it was coded in spite of the
+    // rotation's error.
     const Quat q = rounded(rotation);
     const Vec3 position = point - q * joint;
     pose[bone] = {q, {rounded_to_float(position.x()), rounded_to_float(position.y()), rounded_to_float(position.z())}};

@@ -21,10 +21,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The system follows as many.
+// The most symbolic links that are followed, which is Linux's own limit.
 constexpr int kLinksMax = 40;
 
-// The open descriptor that a path is another name of: what the shell calls /dev/stdout, or a process substitution.
+// The open descriptor that a path stands for, such as /dev/stdout or a process substitution of the shell; none for
+// other paths.
 std::optional<int> descriptor_of(const std::string& path) {
   for (const std::string_view folder : {"/proc/self/fd/", "/dev/fd/"}) {
     if (!path.starts_with(folder)) continue;
@@ -36,12 +37,14 @@ std::optional<int> descriptor_of(const std::string& path) {
   return std::nullopt;
 }
 
+// Where the bytes go: a path, or an open descriptor.
 struct Place {
-  // Is the place behind all links.
+  // The path behind all symbolic links.
   std::string path;
   std::optional<int> descriptor;
 };
 
+// Follows the symbolic links of a path.
 Place place_of(std::string path) {
   std::error_code error;
   for (int links = 0; links < kLinksMax; ++links) {
@@ -56,12 +59,14 @@ Place place_of(std::string path) {
   return {std::move(path), std::nullopt};
 }
 
+// Whether the place is no regular file, such as a device or a pipe, and so cannot be replaced.
 bool is_special(const Place& place) {
   std::error_code ignored;
   return place.descriptor || (fs::exists(place.path, ignored) && !fs::is_regular_file(place.path, ignored));
 }
 
-// mkstemp makes files that only their owner can read.
+// Gives a file of mkostemp, which only its owner can read, the owner and mode of the file that it replaces, or those
+// that a new file would have.
 bool give_permissions(int file, const std::string& target) {
   struct stat old {};
   if (::stat(target.c_str(), &old) != 0) {

@@ -38,7 +38,7 @@ class OutputFile {
   struct CloseFile {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  // Removes it, unless it has got its name.
+  // The path of the temporary file, which the destructor removes. An empty path means that there is nothing to remove.
   struct Temporary {
     explicit Temporary(std::string p = {}) : path(std::move(p)) {}
     Temporary(Temporary&& other) noexcept : path(std::exchange(other.path, {})) {}
@@ -52,14 +52,14 @@ class OutputFile {
   OutputFile() = default;
   Result<void> copy_to_place();
 
-  // Is the path of a regular file.
+  // The path of a regular file that finish() replaces; empty when in_place_ is used.
   std::string target_;
   Temporary temporary_;
-  // Is the temporary file.
+  // The open temporary file.
   std::unique_ptr<std::FILE, CloseFile> file_;
-  // Writes to what is no regular file.
+  // The device, pipe or descriptor to which finish() copies the bytes; null for a regular file.
   std::unique_ptr<std::FILE, CloseFile> in_place_;
-  // Is the errno of the first write that failed.
+  // The errno of the first write that failed.
   int error_ = 0;
 };
 

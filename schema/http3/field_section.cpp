@@ -11,7 +11,7 @@
 namespace hairnet::http3 {
 namespace {
 
-// This instruction is Set Dynamic Table Capacity with capacity 0.
+// The instruction Set Dynamic Table Capacity with the capacity 0 (RFC 9204, section 4.3.1).
 constexpr std::uint8_t kNoCapacity = 0x20;
 
 struct Delete {
@@ -19,6 +19,7 @@ struct Delete {
   void operator()(nghttp3_qpack_stream_context* context) const { nghttp3_qpack_stream_context_del(context); }
 };
 
+// The text of a buffer of nghttp3, which this releases.
 std::string take(nghttp3_rcbuf* text) {
   const nghttp3_vec bytes = nghttp3_rcbuf_get_buf(text);
   std::string taken(reinterpret_cast<const char*>(bytes.base), bytes.len);
@@ -27,12 +28,12 @@ std::string take(nghttp3_rcbuf* text) {
   return taken;
 }
 
-// One at a time: g++ 12 sees an overflow in std::vector's insert() that is not there.
+// Appends the bytes one at a time, since g++ 12 sees an overflow in std::vector's insert() that is not there.
 void put(Bytes& out, std::string_view bytes) {
   for (const char byte : bytes) out.push_back(static_cast<std::uint8_t>(byte));
 }
 
-// An integer whose first byte has `bits` bits of it behind `flags` (RFC 7541, section 5.1).
+// Appends an integer whose first `bits` bits share a byte with `flags` (RFC 7541, section 5.1).
 void put_prefixed(Bytes& out, std::uint8_t flags, unsigned bits, std::size_t value) {
   const std::size_t most = (std::size_t{1} << bits) - 1;
   out.push_back(static_cast<std::uint8_t>(flags | std::min(value, most)));

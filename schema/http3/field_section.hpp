@@ -16,7 +16,8 @@ struct Field {
   std::string name, value;
 };
 
-// Bounds of a message's fields: their bytes as they came, their number, and their names and values together.
+// The most bytes of a message's fields as they came, the most fields, and the most bytes of their names and values
+// together.
 inline constexpr std::size_t kFieldSectionBytesMax = std::size_t{8} << 10;
 inline constexpr std::size_t kFieldsMax = 64;
 inline constexpr std::size_t kFieldBytesMax = std::size_t{16} << 10;
@@ -27,8 +28,8 @@ struct DecodedFields {
   std::vector<Field> fields;
 };
 
-// A whole field section in QPACK (RFC 9204), which must not refer to the dynamic table: ours has no entries.
-// Asserts that it has at most kFieldSectionBytesMax bytes.
+// Decodes a whole field section in QPACK (RFC 9204). It must not refer to the dynamic table, of which ours has no
+// entries. Asserts that it has at most kFieldSectionBytesMax bytes.
 DecodedFields decode_fields(std::span<const std::uint8_t> section);
 
 // The field section of a response. `draft`: it names the draft of WebTransport, which Chromium asks for.

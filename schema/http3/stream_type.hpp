@@ -4,7 +4,8 @@
 
 namespace hairnet::http3 {
 
-// A unidirectional stream begins with one of these integers.
+// A unidirectional stream begins with one of these integers. They are HTTP/3's control and push streams (RFC 9114,
+// section 6.2), the encoder and the decoder of QPACK (RFC 9204, section 4.2), and a stream of a WebTransport session.
 inline constexpr std::uint64_t kControlStream = 0x00, kPushStream = 0x01, kEncoderStream = 0x02, kDecoderStream = 0x03,
                                kSessionStream = 0x54;
 // A bidirectional stream that belongs to a session begins with this, where others have the type of a frame.

@@ -15,7 +15,7 @@ inline constexpr std::size_t kVarintBytesMax = 8;
 
 struct Varint {
   std::uint64_t value = 0;
-  // Counts the bytes that it takes; zero means that it is not complete.
+  // How many bytes the integer takes; zero means that it is not complete.
   std::size_t bytes = 0;
 };
 

@@ -11,10 +11,10 @@ namespace hairnet::quic {
 // The datagrams of a connection that wait for its congestion window, and whether they go before the streams.
 class DatagramQueue {
  public:
-  // With so many bytes a server takes no more packets: frames that wait here get old, and the session still
-  // chooses which of its own are worth sending.
+  // A server takes no more packets from its sessions while so many bytes wait. Frames that wait here get old, whereas
+  // the session can still choose which of its own are worth sending.
   static constexpr std::size_t kBytesMax = std::size_t{8} << 10;
-  // Datagrams go first, but no flood of them keeps messages back.
+  // Datagrams go before streams, but at most so many in a row, so that a flood of them does not hold messages back.
   static constexpr int kInARowMax = 3;
 
   void push(std::vector<std::uint8_t> datagram) {
@@ -37,7 +37,7 @@ class DatagramQueue {
   // Whether a datagram is to be sent next. `streams_wait`: a stream has something to send.
   [[nodiscard]] bool is_next(bool streams_wait) const { return !empty() && (!streams_wait || in_a_row_ < kInARowMax); }
   [[nodiscard]] std::vector<std::uint8_t>& front() { return waiting_.front(); }
-  // Counts the datagram as sent, which drop_first() does not.
+  // Takes the first datagram out as sent, so it counts towards kInARowMax. drop_first() does not count it.
   std::vector<std::uint8_t> pop() {
     std::vector<std::uint8_t> first = std::move(waiting_.front());
     waiting_.pop_front();
@@ -50,7 +50,7 @@ class DatagramQueue {
  private:
   std::deque<std::vector<std::uint8_t>> waiting_;
   std::size_t bytes_ = 0;
-  // Counts the datagrams since a stream was sent.
+  // The datagrams since a stream was sent.
   int in_a_row_ = 0;
 };
 

@@ -18,14 +18,15 @@ class SendBuffer {
   void push(std::vector<std::uint8_t> bytes);
   void end() { is_ended_ = true; }
 
-  // The next unsent bytes, in `into`; returns how many pieces. More may follow.
+  // Lists the next unsent bytes in `into`, and returns how many pieces there are. Bytes that found no room may follow.
   [[nodiscard]] std::size_t peek(std::span<ngtcp2_vec> into) const;
   // Whether the pieces of that peek() reach the end of the stream.
   [[nodiscard]] bool reaches_end(std::span<const ngtcp2_vec> pieces) const;
   void mark_sent(std::size_t bytes, bool with_end);
-  // The peer has all bytes before `offset`. Frees them.
+  // Frees all bytes before `offset`, which the peer has.
   void acknowledge(std::uint64_t offset);
-  // Nothing more is sent. What was sent stays until it is acknowledged or the stream is closed: QUIC may send it again.
+  // Ends the stream without its unsent bytes. Sent bytes stay until they are acknowledged or the stream is closed,
+  // since QUIC may send them again.
   void reset();
 
   [[nodiscard]] bool has_unsent() const { return next_ < end_ || (is_ended_ && !is_end_sent_); }
@@ -35,13 +36,15 @@ class SendBuffer {
   [[nodiscard]] bool is_done() const { return is_reset_ || (is_ended_ && is_end_sent_ && begin_ == end_); }
 
  private:
+  // The bytes as push() took them. Acknowledged chunks are freed from the front.
   std::deque<std::vector<std::uint8_t>> chunks_;
-  // Is where the first chunk begins in the stream.
+  // The offset in the stream at which the first chunk begins.
   std::uint64_t begin_ = 0;
-  // Is the place of the first unsent byte in the stream.
+  // The offset in the stream of the first unsent byte.
   std::uint64_t next_ = 0;
-  // Is the place behind the last byte in the stream.
+  // The offset in the stream behind the last byte.
   std::uint64_t end_ = 0;
+  // The chunk, and the place in it, of the first unsent byte.
   std::size_t next_chunk_ = 0, next_in_chunk_ = 0;
   bool is_ended_ = false, is_end_sent_ = false, is_reset_ = false;
 };

@@ -9,7 +9,7 @@
 namespace hairnet::quic {
 namespace {
 
-// One call offers at most so many pieces of a stream to ngtcp2. What does not fit one packet is offered again.
+// The most pieces of a stream that one call offers to ngtcp2. What does not fit the packet is offered again.
 constexpr std::size_t kPiecesMax = 16;
 
 }  // namespace
@@ -94,10 +94,11 @@ void SendQueues::on_stream_sent(std::int64_t id) {
 ngtcp2_ssize SendQueues::write(ngtcp2_conn* quic, ngtcp2_path& path, ngtcp2_pkt_info& info,
                                std::span<std::uint8_t> room, std::int64_t now_ns, SendObserver& observer) {
   const auto time = static_cast<ngtcp2_tstamp>(now_ns);
-  // Names the streams without credit of their own: they must not keep the others back.
+  // The streams that have no flow-control credit of their own, and must not hold the other streams back.
   std::vector<std::int64_t> blocked;
   while (true) {
-    // Without credit of the connection no stream can send, and ngtcp2 would wait: datagrams need none.
+    // Without flow-control credit of the connection no stream can send, and ngtcp2 would wait. Datagrams need no
+    // credit.
     const std::int64_t id = ngtcp2_conn_get_max_data_left(quic) > 0 ? next_stream(blocked) : -1;
     SendBuffer* const next = find(id);
     const bool has_stream = next != nullptr;

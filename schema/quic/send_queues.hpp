@@ -25,8 +25,9 @@ class SendObserver {
   virtual bool on_stopped(std::int64_t stream) = 0;
 };
 
-// What a connection has to send: datagrams, which go first but for every fourth packet, and the bytes of its streams.
-// Among the streams, bulk ones go last but for every fourth piece, in turn.
+// What a connection has to send: datagrams and the bytes of its streams. Datagrams go first, except that every fourth
+// packet may be a stream's. Among the streams bulk ones go last, except that every fourth piece may be theirs, and they
+// take turns.
 class SendQueues {
  public:
   // Makes the stream if it is not there.
@@ -50,7 +51,7 @@ class SendQueues {
   [[nodiscard]] std::size_t datagram_count() const { return datagrams_.count(); }
   [[nodiscard]] const DatagramQueue& datagrams() const { return datagrams_; }
   [[nodiscard]] std::size_t unsent_bytes() const;
-  // Counts bytes of streams, unsent or not acknowledged.
+  // The bytes of all streams that are unsent or not acknowledged.
   [[nodiscard]] std::size_t kept_bytes() const;
   [[nodiscard]] std::size_t bulk_kept_bytes() const;
   [[nodiscard]] bool is_bulk(std::int64_t id) const;
@@ -58,6 +59,7 @@ class SendQueues {
   [[nodiscard]] bool is_idle() const;
 
  private:
+  // The most pieces of other streams before a bulk stream that waits gets one.
   static constexpr int kInARowMax = 3;
 
   // Returns the stream to write next, of those that `blocked` does not name; -1 means none.
@@ -65,9 +67,9 @@ class SendQueues {
   void on_stream_sent(std::int64_t id);
 
   std::map<std::int64_t, SendBuffer> streams_;
-  // The stream whose turn is next comes first.
+  // The bulk streams; the one whose turn is next comes first.
   std::vector<std::int64_t> bulk_;
-  // Counts the pieces of other streams since one of a bulk stream.
+  // The pieces of other streams since one of a bulk stream.
   int in_a_row_ = 0;
   DatagramQueue datagrams_;
   std::vector<std::uint8_t> datagram_prefix_;

@@ -11,13 +11,15 @@ namespace {
 
 using flatbuffers::FlatBufferBuilder;
 
-// Calls visit(index into Basis::modes) in the order of the planes.
+// Calls visit(index into Basis::modes) for each number, in the order in which the file's planes have them: mode by
+// mode, x of all nodes, then y, then z.
 void in_order_of_planes(const Basis& basis, const auto& visit) {
   for (std::size_t mode = 0; mode < basis.mode_count(); ++mode)
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (std::size_t node = 0; node < basis.node_count; ++node) visit(3 * (mode * basis.node_count + node) + axis);
 }
 
+// The low bytes of all numbers, then the high bytes, each number less the one before.
 std::vector<std::uint8_t> planes_of(const Basis& basis) {
   const std::size_t count = basis.modes.size();
   std::vector<std::uint8_t> planes(2 * count);
@@ -46,7 +48,8 @@ void read_planes(std::span<const std::uint8_t> planes, Basis& basis) {
   });
 }
 
-// Calls visit(node, what the nodes before it say) for each node in order; `bytes` of the nodes before must be there.
+// Calls visit(node, prediction) for each node in order. The prediction follows from the bytes of the nodes before,
+// which must be there (BoneSkin in basis.fbs has the formula).
 void in_order_of_grid(const std::array<int, 3>& dims, const std::vector<std::uint8_t>& bytes, const auto& visit) {
   const std::array<int, 3> stride{1, dims[0], dims[0] * dims[1]};
   int node = 0;
@@ -77,7 +80,7 @@ flatbuffers::Offset<fb::BoneSkin> write_bone_skin(FlatBufferBuilder& to, const S
                                   dims(2), &less);
 }
 
-// Returns an empty string when it is valid, else one line.
+// Returns an empty string when the skin is valid, else one line.
 std::string read_skin(const flatbuffers::Vector<flatbuffers::Offset<fb::BoneSkin>>& in, Skin& skin) {
   for (const fb::BoneSkin* part : in) {
     SkinDistanceField& field = skin.emplace_back();

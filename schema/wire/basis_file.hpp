@@ -16,7 +16,7 @@ namespace hairnet::wire {
 struct HairBasis {
   LevelGeometry geometry;
   Basis basis;
-  // The distances are those that their bytes stand for.
+  // The skin, whose distances are those that their bytes in the file stand for (skin_byte).
   Skin skin;
 };
 

@@ -162,6 +162,7 @@ std::string validate(const HairState& state) {
   // The number of nodes is not known here: the session compares it with the groom's lattice.
   if (state.displacements.empty() || state.displacements.size() % 3 != 0) return "not 3 integers a node";
   // Integers of 16 bits reach 32 m with the largest step: no hair needs a larger one.
+  static_assert(kHairStateStepMax_m == 0.001f, "the text below has the number");
   if (!(state.step_m > 0 && state.step_m <= kHairStateStepMax_m)) return "step_m is not in (0, 0.001]";
   return {};
 }
@@ -289,7 +290,8 @@ std::string validate(const Observe& observe) {
   if (observe.from && !(observe.from->allFinite() && observe.from->cwiseAbs().maxCoeff() <= kPositionMax_m))
     return "the point it is measured from is not finite, or beyond " +
            std::to_string(static_cast<int>(kPositionMax_m)) + " m";
-  if (!(observe.error_m >= 0 && observe.error_m <= kObserveErrorMax_m)) return "error_m is not in [0, 1]";
+  if (!(observe.error_m >= 0 && observe.error_m <= kObserveErrorMax_m))
+    return "error_m is not in [0, " + std::to_string(static_cast<int>(kObserveErrorMax_m)) + "]";
   return {};
 }
 
@@ -309,7 +311,7 @@ std::string read(const fb::ReportImportance& in, ReportImportance& out) {
   for (const fb::MemberImportance* m : members) {
     // The negation also refuses what is not a number.
     if (!(m->screen_height() >= 0 && m->screen_height() <= kScreenHeightMax))
-      return "importance: screen height not in [0, 100]";
+      return "importance: screen height not in [0, " + std::to_string(static_cast<int>(kScreenHeightMax)) + "]";
     out.members.push_back({m->member(), m->screen_height(), m->in_view()});
   }
   return {};

@@ -20,7 +20,7 @@
 #include "schema/limits.hpp"
 #include "schema/wire/message.hpp"
 
-// What a client says to the server, as plain structs. PROTOCOL.md says what each means.
+// The messages of a client to the server, as plain structs. The table of messages in PROTOCOL.md has what each means.
 namespace hairnet::wire {
 
 using hairnet::GroomHash;
@@ -39,19 +39,20 @@ struct Hello {
   // Empty means none.
   std::string token = {};
   Role role = Role::participant;
-  // Is the session to continue; zero means a new one.
+  // The session to continue; zero means a new one.
   std::uint64_t session = 0;
-  // Belongs to that session.
+  // The secret of that session, from its Welcome.
   SessionSecret secret{};
   // The number in union Body of the last message that the client knows: the server sends none beyond it.
   std::uint8_t message_max = std::variant_size_v<Message>;
-  // Counts the redirects that the client has followed to come here since its last Welcome.
+  // How many redirects the client has followed since its last Welcome.
   std::uint8_t redirects = 0;
-  // Is the last that the client knows: kFrameDatagramLayout; zero means only packets.
+  // The newest layout of frame datagrams that the client knows (kFrameDatagramLayout); zero means that it wants packets
+  // alone.
   std::uint8_t datagram_layout = 0;
-  // Names the client's whole way, over all servers, for their logs; zero means none.
+  // A number that names the client in the logs of all servers that it goes to; zero means none.
   std::uint64_t trace = 0;
-  // Promises that the server hears something from the client at least every kSilence_ms.
+  // The client promises that the server hears something at least every kSilence_ms.
   bool signs_of_life = false;
 };
 struct GroomOffer {
@@ -127,8 +128,9 @@ struct EarlierPose {
   struct Bone {
     std::array<std::int16_t, 3> turn{}, move{};
   };
+  // By how much the capture time is earlier than that of the character's first pose in the batch, ns.
   std::uint32_t captured_before_ns = 0, character = 0;
-  // Is at least 1.
+  // By how much the sequence is less than that of the same first pose; at least 1.
   std::uint16_t sequence_before = 0;
   std::array<Bone, kBoneCount> bones{};
 };
@@ -138,7 +140,7 @@ struct HandsSample {
   std::uint32_t sequence = 0;
   // The client's monotonic clock, the one in its envelopes.
   std::int64_t capture_time_ns = 0;
-  // Are rounded as codec::rounded_to_wire.
+  // The hands, whose numbers are rounded as codec::rounded_to_wire does.
   std::vector<Hand> hands = {};
 };
 struct PoseBatch {
@@ -147,20 +149,20 @@ struct PoseBatch {
   std::vector<EarlierPose> earlier = {};
   std::optional<HandsSample> hands = {};
 };
-// Says who may touch a character's hair; the owner always may unless it is nobody.
+// Sets who may touch a character's hair. The owner always may, unless the audience is `nobody`.
 struct SetTouch {
   static constexpr Resent kResent = Resent::per_character;
   std::uint32_t character = 0;
   TouchAudience audience = TouchAudience::oneself;
-  // Are the owners of members, as MemberJoined names them; only in audience `chosen`.
+  // The owners of members, as MemberJoined names them; only in audience `chosen`.
   std::vector<std::uint64_t> chosen = {};
 };
 // A hand takes hold of the hair of a member; answered by Held.
 struct TakeHold {
   std::uint32_t member = 0;
-  // Is the number of one of the session's shapes.
+  // The number of one of the shapes of the session's hands.
   std::uint8_t hand = 0;
-  // Is in own axes of that shape (append_bodies), m.
+  // The place about which hair is taken, in own axes of that shape (append_bodies in core/touch/hand.hpp), m.
   Vec3f place = Vec3f::Zero();
   float radius_m = 0;
 };
@@ -173,9 +175,9 @@ struct LetGo {
 struct Prop {
   std::uint8_t number = 0;
   TouchShape shape;
-  // Maps its own axes to the world; rounded to float.
+  // The transform from the prop's own axes to the world, rounded to float.
   RigidTransform place;
-  // Says that the prop has not moved to this place but appears here.
+  // The prop appears at this place and has not moved there, so it sweeps no hair along.
   bool has_jumped = false;
 };
 // Adds, moves and removes props of the session's room; others stay.
@@ -193,32 +195,32 @@ struct SetMaterial {
 struct SetWind {
   Wind wind;
 };
-// Says which other members a session receives frames of, and at which detail. It always receives its own characters.
+// Chooses which other members a session receives frames of, and at which detail. It always receives its own characters.
 struct Observe {
   static constexpr Resent kResent = Resent::per_session;
   ObserveMode mode = ObserveMode::all;
-  // Counts the members in mode nearest.
+  // How many members the session gets in mode `nearest`.
   std::uint32_t count = 0;
-  // The distance of heads in mode radius.
+  // How far members may be away in mode `radius`.
   float radius_m = 0;
   // Nearest and radius are measured from this place in the world; none means the nearest own head.
   std::optional<Vec3f> from;
-  // Names the members in mode list.
+  // The members that the session gets in mode `list`.
   std::vector<std::uint32_t> members;
-  // Frames are at least so many ticks apart: 1, 2 or 4.
+  // The fewest ticks from one frame of a member to the next: 1, 2 or 4.
   std::uint32_t stride = 1;
-  // About the error of hair, RMS, that is wanted where a head fills the screen. Where a head is smaller, the error may
-  // be as much larger. 0: the least that there is.
+  // The error of hair, about as an RMS, that is wanted where a head fills the screen. Where a head is smaller, the
+  // error may be as much larger. 0 means the least error that there is.
   float error_m = 0.001f;
-  // How many bytes of frames a second the session wants at most. The server sends coarser hair, then frames at fewer
-  // ticks, until they fit, or there is nothing left to leave out. 0: any number.
+  // The most bytes of frames a second that the session wants; 0 means any number. The server sends coarser hair, then
+  // frames at fewer ticks, until they fit or nothing is left to leave out.
   std::uint32_t bytes_per_s = 0;
 };
-// How large and whether a client sees members. It may send this at any time; members it does not name keep their
-// values.
+// How large a client sees a member, and whether at all. It may send this at any time; members that it does not name
+// keep their values.
 struct MemberImportance {
   std::uint32_t member = 0;
-  // Is the height of the head over the screen's.
+  // The height of the head over the screen's.
   float screen_height = 0;
   bool in_view = true;
 };
@@ -235,16 +237,16 @@ struct EvaluateLearnt {
   GroomHash groom{};
   GroomHash learnt{};
 };
-// What a moderator does in its room. A person is named by `session` or, if that is 0, by `subject`.
+// What a moderator does in its room. `session` names the person or, if that is 0, `subject` does.
 struct Moderate {
   ModerateAction action = ModerateAction::remove;
-  // Is the owner of a member, as MemberJoined names it.
+  // The owner of a member, as MemberJoined names it.
   std::uint64_t session = 0;
-  // Is named as in the server's log: "sub:alice".
+  // The person as the server's log names them, such as "sub:alice".
   std::string subject;
-  // Is the duration of the ban after a removal; zero means none.
+  // The duration of the ban after a removal; zero means none.
   std::uint32_t seconds = 0;
-  // Is for people and the log.
+  // The reason, for people and the log.
   std::string reason = {};
 };
 

@@ -10,11 +10,12 @@
 namespace hairnet::wire {
 namespace {
 
+// The step of a difference of positions.
 constexpr double kMoveStep_m = 5e-5;
-// Is the step of a component of a quaternion.
+// The step of a component of a quaternion.
 constexpr double kTurnStep = 1.0 / 32767;
-// The component w follows from the three others. A turn of more than 120 degrees has a small w, which would be
-// imprecise.
+// A turn whose w is smaller, that is of more than 120 degrees, is not sent. The receiver computes w from the three
+// other components, which is imprecise for a small w.
 constexpr double kMinW = 0.5;
 
 using Shorts = std::array<std::int16_t, 3>;

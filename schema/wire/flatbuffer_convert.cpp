@@ -2,7 +2,8 @@
 
 namespace hairnet::wire {
 
-// These lists are core's own: TouchAudience and Release, too, are in the order of their names.
+// Core has its own TouchAudience, Release and LevelIndex. They must have the numbers of enums.fbs, since conversions
+// only cast.
 static_assert(kTouchAudienceNames[3] == "everyone" && TouchAudience::everyone == TouchAudience{3});
 static_assert(kReleaseNames[2] == "unpin" && Release::unpin == Release{2});
 static_assert(kLevelNames == kLevelIndexNames, "core/levels/level.hpp and enums.fbs list the same levels");

@@ -60,7 +60,8 @@ std::string read_enum(From from, const char* name, To& to, To first = To{}, To l
   return {};
 }
 
-// Holds the same bytes at an 8-byte boundary. Bytes that do not lie at one are copied.
+// The given bytes at an 8-byte boundary, as the verifier and FlatBuffers need them. Bytes that do not lie at one are
+// copied.
 class AlignedBytes {
  public:
   explicit AlignedBytes(std::span<const std::uint8_t> bytes);
@@ -94,20 +95,21 @@ const Root* verified_root(std::span<const std::uint8_t> bytes, const char* ident
   return flatbuffers::GetSizePrefixedRoot<Root>(bytes.data());
 }
 
-// The verifier checks that a vector of structs lies within the buffer, not that it is aligned. The builder aligns
-// none that is empty.
+// Whether the structs of a vector are aligned. The verifier checks only that they lie within the buffer. The builder
+// aligns no empty vector, so an empty one counts as aligned.
 template <class Struct>
 bool is_aligned(const flatbuffers::Vector<const Struct*>& structs) {
   return structs.size() == 0 || reinterpret_cast<std::uintptr_t>(structs.Data()) % alignof(Struct) == 0;
 }
 
-// Takes an absent vector for an empty one.
+// The numbers of a vector; none for an absent one.
 template <class T>
 std::span<const T> span_of(const flatbuffers::Vector<T>* scalars) {
   return scalars ? std::span<const T>(scalars->data(), scalars->size()) : std::span<const T>();
 }
 
-// Scalars, or plain structs of the same layout. Asserts that the last struct is whole: the caller has checked it.
+// Copies numbers, or plain structs of the same layout. Asserts that the last struct is whole, which the caller has
+// checked.
 template <class To, class From>
 void from_flatbuffer(const flatbuffers::Vector<From>& from, std::vector<To>& to) {
   static_assert(std::is_arithmetic_v<From> && sizeof(To) % sizeof(From) == 0);

@@ -10,12 +10,15 @@
 namespace hairnet::wire {
 namespace {
 
+// The layout of frame_datagram.hpp: where each field begins, and how many bytes it has.
 constexpr std::array<std::uint8_t, 2> kMark{'F', 'B'};
 constexpr std::size_t kSampleTimeAt = kMark.size(), kSampleTimeBytes = 8;
 constexpr std::size_t kClockAt = kSampleTimeAt + kSampleTimeBytes, kClockBytes = 5;
 constexpr std::size_t kTickAt = kClockAt + kClockBytes;
+// The greatest difference that the signed clock field holds.
 constexpr std::int64_t kClockMax_ns = (std::int64_t{1} << (8 * kClockBytes - 1)) - 1;
 
+// Writes the low bytes of a signed integer, little endian; read_integer() reverses it.
 void write_integer(std::int64_t value, std::span<std::uint8_t> to) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] = static_cast<std::uint8_t>(value >> (8 * i));
 }

@@ -22,7 +22,7 @@ namespace hairnet::wire {
 // The number of this layout, for Hello.datagram_layout.
 inline constexpr std::uint8_t kFrameDatagramLayout = 1;
 
-// Counts the bytes before the first frame.
+// The number of bytes before the first frame.
 std::size_t frame_datagram_head_bytes(std::uint64_t tick);
 
 // Asserts that the batch has a frame, and a generation for each. The result is empty when it would exceed

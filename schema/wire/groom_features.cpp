@@ -28,7 +28,7 @@ std::uint32_t count_of(const PointRange& range) {
 
 }  // namespace
 
-// Not in the unnamed namespace, where they would hide the other conversions.
+// These functions are not in the unnamed namespace, where they would hide the other conversions of the same name.
 static fb::StrandProperties to_flatbuffer(const StrandProperties& s) {
   return {s.radius_m, s.hair_count, s.root_length_m, s.group, s.rooted};
 }
@@ -98,12 +98,12 @@ static Cloth from_flatbuffer(const fb::Cloth& c, const PointRange& points) {
 
 namespace {
 
-// A vector's numbers, piece by piece.
+// Takes a vector apart into pieces from its front.
 template <class T>
 class Pieces {
  public:
   explicit Pieces(std::span<const T> all) : all_(all) {}
-  // The next `count` of them; false when there are not so many.
+  // Takes the next `count` elements; false when there are fewer.
   template <class To>
   bool take(std::size_t count, std::vector<To>& out) {
     static_assert(sizeof(To) % sizeof(T) == 0);
@@ -144,11 +144,13 @@ std::string read_root_blends(const fb::Groom& in, Groom& out) {
   return points.all_taken() ? "" : "more root blend points than counted";
 }
 
-// Assigns the points after those of the strands; validate() detects missing ones.
+// Gives each thread, card and cloth its points, which follow those of the strands. validate() finds points that are
+// missing.
 class PointCounter {
  public:
   explicit PointCounter(const Groom& groom) : next_(groom.strand_begin.empty() ? 0 : groom.strand_begin.back()) {}
-  // Saturates: a range beyond the last index ends before it begins or outside the points, and either is refused.
+  // Saturates instead of wrapping. A range beyond the last index then ends before it begins or outside the points, and
+  // validate() refuses either.
   PointRange take(std::uint32_t count) {
     const std::uint32_t begin = next_;
     next_ = count > ~next_ ? ~std::uint32_t{0} : next_ + count;

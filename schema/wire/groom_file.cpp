@@ -13,7 +13,8 @@
 namespace hairnet::wire {
 namespace {
 
-// Version 1 has strands and a body alone, version 2 has floats. Readers take all three.
+// The version that is written. Version 1 has only strands and a body, and version 2 has floats instead of planes.
+// Readers take all three.
 constexpr std::uint16_t kGroomVersion = 3;
 
 using flatbuffers::FlatBufferBuilder;
@@ -58,7 +59,7 @@ fb::Joints flatten_joints(const Body& body) {
           joint(Bone::upper_trunk)};
 }
 
-// The vertices of a body are one run.
+// The run of a body's vertices: all of them are one (PointRun in groom_numbers.hpp).
 std::vector<PointRun> whole_body(std::size_t vertex_count) {
   return {{0, vertex_count, 1, {}}};
 }
@@ -71,7 +72,8 @@ std::vector<std::uint8_t> encode_triangles(const std::vector<std::array<std::uin
   return encode_indices(indices);
 }
 
-// Counts are written where `strand_begin` has sums: equal counts pack to almost nothing.
+// Writes the number of points of each strand, and not the sums of strand_begin, since equal counts pack to almost
+// nothing.
 auto write_point_counts(FlatBufferBuilder& to, const Groom& groom) {
   std::vector<std::uint32_t> counts;
   counts.reserve(groom.strand_count());
@@ -80,7 +82,7 @@ auto write_point_counts(FlatBufferBuilder& to, const Groom& groom) {
   return to.CreateVector(counts);
 }
 
-// The table, as pack() takes it.
+// The groom as a FlatBuffers table, which pack() then compresses.
 std::vector<std::uint8_t> write_table(const Groom& groom, const LearntHair* learnt) {
   FlatBufferBuilder to(std::size_t{1} << 16);
   const Body& body = groom.body;
@@ -89,7 +91,7 @@ std::vector<std::uint8_t> write_table(const Groom& groom, const LearntHair* lear
   std::vector<std::string> names;
   // Names are made valid here, since an importer takes them from any file.
   for (const std::string& name : groom.group_names) names.push_back(fit_text(name));
-  // One after the other: the order of evaluation of arguments would decide the bytes.
+  // Each part is written by a statement of its own, since the order of evaluation of arguments would decide the bytes.
   const auto name = to.CreateString(fit_text(groom.name));
   const auto group_names = to.CreateVectorOfStrings(names);
   const auto strands = write_strands(to, groom);
@@ -177,7 +179,7 @@ std::string read_strands(const fb::Groom& in, Groom& out) {
   return {};
 }
 
-// Version 3: the points, once it is known what has how many of them.
+// Reads the points of version 3. The strands and features that own them must have been read.
 std::string read_points(const fb::Groom& in, Groom& out) {
   if (in.version() < 3) return {};
   return decode_points(span_of(in.point_weights()), span_of(in.point_references()), span_of(in.point_planes()),

@@ -20,8 +20,8 @@ namespace hairnet::wire {
 std::vector<std::uint8_t> encode_groom(const Groom& groom, const LearntHair* learnt = nullptr);
 // Reads all versions. Files of version 1 have no materials; their hair gets the material `normal`.
 Result<Groom> decode_groom(std::span<const std::uint8_t> bytes, const GroomLimits& limits = {});
-// The learnt hair in the file of a groom, which decode_groom overlooks: valid, but whoever made the file may have made
-// it of anything. Null: there is none.
+// The learnt hair in the file of a groom, which decode_groom ignores; null when there is none. It passes validate(),
+// but whoever made the file may have learnt it from anything, so a server measures it (accept_given_hair).
 Result<std::shared_ptr<const LearntHair>> decode_learnt_of_groom(std::span<const std::uint8_t> bytes);
 GroomHash hash_groom(std::span<const std::uint8_t> groom_bytes);
 

@@ -7,10 +7,10 @@
 
 namespace hairnet::wire {
 
-// All but what the hair knows of wind.
+// Writes the hair without its LearntWind, which write_wind() writes.
 flatbuffers::Offset<fb::LearntHair> write_learnt(flatbuffers::FlatBufferBuilder& to, const LearntHair& hair);
 flatbuffers::Offset<fb::LearntWind> write_wind(flatbuffers::FlatBufferBuilder& to, const LearntWind& wind);
-// `wind`: null for hair that knows nothing of it. Returns an empty string, or one line about the error.
+// `wind` is null for hair that knows nothing of wind. Returns an empty string, or one line about the error.
 std::string read_learnt(const fb::LearntHair& in, const fb::LearntWind* wind, LearntHair& out);
 
 }  // namespace hairnet::wire

@@ -15,11 +15,11 @@
 namespace hairnet::wire {
 namespace {
 
-// Raise it when the payload's layout or meaning changes: caches then build their levels again.
+// Raise this version when the payload's layout or meaning changes. Caches then build their levels again.
 constexpr std::uint32_t kLayoutVersion = 5;
 constexpr std::array<char, 8> kMagic{'H', 'N', 'L', 'E', 'V', 'E', 'L', 'S'};
 
-// The header but its checksum. All fields lie at their natural alignment, so that this is its layout in memory as well.
+// The header without its checksum. All fields lie at their natural alignment, so the struct has the file's layout.
 struct Header {
   std::array<char, 8> magic = kMagic;
   std::uint32_t layout_version = kLayoutVersion;
@@ -138,7 +138,7 @@ bool read_contacts(const fb::BuiltLevel& in, ContactPoints& out) {
          read(*in.contact_potential(), out.potential) && read(*in.contact_limit(), out.limit);
 }
 
-// Counts as they stand: validate() judges them.
+// Copies the field with its counts as they are; validate() judges them later.
 SkinDistanceField read(const fb::SkinDistanceField& in) {
   SkinDistanceField field{static_cast<Bone>(in.bone()), from_flatbuffer(*in.origin()), in.cell_m(), {}, {}};
   const auto nodes = [](std::uint32_t count) {

@@ -12,7 +12,7 @@
 namespace hairnet::wire {
 
 // The levels built of a groom, with its modes and its learnt hair if it has any, as a file: a header, then a
-// FlatBuffer of levels.fbs. Every byte counts; little endian.
+// FlatBuffer of levels.fbs. The checksum covers every byte; numbers are little endian.
 //
 //   offset  bytes  header
 //        0      8  magic "HNLEVELS"

@@ -32,7 +32,7 @@ std::vector<std::uint8_t> encode_room_hands(std::int64_t clock_ns, const Encoded
 // Overwrites the clock of what encode_packet or encode_frame_datagram has made, for packets that waited in a queue.
 void set_clock(std::span<std::uint8_t> packet, std::int64_t clock_ns);
 
-// Returns the bytes that a frame takes in a batch, at most. Batches whose frames sum to at most kPacketBytesMax -
+// The most bytes that a frame takes in a batch. Batches whose frames sum to at most kPacketBytesMax -
 // kPacketOverheadBytesMax can be sent.
 std::size_t frame_bytes(const Frame& frame);
 

@@ -12,15 +12,16 @@
 // server_messages.cpp and frame_datagram.cpp alone.
 namespace hairnet::wire {
 
-// Both write to `at`, where there must be as much room as varint_bytes() and packed_bytes() count, and return the end
-// of what they wrote.
+// Both write to `at`, and return the end of what they wrote. The caller provides the room that varint_bytes() and
+// packed_bytes() count. `member_before` is the member of the frame before, or 0.
 std::uint8_t* write_varint(std::uint64_t value, std::uint8_t* at);
 std::uint8_t* write_frame(const Frame& frame, std::uint32_t member_before, std::uint8_t* at);
 
 std::size_t varint_bytes(std::uint64_t value);
 std::size_t packed_bytes(const Frame& frame, std::uint32_t member_before);
 
-// Takes what is packed off the front of a span; false at its end or when it is not valid.
+// Takes integers and bytes off the front of a span. Each function returns false at the end of the span, or when an
+// integer is not valid.
 class Unpacker {
  public:
   explicit Unpacker(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}

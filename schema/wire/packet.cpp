@@ -12,9 +12,9 @@ std::pair<fb::Body, Offset<void>> written(Offset<Table> table) {
   return {type, table.Union()};
 }
 
-// The functions bulk_bytes() estimate the bytes of the bulk that a message brings, so that the buffer is allocated once
-// and never beyond the limit. Too small an estimate costs a copy while the buffer grows. A message without a function
-// here has no bulk.
+// The functions bulk_bytes() estimate the bytes of a message's bulk, so that the buffer is allocated once and not
+// beyond the limit. Too small an estimate costs a copy while the buffer grows. A message without a function here has no
+// bulk.
 std::size_t bulk_bytes(const GroomChunk& chunk) {
   return chunk.bytes.size();
 }
@@ -41,7 +41,7 @@ std::size_t bulk_bytes(const RoomHands& hands) {
   for (const RoomHands::Person& person : hands.people) {
     for (const Hand& hand : person.hands) shape_count += hand.shapes.size();
   }
-  // Hands take most where each has one shape, and in all whole bytes.
+  // One person's hands take most a shape when each hand has one shape; and each person's bytes are rounded up.
   return hands.people.size() * (sizeof(fb::PersonHands) + 1) + shape_count * kHandsBytesMax / kHandShapesMax;
 }
 std::size_t bulk_bytes(const EncodedRoomHands& hands) {
@@ -59,7 +59,8 @@ std::size_t bulk_bytes(const M&) {
   return 0;
 }
 
-// `write_body` returns the body's type, and where it is.
+// Encodes a packet; empty when it would exceed kPacketBytesMax. `write_body` returns the body's type, and where the
+// builder has it.
 template <class WriteBody>
 std::vector<std::uint8_t> encoded(std::int64_t clock_ns, std::size_t bulk, const WriteBody& write_body) {
   // A message that cannot fit takes no memory. Its real size is known only after it is written, so that is checked
@@ -83,6 +84,7 @@ std::vector<std::uint8_t> encoded(std::int64_t clock_ns, const std::variant<Ms..
   });
 }
 
+// Names the table of an offset; it is used in decltype alone.
 template <class Table>
 Table table_of(Offset<Table>);
 
@@ -109,6 +111,7 @@ DecodedPacket refused(DecodeError error, std::string detail) {
   return {error, std::move(detail), {}};
 }
 
+// Decodes a packet as one of the messages in the variant Kinds.
 template <class Kinds>
 DecodedPacket decoded_as(std::span<const std::uint8_t> packet) {
   if (packet.size() > kPacketBytesMax)

@@ -13,18 +13,19 @@
 namespace hairnet::wire {
 namespace {
 
-// A reader takes this version alone: a replay is useful only where it gives the same bits.
+// The only version that a reader takes, since a replay is useful only where it gives the same bits.
 constexpr std::uint16_t kRecordingVersion = 7;
 // These limits keep a damaged header from making a World that computes for hours, or asserts.
 constexpr std::int32_t kSubstepCountMax = 64;
 constexpr std::int32_t kIterationsMax = 10'000;
 constexpr double kAccelerationMax = 1000;  // m/s^2
-// The largest entry is a groom. A prefix that says more is damaged.
+// The largest entry is a groom with its envelope. A size prefix that says more is damaged.
 constexpr std::size_t kEntryBytesMax = kGroomBytesMax + 4096;
 
 using flatbuffers::FlatBufferBuilder;
 using flatbuffers::Offset;
 
+// The body of an entry: its kind, and where the builder has written it.
 struct Body {
   fb::RecordBody type;
   Offset<void> offset;
@@ -116,6 +117,7 @@ Body write(FlatBufferBuilder& to, const RecordedTick& e) {
                                      touch.chosen, touch.room_bodies, touch.bodies, touch.releases, touch.grabs));
 }
 
+// Copies gravity. False when a component is not finite or too large.
 bool copy_vector(const fb::Vec3d& from, std::array<double, 3>& to) {
   // The negated comparison also refuses what is not a number.
   to = {from.x(), from.y(), from.z()};

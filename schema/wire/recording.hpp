@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/gravity.hpp"
 #include "core/learnt/learnt_hair.hpp"
 #include "core/result.hpp"
 #include "core/world/simulation_inputs.hpp"
@@ -15,23 +16,24 @@
 // stored as floats: give the World poses that went through rounded_to_wire.
 namespace hairnet::wire {
 
-// Rooms are numbered below this: the World has no more environments.
+// The numbers of rooms are below this, as the World has no more environments (kEnvironmentCountMax).
 inline constexpr std::uint32_t kRecordedRoomCountMax = 65'536;
 
 struct RecordingHeader {
   std::uint32_t tick_rate_hz = 30;
   std::int32_t substep_count = 1;
-  // Zero means each level's own.
+  // Iterations of conjugate gradient a substep; zero means each level's own (iterations_for).
   std::int32_t iterations = 0;
-  std::array<double, 3> gravity{0, -9.81, 0};
-  // Blows in rooms that no tick has given another.
+  std::array<double, 3> gravity{0, -kGravity_m_per_s2, 0};
+  // The wind in rooms for which no tick has set another.
   Wind wind;
 };
-// Comes before the first tick that uses it.
+// The file of a groom. It comes before the first tick that uses it.
 struct RecordedGroom {
   std::vector<std::uint8_t> bytes;
 };
-// Comes after its groom. Levels that characters are given from the next tick on have it.
+// The learnt hair of a groom. It comes after its groom, and belongs to all levels that characters get from the next
+// tick on.
 struct RecordedLearnt {
   GroomHash groom{};
   std::shared_ptr<const LearntHair> hair;
@@ -47,16 +49,16 @@ using RecordedPose = SimulationInputs::BonePose;
 struct RecordedTick : SimulationInputs {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;
-  // Is World::hash after the step.
+  // World::hash() after the step.
   std::uint64_t state_hash = 0;
 };
 using RecordEntry = std::variant<RecordingHeader, RecordedGroom, RecordedLearnt, RecordedTick>;
 
-// `character` is unique for the recording: session id << 32 | the client's number.
-// The result begins with its size.
+// The entry as bytes, which begin with their size. Keys of characters are unique in the recording: session id << 32 |
+// the client's number.
 std::vector<std::uint8_t> encode_record_entry(const RecordEntry& entry);
-// Takes one entry off the front of `bytes`, which then begins behind it. For an incomplete last entry the error says
-// so.
+// Takes one entry off the front of `bytes`, which then begins behind it. When the last entry is incomplete, as after a
+// crash, the error says so.
 Result<RecordEntry> take_record_entry(std::span<const std::uint8_t>& bytes);
 
 }  // namespace hairnet::wire

@@ -10,7 +10,7 @@
 
 #include "schema/wire/client_messages.hpp"
 
-// What the server says to a client, as plain structs. PROTOCOL.md says what each means.
+// The messages of the server to a client, as plain structs. The table of messages in PROTOCOL.md has what each means.
 namespace hairnet::wire {
 
 // Where clients reach a server.
@@ -37,7 +37,7 @@ struct Welcome {
   std::int64_t pose_delay_ns = 0;
   // The session may set the wind; a moderator may forbid it later.
   bool may_set_wind = true;
-  // Names other servers of the fleet, to ask when this one does not answer any more.
+  // Other servers of the fleet, which the client asks when this one does not answer any more.
   std::vector<ServerAt> others = {};
   // Promises that the client hears something from the server at least every kSilence_ms.
   bool signs_of_life = false;
@@ -54,70 +54,70 @@ struct GroomStatus {
   GroomHash hash{};
   GroomState state = GroomState::queued;
 };
-// Holds the groom's bytes from `offset` on; pieces come in order.
+// The groom's bytes from `offset` on; pieces come in order.
 struct GroomData {
   GroomHash hash{};
-  // Is the size of the whole groom.
+  // The size of the whole groom.
   std::uint64_t byte_count = 0;
   std::uint64_t offset = 0;
   std::vector<std::uint8_t> bytes;
 };
-// The server sends it to the owner.
+// Answers AddCharacter. The server sends it to the owner.
 struct CharacterAdded {
   std::uint32_t character = 0;
   GroomHash groom{};
   LevelIndex level = LevelIndex::rigid;
-  // Is its number in frames.
+  // The number by which frames name the character.
   std::uint32_t member = 0;
-  // Counts the characters that have had this member number.
+  // How many characters have had this member number so far, modulo 256.
   std::uint8_t generation = 0;
 };
-// The server sends it to all others in the room.
+// A character has joined the room. The server sends it to all others in the room.
 struct MemberJoined {
   std::uint32_t member = 0;
-  // Is the owner's session.
+  // The owner's session.
   std::uint64_t session = 0;
-  // Is the owner's number for it.
+  // The owner's number for the character.
   std::uint32_t character = 0;
   GroomHash groom{};
-  // Is the owner's, as in AddCharacter.
+  // The tag that the owner gave in AddCharacter or SetAppearance.
   std::string tag = {};
-  // Is the owner's; none means the receiver's default.
+  // The appearance that the owner gave; none means the receiver's default.
   std::optional<Appearance> appearance = {};
-  // Counts the characters that have had this member number.
+  // How many characters have had this member number so far, modulo 256.
   std::uint8_t generation = 0;
 };
-// Its tag, its appearance or both have changed; the server sends it to all others in the room.
+// The tag or the appearance of a member, or both, have changed. The server sends it to all others in the room.
 struct MemberChanged {
   std::uint32_t member = 0;
   std::string tag = {};
   std::optional<Appearance> appearance = {};
 };
-// Holds the wind in which the room's hair moves, when a session joins and when it changes.
+// The wind in which the room's hair moves. It comes when a session joins, and when the wind changes.
 struct RoomWind {
   // A session of the room's server before this one has set the wind.
   static constexpr std::uint64_t kOfEarlierServer = ~std::uint64_t{0};
   Wind wind;
-  // Names who has set it; zero means the server's setting.
+  // The session that has set the wind; zero means the server's setting.
   std::uint64_t session = 0;
 };
 // The room's props: all of them when a session joins, and later those that change.
 struct RoomProps {
   std::vector<Prop> props;
   std::vector<std::uint8_t> removed = {};
-  // Says that a prop which this message does not have does not exist.
+  // Whether the message has all props of the room: any other prop does not exist.
   bool all = false;
 };
-// Says who may touch a member's hair. It comes after the member's MemberJoined or CharacterAdded, unless the audience
-// is the default, and when it changes.
+// Who may touch a member's hair. It comes after the member's MemberJoined or CharacterAdded, unless the audience is the
+// default, and when the rule changes.
 struct MemberTouch {
   std::uint32_t member = 0;
   TouchAudience audience = TouchAudience::oneself;
-  // Are sessions.
+  // The chosen sessions, in audience `chosen`.
   std::vector<std::uint64_t> chosen = {};
 };
-// Says how many points of a member's hair a hand of the session holds. It answers TakeHold, and comes with 0 when a
-// hold ends otherwise than by LetGo.
+// How many points of a member's hair a hand of the session holds. It answers TakeHold. It also comes with 0 when a hold
+// ends otherwise than by LetGo.
 struct Held {
   std::uint32_t member = 0;
   std::uint8_t hand = 0;
@@ -131,7 +131,7 @@ struct RoomHands {
     std::vector<Hand> hands;
   };
   std::uint64_t tick = 0;
-  // Is as in FrameBatch.
+  // The time at which the hands were sampled, as in FrameBatch.
   std::int64_t sample_time_ns = 0;
   std::vector<Person> people;
 };
@@ -152,56 +152,57 @@ struct MemberLeft {
 struct CharacterRemoved {
   std::uint32_t character = 0;
 };
-// Comes before the groom's first frame with coefficients.
+// The basis of a groom's coefficients. It comes before the groom's first frame with coefficients.
 struct GroomBasis {
   GroomHash groom{};
-  // Is the hash of the file, which GroomRequest asks for.
+  // The hash of the file, which GroomRequest asks for.
   GroomHash basis{};
 };
 // The client may evaluate the groom's hair itself while it is on the learnt level.
 struct GroomLearnt {
   GroomHash groom{};
-  // Is the hash of the file, which GroomRequest asks for.
+  // The hash of the file, which GroomRequest asks for.
   GroomHash learnt{};
 };
 // An encoded frame. `content` is a prefix of what codec::encode_frame gives: a pose, and coefficients of the groom's
 // basis. It refers to no other frame.
 struct Frame {
   std::uint32_t member = 0;
-  // Is the level that the server steps; rigid means no coefficients: hair is at rest.
+  // The level that the server steps; rigid means no coefficients: hair is at rest.
   LevelIndex level = LevelIndex::rigid;
-  // Marks a teleport or a reset: do not interpolate from the last frame.
+  // A teleport or a reset: do not interpolate from the last frame.
   bool discontinuous = false;
-  // Says that nothing will change, and no frame come, before the character wakes.
+  // Nothing will change, and no frame come, before the character wakes.
   bool asleep = false;
-  // Is only a pose: the client evaluates the learnt hair (EvaluateLearnt).
+  // The frame has only a pose, and the client evaluates the learnt hair (EvaluateLearnt).
   bool evaluated = false;
-  // Counts ticks from one step of the character to the next.
+  // The ticks from one step of the character to the next.
   std::uint8_t step_stride = 1;
+  // The encoded bytes. The batch's storage, or the sender, owns them.
   std::span<const std::uint8_t> content;
 };
 struct FrameBatch {
   std::uint64_t tick = 0;
-  // Is when the poses were sampled, by the server's clock (tick time - pose delay).
+  // The time at which the tick sampled its poses, by the server's clock: the tick's time less Welcome::pose_delay_ns.
   std::int64_t sample_time_ns = 0;
-  // Members ascend.
+  // The frames, whose members ascend.
   std::vector<Frame> frames;
-  // The contents of a decoded batch lie in it.
+  // The memory in which the contents of a decoded batch lie.
   std::shared_ptr<const std::vector<std::uint8_t>> storage = {};
-  // Holds the generation of the member of each frame, in a packet that may overtake its MemberJoined or CharacterAdded;
+  // The generation of each frame's member, in a packet that may overtake the member's MemberJoined or CharacterAdded;
   // else empty.
   std::vector<std::uint8_t> generations = {};
 };
-// Leads to the server that holds the room: the client connects there, with a new session.
+// Names the server that holds the room. The client connects there, with a new session.
 struct Redirect {
-  // None means that nobody holds it for the moment; ask again where you asked first.
+  // None means that no server holds the room for the moment; the client asks again where it asked first.
   std::optional<ServerAt> to = {};
 };
 struct Error {
   ErrorReason reason = ErrorReason::none;
-  // Zero means none.
+  // The character that the error concerns; zero means none.
   std::uint32_t character = 0;
-  // Zero means none.
+  // The groom that the error concerns; zero means none.
   GroomHash groom{};
   std::string detail;
 };

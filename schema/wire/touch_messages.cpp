@@ -4,11 +4,12 @@
 #include "schema/codec/hand_code.hpp"
 #include "schema/wire/message_codec.hpp"
 
-// What is said of touch, both ways.
+// The messages about touch, in both directions.
 namespace hairnet::wire {
 namespace {
 
-// The limit is that of the wire; the decoder itself is bounded by the number of shapes.
+// Decodes one person's hands. kHandsBytesMax is the wire's limit; the decoder itself is bounded by the number of
+// shapes.
 std::string read_hands(std::span<const std::uint8_t> bytes, std::vector<Hand>& out) {
   if (bytes.size() > kHandsBytesMax)
     return "hands: " + std::to_string(bytes.size()) + " bytes, more than " + std::to_string(kHandsBytesMax);
@@ -38,7 +39,7 @@ auto write_props(FlatBufferBuilder& to, const Message& m) {
   return std::pair(to.CreateVectorOfStructs(props), to.CreateVector(m.removed));
 }
 
-// Of SetProps and RoomProps.
+// Reads the props of SetProps and of RoomProps.
 std::string read_props(const auto& in, std::vector<Prop>& props, std::vector<std::uint8_t>& removed) {
   // A room has no more numbers than this, so a longer list must name one twice.
   if (in.props()->size() > kPropsMax || in.removed()->size() > kPropsMax)
@@ -52,7 +53,7 @@ std::string read_props(const auto& in, std::vector<Prop>& props, std::vector<std
   return {};
 }
 
-// Of SetTouch and MemberTouch.
+// Reads the rule of SetTouch and of MemberTouch.
 std::string read_rule(const auto& in, auto& out) {
   if (in.chosen()->size() > kTouchChosenMax)
     return "touch: more than " + std::to_string(kTouchChosenMax) + " are chosen";
@@ -78,9 +79,11 @@ std::string validate(const TakeHold& hold) {
   // The comparison is false for NaN.
   const auto is_within = [](float x) { return std::abs(x) <= static_cast<float>(kHandSizeMax_m); };
   for (const float x : hold.place) {
-    if (!is_within(x)) return "hold: its place is more than 10 m from the shape";
+    if (!is_within(x))
+      return "hold: its place is more than " + std::to_string(static_cast<int>(kHandSizeMax_m)) + " m from the shape";
   }
   const bool is_radius = hold.radius_m >= 0 && hold.radius_m <= static_cast<float>(kGrabRadiusMax_m);
+  static_assert(kGrabRadiusMax_m == 0.3, "the text below has the number");
   return is_radius ? "" : "hold: its radius is not in [0, 0.3] m";
 }
 
@@ -89,6 +92,7 @@ std::string validate(const Prop& prop) {
   const Vec3& at = prop.place.position;
   if (!(at.allFinite() && at.cwiseAbs().maxCoeff() <= kPositionMax_m))
     return "prop: a coordinate of its place is more than 10 000 m";
+  static_assert(kPositionMax_m == 10'000, "the text above has the number");
   // The rest of the rules is the World's own, so that a room never has a prop that a World refuses.
   return validate(TouchBody{.key = {}, .shape = prop.shape, .place = prop.place});
 }

@@ -28,6 +28,7 @@ constexpr std::int64_t kUnusedFor_ns = 5 * kSecond_ns;
 constexpr std::int64_t kBackoffMin_ns = 500 * kMs;
 constexpr int kBackoffDoublingsMax = 5;
 
+// The words of the log for State, Duty and SidecarError, in their order.
 constexpr std::array<const char*, 4> kStateNames{"none", "ready", "allocated", "shutdown"};
 constexpr std::array<const char*, 4> kDutyNames{"health", "state", "rooms", "address"};
 constexpr std::array<const char*, 6> kErrorNames{"unreachable", "timeout",   "broken",

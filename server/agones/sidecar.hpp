@@ -12,8 +12,9 @@
 namespace hairnet::server::agones {
 
 struct SidecarDef {
-  // Agones is told this capacity.
+  // The capacity of the counter of rooms, which Agones is told.
   std::size_t room_count_max = 0;
+  // The public address is asked for, because the settings do not have it.
   bool asks_for_address = false;
   // Seeds the jitter between tries.
   std::uint64_t seed = 0;
@@ -34,7 +35,7 @@ struct ServerNow {
 // one that fails is tried again, later each time. Nothing here stops the server. I/O thread.
 class Sidecar final : public SidecarSink {
  public:
-  // `transport` and `counters` must outlive it.
+  // `transport` and `counters` must outlive the sidecar.
   Sidecar(const SidecarDef& def, SidecarTransport& transport, AgonesCounters& counters);
 
   // Starts the calls that are due, and gives up those without an answer. Call it some times a second.
@@ -46,6 +47,7 @@ class Sidecar final : public SidecarSink {
   // Where clients reach this server, once it is known.
   [[nodiscard]] const std::optional<ServerAddress>& address() const { return address_; }
 
+  // These two implement SidecarSink: the transport calls them.
   void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t now_ns) override;
   void on_error(std::uint64_t call, SidecarError error, std::int64_t now_ns) override;
 
@@ -56,14 +58,15 @@ class Sidecar final : public SidecarSink {
   // What Agones takes this server for. States go forward, except that allocated returns to ready when the last room has
   // ended.
   enum class State : std::uint8_t { none, ready, allocated, shutdown };
-  // The kinds of calls: the sign of life, the state, the number of rooms, and the question for the public address.
+  // The kinds of calls: the sign of life, the state, the number of rooms, and the question for the public address. Each
+  // has a Task.
   enum Duty : std::uint8_t { health_duty, state_duty, rooms_duty, address_duty, kDutyCount };
   struct Task {
     // The number of the call under way; zero: there is none.
     std::uint64_t call = 0;
     // The call fails without an answer by deadline_ns; the next one begins no sooner than due_ns.
     std::int64_t deadline_ns = 0, due_ns = 0;
-    // Counts failures since the last success.
+    // The number of failures since the last success.
     int failures = 0;
   };
 
@@ -72,10 +75,12 @@ class Sidecar final : public SidecarSink {
   [[nodiscard]] bool may_start(Duty duty, std::int64_t now_ns) const {
     return tasks_[duty].call == 0 && now_ns >= tasks_[duty].due_ns;
   }
+  // Sends the call of a duty.
   void start(Duty duty, Request request, std::int64_t now_ns);
+  // The call of a duty has succeeded, or has failed and is tried again after a pause that grows.
   void succeed(Duty duty, std::string_view body, std::int64_t now_ns);
   void fail(Duty duty, SidecarError error, const std::string& detail, std::int64_t now_ns);
-  // Keeps gauge and log: one line when the sidecar stops answering, and one when it answers again.
+  // Sets the gauge `up`, and logs one line when the sidecar stops answering and one when it answers again.
   void note_reached(bool is_reached);
   [[nodiscard]] std::optional<Duty> duty_of(std::uint64_t call) const;
 
@@ -95,8 +100,10 @@ class Sidecar final : public SidecarSink {
   // The number of rooms that Agones has accepted last; none: it is not known, because no call has succeeded since one
   // began.
   std::optional<std::size_t> rooms_;
+  // The number of rooms in the newest call.
   std::size_t sent_rooms_ = 0;
   std::optional<ServerAddress> address_;
+  // shut_down() was called first at this time.
   std::optional<std::int64_t> shutdown_begun_ns_;
   // Whether the last call reached the sidecar; none: no call has ended yet.
   std::optional<bool> is_reached_;

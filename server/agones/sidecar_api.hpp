@@ -29,6 +29,8 @@ struct Request {
   std::string path, body;
 };
 
+// These make the calls: ready, alive, in use, ended; the question for the game server's description; and the number of
+// rooms with its capacity.
 Request ready();
 Request health();
 Request allocate();

@@ -14,7 +14,8 @@ namespace hairnet::server {
 class IoLoop;
 class SidecarClient;
 
-// Tells Agones about this server, and the fleet where Agones says that clients reach it. I/O thread.
+// Reports the state of this server to Agones, and gives the fleet the address at which clients reach it, where only
+// Agones knows that. I/O thread.
 class Agones {
  public:
   // `port` is the value of agones::kPortVariable, or null. Null where Agones is not used; the error is one line. `loop`
@@ -24,7 +25,7 @@ class Agones {
   Agones(const Agones&) = delete;
   Agones& operator=(const Agones&) = delete;
 
-  // Tells the sidecar what is due, and gives the fleet the address once. Nothing blocks.
+  // Sends the sidecar the calls that are due, and gives the fleet the address once. Nothing blocks.
   void poll(const Health& health, Fleet& fleet, std::int64_t now_ns);
   // The server has drained. True once Agones knows, or does not answer.
   [[nodiscard]] bool has_shut_down(std::int64_t now_ns);

@@ -13,6 +13,7 @@
 namespace hairnet::server {
 namespace {
 
+// A longer file is refused: the path is wrong.
 constexpr std::size_t kConfigFileBytesMax = std::size_t{1} << 20;
 
 std::optional<Setting::Triple> triple_of(const toml::array& array) {
@@ -38,6 +39,7 @@ std::optional<Setting::Value> value_of(const toml::node& node) {
   return std::nullopt;
 }
 
+// Reads one file into the settings. Each function returns the first error, as a line.
 class Reader {
  public:
   Reader(const std::string& path, const std::vector<Setting>& settings) : path_(&path), settings_(&settings) {}
@@ -72,6 +74,7 @@ class Reader {
     }
     return {};
   }
+  // A hint with the key that the wrong one is most like; empty when none is near.
   [[nodiscard]] std::string nearest_to(const std::string& name) const {
     std::vector<std::string> names;
     for (const Setting& setting : *settings_) names.push_back(setting.name());

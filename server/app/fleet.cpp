@@ -92,6 +92,7 @@ void Fleet::poll(bool takes_clients, RoomLoad largest, std::int64_t now_ns) {
   ServerLoad load = measured_load(*metrics_, character_count_max_);
   if (is_shared()) {
     const TickGauges& tick = metrics_->tick.gauges;
+    // The gauges of the tick are atomics, so the I/O thread may read them while a tick runs.
     largest.wanted_s = value_or_zero(tick.budget_wanted_seconds);
     largest.available_s = value_or_zero(tick.budget_available_seconds);
     largest.is_over = value_or_zero(tick.budget_over) > 0;

@@ -27,7 +27,8 @@ class IoLoop;
 // decides which room to hand over. I/O thread.
 class Fleet {
  public:
-  // `port` is the public one. The error is one line. `loop` and `metrics` must outlive it.
+  // `port` is the port at which clients reach this server. The error is one line. `loop` and `metrics` must outlive the
+  // fleet.
   static Result<std::unique_ptr<Fleet>> create(const Config& config, std::uint16_t port, IoLoop& loop,
                                                Metrics& metrics);
   // With a directory in etcd, for tests: `transport` must outlive the fleet and report to sink(). `id` is this server's
@@ -62,7 +63,7 @@ class Fleet {
   [[nodiscard]] std::string json() const;
   [[nodiscard]] std::string html() const;
 
-  // May be empty, like the next one.
+  // poll() calls it with each event of the directory. May be empty, like on_address.
   std::function<void(const FleetEvent& event, std::int64_t now_ns)> on_event;
   // Called by set_address(), with the address.
   std::function<void(const ServerAddress&)> on_address;
@@ -71,9 +72,11 @@ class Fleet {
   Fleet(const Config& config, Metrics& metrics);
 
   Metrics* metrics_;
+  // The server's limits of characters and rooms, and the URL of its own page, from the settings.
   std::size_t character_count_max_, room_count_max_;
   std::string page_;
   LargestRoom largest_;
+  // Whether this server gives up rooms when it is short of time (`fleet.balance`).
   bool balances_;
   Balance balance_;
   // Rooms that this server has had for less than kRoomStay_ns, and when it got them.
@@ -81,7 +84,7 @@ class Fleet {
   // The transport to etcd; null without etcd, and with a transport of the caller's.
   std::unique_ptr<EtcdClient> client_;
   std::unique_ptr<Directory> directory_;
-  // The same object as directory_; null without etcd.
+  // The object of directory_ as a directory in etcd; null without etcd.
   EtcdDirectory* in_etcd_ = nullptr;
 };
 

@@ -29,8 +29,9 @@ void MemoryWatch::poll(std::int64_t now_ns) {
   }
   if (memory_.reserve && memory_.reserve->is_spent()) {
     // A spent reserve means that the system gave no more, whatever the bound says.
-    counters_->memory_reserve_used.add();
-    is_full = !memory_.reserve->refill() || is_full;
+    if (!use_is_counted_) counters_->memory_reserve_used.add();
+    use_is_counted_ = !memory_.reserve->refill();
+    is_full = use_is_counted_ || is_full;
   }
   if (is_full != is_full_) {
     if (is_full)

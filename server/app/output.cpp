@@ -17,6 +17,7 @@ namespace {
 
 // At the end, readers have this long to take what waits.
 constexpr std::chrono::seconds kPatience{2};
+// The form of a log line: spdlog's pattern with time, level and the text.
 constexpr const char* kPattern = "time=%Y-%m-%dT%H:%M:%S.%eZ level=%l %v";
 
 std::unique_ptr<spdlog::formatter> make_formatter() {
@@ -41,6 +42,7 @@ class QueueSink final : public spdlog::sinks::base_sink<std::mutex> {
   OutputThread* to_;
 };
 
+// The settings of the log's thread: standard error, with a count of lost lines.
 OutputThreadDef log_def(ProgramCounters& counters) {
   OutputThreadDef def;
   def.descriptor = STDERR_FILENO;
@@ -59,7 +61,7 @@ Output::Output(const std::string& log_level, ProgramCounters& counters)
     : log_(log_def(counters)), out_({.descriptor = STDOUT_FILENO}) {
   auto logger = std::make_shared<spdlog::logger>("hairnet", std::make_shared<QueueSink>(log_));
   logger->set_level(spdlog::level::from_str(log_level));
-  // Instead of printing to standard error, which could block.
+  // An error of spdlog counts as a lost line. spdlog would print it to standard error, which could block.
   logger->set_error_handler([this](const std::string&) { log_.lose(); });
   spdlog::set_default_logger(std::move(logger));
 }

@@ -11,7 +11,7 @@ namespace hairnet::server {
 // The log goes to it while it exists. A process has one.
 class Output {
  public:
-  // The metrics must outlive it. `log_level`: a name of spdlog.
+  // `counters` must outlive the output. `log_level` is a name of spdlog.
   Output(const std::string& log_level, ProgramCounters& counters);
   // Waits a moment for readers to take what is left, and no longer.
   ~Output();

@@ -19,8 +19,8 @@ std::size_t page_bytes() {
   return static_cast<std::size_t>(std::max(sysconf(_SC_PAGESIZE), 0L));
 }
 
-// The process's control group (version 2) and the ones above it; the smallest limit counts. No limit: the largest
-// number.
+// The smallest limit of the process's control group (version 2) and of the groups above it. Without a limit it is the
+// largest number.
 std::size_t control_group_limit_bytes() {
   std::size_t least = std::numeric_limits<std::size_t>::max();
   std::ifstream groups("/proc/self/cgroup");
@@ -40,6 +40,7 @@ std::size_t control_group_limit_bytes() {
   return least;
 }
 
+// A limit of the process itself (setrlimit); the largest number where there is none.
 std::size_t resource_limit_bytes(__rlimit_resource_t resource) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)

@@ -84,7 +84,8 @@ std::string try_paths(const Config& config, MadeFolders& made) {
   return {};
 }
 
-// A program that waits for the file never reads half a number.
+// Writes the port into the file. OutputFile renames a whole file, so a program that waits for it never reads half a
+// number.
 Result<void> write_port(const std::string& path, std::uint16_t port) {
   Result<OutputFile> file = OutputFile::create(path);
   if (!file) return Refusal(file.error());
@@ -123,8 +124,8 @@ ProcessMemory process_memory(const Config& config, MemoryReserve& reserve) {
   return memory;
 }
 
-// On a signal: the ports close, clients get a Goodbye and their waiting packets, Agones hears of the end, then the loop
-// stops.
+// Ends the server after a signal: the ports close, clients get a Goodbye and their waiting packets, Agones hears of the
+// end, then the loop stops.
 class Shutdown {
  public:
   // `agones` may be null.
@@ -169,6 +170,7 @@ class Shutdown {
   std::vector<std::unique_ptr<Listener>>* listeners_;
   const TransportCounters* counters_;
   std::int64_t drain_ns_;
+  // The first signal came at this time.
   std::optional<std::int64_t> begun_ns_;
 };
 
@@ -215,11 +217,13 @@ class Threads {
 
  private:
   Server* server_;
+  // A flush is posted to the loop and has not begun.
   std::atomic<bool> flush_posted_{false};
   std::optional<DutyThread> recorder_, builder_, learner_, objects_;
   std::optional<TickThread> tick_;
 };
 
+// Logs all counters once in `interval_s`, at log level debug only.
 void log_counters(const Metrics& metrics, double interval_s, IoLoop& loop) {
   if (!spdlog::should_log(spdlog::level::debug)) return;
   loop.every(static_cast<std::int64_t>(interval_s * 1e9),
@@ -228,6 +232,8 @@ void log_counters(const Metrics& metrics, double interval_s, IoLoop& loop) {
 
 }  // namespace
 
+// The order of this function is that of the references between its objects: each uses those made before it, and
+// destructors run in the opposite order.
 int run_program(const Config& given, bool check_only) {
   Config config = given;
   Metrics metrics;
@@ -255,7 +261,7 @@ int run_program(const Config& given, bool check_only) {
   metrics.program.start_time_seconds.set(static_cast<double>(std::time(nullptr)));
   Health health;
   std::unique_ptr<Fleet> fleet;
-  // It is called on the I/O thread; the other threads give it atomics alone.
+  // health_now is called on the I/O thread; from the other threads it reads only atomics.
   const auto health_now = [&health, &metrics, &server, &fleet] {
     Health now = health;
     now.memory_full = server.is_memory_full();

@@ -22,7 +22,8 @@ const std::string& RevokedTokensFile::poll(RevokedTokens& tokens, std::int64_t n
   if (now_ns < due_ns_) return error_;
   due_ns_ = now_ns + kLookInterval_ns;
   std::string error = read(tokens);
-  if (is_read_ && !error.empty() && error != error_)  // before, the start is refused
+  // An error at the first read refuses the start (Server::create), so only later ones are logged.
+  if (is_read_ && !error.empty() && error != error_)
     spdlog::error("event=revoked_tokens_failed file={} detail={} count={}", log_text(path_), log_text(error),
                   tokens.count());
   error_ = std::move(error);
@@ -31,7 +32,7 @@ const std::string& RevokedTokensFile::poll(RevokedTokens& tokens, std::int64_t n
 
 std::string RevokedTokensFile::read(RevokedTokens& tokens) {
   std::error_code of_time, of_size;
-  // Taken before the file is read: a change during the read is found at the next look.
+  // The time is taken before the file is read: a change during the read is found at the next look.
   const auto changed = std::filesystem::last_write_time(path_, of_time);
   const std::uintmax_t bytes = std::filesystem::file_size(path_, of_size);
   if (is_read_ && !of_time && !of_size && changed == changed_ && bytes == bytes_) return {};

@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::string_view kNameKey = "name=", kBearer = "Bearer ";
 
-// Not decoded: a room's name needs no escapes.
+// Returns the room's name in the query; none: the query has no field `name`. The name is not decoded, because a room's
+// name needs no escapes.
 std::optional<std::string> name_in(std::string_view query) {
   while (!query.empty()) {
     const std::size_t end = query.find('&');

@@ -21,7 +21,7 @@ struct RoomQuestions {
 // none; 400 for a name that no room can have, 401 without a token for that room where one is needed. I/O thread.
 class RoomPage final : public HttpService {
  public:
-  // `counters` must outlive it.
+  // `counters` must outlive the page.
   RoomPage(FleetCounters& counters, RoomQuestions questions);
 
   HttpResponse handle(const HttpRequest& request) override;

@@ -11,6 +11,7 @@
 namespace hairnet::server {
 namespace {
 
+// A longer file cannot be one of `hairnet-token key`, and is not read.
 constexpr std::size_t kTokenKeyFileBytesMax = 4096;
 
 // The only place where settings become those of the tick: the tick's folder knows no Config.
@@ -35,11 +36,13 @@ SchedulerDef scheduler_def(const Config& config, WorkerPool& workers, ClockNs cl
   return def;
 }
 
+// The connection of a cache to the object store, or null without a store.
 template <class Cache>
 std::unique_ptr<CacheObjects> make_objects(ObjectStore* store, ObjectCounters& counters) {
   return store ? std::make_unique<CacheObjects>(Cache::objects_def(counters), *store, counters) : nullptr;
 }
 
+// These two make no cache when the operator has named no folder.
 std::optional<LevelCache> make_level_cache(const Config& config, Metrics& metrics, ObjectStore* objects) {
   if (config.level_cache.empty()) return std::nullopt;
   return std::optional<LevelCache>(std::in_place, config.level_cache, config.level_cache_mib << 20, metrics.level_cache,

@@ -50,23 +50,27 @@ class Server {
   void flush(std::int64_t now_ns) { sessions_.flush(now_ns); }
   // Ends all sessions: rooms move to other servers for `send_on_ns` at most, then clients get a Goodbye.
   void drain(std::int64_t send_on_ns, std::int64_t now_ns) { sessions_.drain(send_on_ns, now_ns); }
-  // Instead of the system's clock, in seconds since 1970; for tests.
+  // Replaces the system's clock by this function of seconds since 1970; for tests.
   void set_unix_clock(std::function<std::int64_t()> unix_time_s) { context_.unix_time_s = std::move(unix_time_s); }
   // From now on the server has only the rooms that it owns in this directory, which must outlive the server.
   void join_fleet(Directory& fleet) { context_.fleet = &fleet; }
+  // The directory has decided about a room: this server owns it from now on, with the text `kept` that the former owner
+  // has stored, or owns it no more.
   void on_room_claimed(const std::string& room, const std::string& kept, std::int64_t now_ns) {
     sessions_.on_room_claimed(room, kept, now_ns);
   }
   void on_room_lost(const std::string& room, std::int64_t now_ns) { sessions_.on_room_lost(room, now_ns); }
   // Rooms that use these grooms may come to this server soon.
   void prepare(std::span<const wire::GroomHash> grooms, std::int64_t now_ns) { grooms_.prepare(grooms, now_ns); }
+  // Gives a room of this server up to the server with the id `to`, with its clients.
   void hand_over(const std::string& room, std::uint64_t to, std::int64_t now_ns) {
     sessions_.hand_over(room, to, now_ns);
   }
-  // Why the holder of that token may not enter the room, not even to observe; empty: it may.
+  // Returns why the holder of that token may not enter the room, not even to observe; empty: it may.
   [[nodiscard]] std::string why_refused(std::string_view token, const std::string& room) const;
   [[nodiscard]] std::size_t session_count() const { return sessions_.count(); }
-  // New clients and new characters of this room are refused; an empty name: those of no room.
+  // New clients and new characters of this room are refused from now on, because this server has no time for them. An
+  // empty name: no room is overloaded.
   void set_overloaded_room(const std::string& room) { context_.overloaded_room = room; }
   [[nodiscard]] RoomLoad largest_room() const;
   [[nodiscard]] std::size_t character_count(const std::string& room) const {
@@ -101,7 +105,7 @@ class Server {
   [[nodiscard]] const SessionRegistry& sessions() const { return sessions_; }
   [[nodiscard]] const SessionContext& context() const { return context_; }
   [[nodiscard]] const GroomStore& grooms() const { return grooms_; }
-  // /readyz asks. Any thread.
+  // True while sessions refuse what needs more memory; /readyz then answers 503. Any thread.
   [[nodiscard]] bool is_memory_full() const { return memory_.is_full(); }
 
  private:
@@ -109,10 +113,12 @@ class Server {
          std::optional<channel::TokenKey> token_key, std::int64_t now_ns, ClockNs clock,
          const BuildLevels& build_levels, ProcessMemory memory, const LearnHair& learn_hair, ObjectStore* objects);
 
+  // The functions by which the groom store reaches the sessions.
   GroomListener groom_listener();
 
   // The newest tick that has begun, for Welcome.
   std::atomic<std::uint64_t> tick_{0};
+  // Watches the memory of the process.
   MemoryWatch memory_;
   // Members that others refer to come first, so that each member is destroyed before those that it refers to.
   CommandQueue commands_;

@@ -15,8 +15,8 @@ ServerPages::ServerPages(Metrics& metrics, std::function<Health()> health, Fleet
 
 HttpResponse ServerPages::handle(const HttpRequest& request) {
   const std::string_view path = request.path;
-  // It needs nothing of the server: a program that answers it lives. A restart would not help one that is only not
-  // ready.
+  // /healthz needs nothing of the server: a program that answers it lives. A restart would not help a server that is
+  // only not ready.
   if (path == "/healthz") return {.body = "alive\n"};
   if (path == "/readyz") return ready_page();
   if (path == "/metrics") return metrics_page();

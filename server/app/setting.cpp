@@ -11,6 +11,7 @@
 namespace hairnet::server {
 namespace {
 
+// The kinds of values in error messages, in the order of Setting::Kind.
 constexpr std::array<const char*, 5> kKindNames{"a boolean", "an integer", "a number", "text", "three numbers"};
 
 static_assert(kKindNames.size() == std::variant_size_v<Setting::Value>);
@@ -20,6 +21,7 @@ const char* kind_name(std::size_t kind) {
   return kKindNames[kind];
 }
 
+// Reads the whole word as a number. False when it is none.
 template <class T>
 bool parse(const std::string& word, T& value) {
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
@@ -31,7 +33,7 @@ bool parse_boolean(const std::string& word, bool& value) {
   return value || word == "off" || word == "false";
 }
 
-// Written so that NaN fails.
+// Whether the number is within the bounds. The condition is written so that NaN fails.
 bool is_in(const Setting& s, double number) {
   return number >= s.number_min && number <= s.number_max;
 }

@@ -18,13 +18,14 @@ struct Setting {
 
   // The section and the key of the setting in the file.
   std::string section, key;
-  // Includes its dashes.
+  // The flag with its dashes, such as "--port".
   std::string flag;
-  // --help prints it.
+  // One line about the setting, which --help prints.
   std::string about;
   std::function<Value()> get;
   // Sets the value, which check() has passed.
   std::function<void(const Value&)> set;
+  // The bounds of an integer.
   std::int64_t integer_min = 0, integer_max = 0;
   // The bounds of a number, and of each number of a triple.
   double number_min = 0, number_max = 0;

@@ -17,6 +17,7 @@
 namespace hairnet::server {
 namespace {
 
+// kWholeMax is for integers that need no upper bound, kGiB for bounds in bytes.
 constexpr std::int64_t kWholeMax = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kGiB = std::int64_t{1} << 30;
 
@@ -27,13 +28,14 @@ std::vector<std::string> words_of(std::string text) {
   return {std::istream_iterator<std::string>(stream), {}};
 }
 
-// Builds the list: each call adds a setting to the current section. A reference that a call returns is valid until the
-// next call, since the vector may move its settings.
+// Builds the list. Each call adds a setting to the current section: the member of Config that it sets, its key, for
+// numbers the smallest and the largest valid value, and the text of --help. A reference that a call returns is valid
+// until the next call, since the vector may move its settings.
 class List {
  public:
   void section(std::string name) { section_ = std::move(name); }
 
-  // An empty flag means the key's own name with dashes.
+  // A whole number. An empty flag means the key's own name with dashes.
   template <class Integer>
   Setting& integer(Integer& to, const char* key, std::int64_t least, std::int64_t most, const char* about,
                    const char* flag = "") {
@@ -45,6 +47,7 @@ class List {
     s.set = [&to](const Setting::Value& v) { to = static_cast<Integer>(std::get<std::int64_t>(v)); };
     return s;
   }
+  // A number that may have a fraction.
   template <class Real>
   Setting& number(Real& to, const char* key, double least, double most, const char* about, const char* flag = "") {
     Setting& s = ranged(key, flag, about, least, most);
@@ -52,7 +55,7 @@ class List {
     s.set = [&to](const Setting::Value& v) { to = static_cast<Real>(std::get<double>(v)); };
     return s;
   }
-  // Nanoseconds, set in seconds.
+  // A duration that the file and the flag have in seconds; the member has it in nanoseconds, or in milliseconds.
   Setting& seconds(std::int64_t& to_ns, const char* key, double least, double most, const char* about) {
     Setting& s = ranged(key, "", about, least, most);
     s.get = [&to_ns] { return Setting::Value(static_cast<double>(to_ns) / 1e9); };
@@ -65,13 +68,14 @@ class List {
     s.set = [&to](const Setting::Value& v) { to = std::chrono::milliseconds(std::llround(std::get<double>(v) * 1e3)); };
     return s;
   }
-  // Words separated by spaces or commas.
+  // A list of words, which the text separates by spaces or commas.
   Setting& words(std::vector<std::string>& to, const char* key, const char* about) {
     Setting& s = add(key, "", about);
     s.get = [&to] { return Setting::Value(fmt::format("{}", fmt::join(to, " "))); };
     s.set = [&to](const Setting::Value& v) { to = words_of(std::get<std::string>(v)); };
     return s;
   }
+  // A text; with `choices`, only one of these.
   Setting& text(std::string& to, const char* key, const char* about, std::vector<std::string> choices = {}) {
     Setting& s = add(key, "", about);
     s.choices = std::move(choices);
@@ -91,12 +95,14 @@ class List {
     };
     return s;
   }
+  // True or false.
   Setting& boolean(bool& to, const char* key, const char* about, const char* flag = "") {
     Setting& s = add(key, flag, about);
     s.get = [&to] { return Setting::Value(to); };
     s.set = [&to](const Setting::Value& v) { to = std::get<bool>(v); };
     return s;
   }
+  // Three numbers, such as the coordinates of a vector.
   Setting& triple(Vec3& to, const char* key, double least, double most, const char* about, const char* flag) {
     Setting& s = ranged(key, flag, about, least, most);
     s.get = [&to] { return Setting::Value(Setting::Triple{to[0], to[1], to[2]}); };
@@ -107,6 +113,7 @@ class List {
   std::vector<Setting> take() { return std::move(settings_); }
 
  private:
+  // Appends a setting that has only its names and its text.
   Setting& add(const char* key, std::string flag, const char* about) {
     if (flag.empty()) {
       flag = std::string("--") + key;
@@ -120,6 +127,7 @@ class List {
     s.about = about;
     return s;
   }
+  // Appends a setting with the bounds of its number.
   Setting& ranged(const char* key, const char* flag, const char* about, double least, double most) {
     HAIRNET_ASSERT(least <= most);
     Setting& s = add(key, flag, about);
@@ -132,6 +140,7 @@ class List {
   std::vector<Setting> settings_;
 };
 
+// There is one function for each section of the file.
 void add_server(List& list, Config& c) {
   list.section("server");
   list.text(c.bind, "bind", "numeric address to listen on, or localhost").may_be_empty = false;
@@ -167,6 +176,7 @@ void add_solver(List& list, Config& c) {
   list.integer(c.iterations, "iterations", 0, 256, "iterations of conjugate gradient a step; 0: each level's own");
 }
 
+// The words of AllowedClients, in the order of its values.
 std::vector<std::string> allowed_clients() {
   return {"off", "moderators", "participants", "everyone"};
 }
@@ -258,6 +268,7 @@ void add_transport(List& list, Config& c) {
 
 void add_grooms(List& list, Config& c) {
   GroomStoreLimits& g = c.grooms;
+  // No setting may exceed the built-in limits of grooms.
   const GroomLimits most;
   const auto of = [](std::size_t n) { return static_cast<std::int64_t>(n); };
   list.section("grooms");

@@ -13,6 +13,7 @@
 namespace hairnet::server {
 namespace {
 
+// The longest key and the longest file of keys that are accepted.
 constexpr std::size_t kKeyBytesMax = 256, kKeyFileBytesMax = 4096;
 
 // Without spaces and control characters: it becomes a part of a header.

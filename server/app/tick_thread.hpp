@@ -19,7 +19,8 @@ class TickThread {
 
  private:
   void run();
-  // Counts the duration; a tick that takes longer than its period is an overrun, even if the next one is not late yet.
+  // Counts the duration of a tick. A tick that takes longer than its period is an overrun, even if the next one is not
+  // late yet.
   void count_tick(std::int64_t begun_ns, std::int64_t done_ns);
 
   Server* server_;

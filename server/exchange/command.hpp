@@ -67,7 +67,7 @@ struct PutPoses {
 struct PutHands {
   SessionId session = 0;
   std::int64_t arrived_ns = 0;
-  // Its capture time is on the server's clock.
+  // The capture time is on the server's clock.
   wire::HandsSample sample;
 };
 // The levels of a groom are built, or have a learnt level more: characters with this groom may use them from now on.

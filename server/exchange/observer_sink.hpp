@@ -23,7 +23,8 @@ class ObserverSink {
   virtual ~ObserverSink() = default;
   // Queues a message. Order is kept, and no message is dropped: one that does not fit ends the session.
   virtual void push(const wire::Message& message, std::int64_t now_ns) = 0;
-  // The same, where `packet` is the encoded message. A message that many sessions get is encoded once, and copied here.
+  // Queues a message whose encoded bytes are `packet`. A message that many sessions get is encoded once, and copied
+  // here.
   virtual void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) = 0;
   // The largest packet that may be lost; 0: none, everything arrives in order.
   [[nodiscard]] virtual std::size_t datagram_bytes_max() const { return 0; }

@@ -23,9 +23,9 @@ constexpr double kMean_ns = 5e9;
 // from a cache, and costs are measured.
 constexpr std::int64_t kArrival_ns = 60'000'000'000;
 
-// Counts the servers, this one included, that may send a room to the same receiver before its published load contains
-// any of these rooms. They are the servers that announce the smallest free share, which means that they are short of
-// time. A server with a single room moves none.
+// Returns the number of servers, this one included, that may send a room to the same receiver before its published load
+// contains any of these rooms. They are the servers that announce the smallest free share, which means that they are
+// short of time. A server with a single room moves none.
 std::size_t count_givers(std::uint64_t self, std::span<const ServerStatus> servers) {
   return 1 + static_cast<std::size_t>(std::ranges::count_if(servers, [self](const ServerStatus& server) {
            return server.id != self && !server.draining && server.load.rooms > 1 &&

@@ -63,11 +63,13 @@ class Balance {
     std::int64_t until_ns = 0;
   };
 
+  // See used_share().
   double used_share_ = 0;
   // The time of the last is_due(); 0: there was none.
   std::int64_t observed_ns_ = 0;
   // is_due() returns true from this time on; 0: the server is not short of time.
   std::int64_t due_ns_ = 0;
+  // The moves of the last kArrival_ns (balance.cpp).
   std::vector<Sent> sent_;
 };
 

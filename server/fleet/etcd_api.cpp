@@ -13,6 +13,7 @@ namespace hairnet::server::etcd {
 namespace {
 
 using Json = nlohmann::ordered_json;
+// Bounds of texts that etcd sends: an error's message is cut for the log, and a longer token is refused.
 constexpr std::size_t kErrorBytesMax = 200, kTokenBytesMax = 4096;
 
 // The JSON gateway takes bytes as base64, since JSON's texts cannot hold all of them.
@@ -30,6 +31,8 @@ std::string text_of(std::int64_t number) {
   return std::to_string(number);
 }
 
+// These functions make the JSON of requests. The names of paths and fields are those of etcd's gRPC gateway (etcd.io,
+// "API reference").
 Request request(std::string path, const Json& body) {
   return {std::move(path), body.dump()};
 }
@@ -38,6 +41,7 @@ Json put_of(std::string_view key, std::string_view value, std::int64_t lease) {
   return {{"key", base64(key)}, {"value", base64(value)}, {"lease", text_of(lease)}};
 }
 
+// The condition of a transaction: the key was created at this revision; 0: the key does not exist.
 Json compare_of(std::string_view key, std::int64_t create_revision) {
   return {
       {"target", "CREATE"}, {"result", "EQUAL"}, {"key", base64(key)}, {"create_revision", text_of(create_revision)}};
@@ -51,6 +55,7 @@ Json remove_of(std::string_view key) {
   return {{"request_delete_range", {{"key", base64(key)}}}};
 }
 
+// Appends the change of the second key to a transaction's actions.
 void add(Json& actions, const Beside& beside) {
   if (beside.action == Beside::Action::put)
     actions.push_back({{"request_put", put_of(beside.key, beside.value, beside.lease)}});
@@ -67,6 +72,7 @@ class Fields {
     if (!object.is_object()) fail("an object is expected");
   }
 
+  // A number from 0 on, below 2^63.
   std::int64_t whole(const char* name) {
     const Json* value = find(name);
     if (!value) return 0;
@@ -93,6 +99,7 @@ class Fields {
     }
     return value->get<bool>();
   }
+  // Bytes that the gateway has coded in base64.
   std::string bytes(const char* name) {
     const Json* value = find(name);
     if (!value) return {};
@@ -122,7 +129,7 @@ class Fields {
     }
     return value->get<std::string>();
   }
-  // Null when it is absent.
+  // These two return null when the field is absent or of another kind. Another kind is an error.
   const Json* object(const char* name) {
     const Json* value = find(name);
     if (value && !value->is_object()) fail(fmt::format("{} is not an object", name));
@@ -138,6 +145,7 @@ class Fields {
   }
 
  private:
+  // Null when the field is absent or null.
   const Json* find(const char* name) const {
     if (!object_->is_object()) return nullptr;
     const auto found = object_->find(name);
@@ -148,6 +156,8 @@ class Fields {
   std::string* error_;
 };
 
+// Parses an answer. A text that is too long or no JSON object sets the error and gives an empty object, so that callers
+// go on without a branch.
 Json parse(std::string_view text, std::string& error) {
   if (text.size() > kAnswerBytesMax) {
     error = "the answer is too long";
@@ -162,7 +172,7 @@ Json parse(std::string_view text, std::string& error) {
   return json;
 }
 
-// The messages of streams are inside "result".
+// The messages of streams (keep-alive and watch) are inside a field "result".
 const Json& result_of(const Json& json, std::string& error) {
   static const Json none = Json::object();
   if (const Json* result = Fields(json, error).object("result")) return *result;
@@ -170,11 +180,13 @@ const Json& result_of(const Json& json, std::string& error) {
   return none;
 }
 
+// The revision of the whole store at the time of the answer; zero without a header.
 std::int64_t revision_of(Fields& fields, std::string& error) {
   const Json* header = fields.object("header");
   return header ? Fields(*header, error).whole("revision") : 0;
 }
 
+// Reads one entry. etcd gives every entry a key and a revision, so their absence is an error.
 KeyValue entry_of(const Json& json, std::string& error) {
   Fields fields(json, error);
   KeyValue entry;
@@ -191,6 +203,7 @@ KeyValue entry_of(const Json& json, std::string& error) {
   return entry;
 }
 
+// Reads the entries of a range. A deleted entry never appears here, so each must have a creation revision.
 std::vector<KeyValue> entries_of(Fields& fields, std::string& error) {
   std::vector<KeyValue> entries;
   if (const Json* list = fields.array("kvs")) {
@@ -202,6 +215,7 @@ std::vector<KeyValue> entries_of(Fields& fields, std::string& error) {
   return entries;
 }
 
+// The answer, or the first error that was met while it was read.
 template <class Answer>
 Result<Answer> finished(Answer answer, const std::string& error) {
   if (!error.empty()) return Refusal(error);

@@ -164,7 +164,8 @@ void EtcdCalls::turn_to_next_endpoint(std::size_t failed, EtcdError error, std::
     // The jitter keeps the servers of a fleet from asking an etcd that has come back all at the same moment.
     retry_at_ns_ = now_ns + static_cast<std::int64_t>(static_cast<double>(wait_ns) * jitter());
   }
-  // A watch has no deadline, so one at a dead endpoint would stay: it begins again at the next endpoint.
+  // A watch has no deadline, so it would wait at a dead endpoint forever: it is stopped, and begins again at the next
+  // one. There is at most one watch.
   const auto watch = std::ranges::find_if(
       calls_, [failed](const auto& entry) { return entry.second.def.on_change && entry.second.endpoint == failed; });
   if (watch != calls_.end()) stop(watch->first);

@@ -42,7 +42,7 @@ struct EtcdCallDef {
 // one fails, and pauses when all have failed. It owns the calls under way and the choice of the endpoint. I/O thread.
 class EtcdCalls {
  public:
-  // All three must outlive this object.
+  // `def`, `transport` and `counters` must outlive this object.
   EtcdCalls(const EtcdDirectoryDef& def, EtcdTransport& transport, FleetCounters& counters);
 
   // Returns the number of the call, which is never zero.
@@ -102,8 +102,11 @@ class EtcdCalls {
     std::int64_t deadline_ns = 0;
   };
 
+  // Warns of an answer that cannot be read (event etcd_malformed).
   static void warn_of(const std::string& error);
+  // Counts the failure, turns to the next endpoint and tells the sender. The call has left calls_ before.
   void fail(const Call& call, EtcdError error, std::int64_t now_ns);
+  // The endpoint `failed` has failed: new calls ask the next one, and a watch there begins again.
   void turn_to_next_endpoint(std::size_t failed, EtcdError error, std::int64_t now_ns);
 
   const EtcdDirectoryDef* def_;
@@ -116,9 +119,9 @@ class EtcdCalls {
   std::uint64_t last_call_ = 0;
   // The index of the endpoint that new calls ask.
   std::size_t endpoint_ = 0;
-  // Counts the changes of endpoint_.
+  // The number of changes of endpoint_ so far.
   std::uint64_t generation_ = 0;
-  // Counts failures since the last answer.
+  // The number of failures in a row, since the last answer.
   std::size_t failures_ = 0;
   // may_start() is false before this time.
   std::int64_t retry_at_ns_ = 0;

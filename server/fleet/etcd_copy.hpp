@@ -27,12 +27,14 @@ class EtcdCopy {
     // Rooms have changed. It is called once for each answer of the watch, after all its calls of on_room.
     std::function<void()> on_news;
   };
-  // `def`, `calls` and `counters` must outlive the copy.
+  // `calls` and `counters` must outlive the copy.
   EtcdCopy(const EtcdDirectoryDef& def, EtcdCalls& calls, FleetCounters& counters, Callbacks callbacks);
 
   [[nodiscard]] const FleetView& view() const { return view_; }
   // The copy has been complete once.
   [[nodiscard]] bool is_listed() const { return is_listed_; }
+  // Sends the next page of the list, or the watch, when none is under way; replaces a watch that is silent for too
+  // long.
   void poll(std::int64_t now_ns);
   // See Directory::look_again(): a watch that stays silent for one more second is replaced.
   void look_again(std::int64_t now_ns);
@@ -42,9 +44,13 @@ class EtcdCopy {
   void skip(const etcd::KeyValue& entry) { skipped_.add(entry); }
 
  private:
+  // Begins a new list. The present copy answers until the list is complete.
   void list_again();
+  // Takes one page of the list.
   void take_list(const etcd::RangeAnswer& answer);
+  // A page was too long, so the next one is smaller; after any other error the list begins again.
   void note_failed_list(EtcdError error);
+  // Takes an answer of the watch. Returns false when etcd refuses the watch.
   [[nodiscard]] bool take_changes(const etcd::WatchAnswer& answer, std::int64_t now_ns);
 
   EtcdCalls* calls_;

@@ -23,6 +23,8 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   // Where clients reach this server. Until it is known the directory does not join the fleet.
   void set_address(const ServerAddress& address) { entry_.set_address(address); }
 
+  // These functions implement Directory (directory.hpp has what each promises). Most pass the call on to the part that
+  // has the matter.
   [[nodiscard]] Placement where(std::string_view room, std::int64_t now_ns) const override;
   [[nodiscard]] bool holds(std::string_view room, std::int64_t now_ns) const override {
     return fence_.is_open(now_ns) && rooms_.claim_of(room) != 0;
@@ -47,6 +49,7 @@ class EtcdDirectory final : public Directory, public EtcdSink {
   [[nodiscard]] std::vector<RoomOwner> rooms() const override;
   [[nodiscard]] std::vector<std::string> own_rooms() const override { return rooms_.owned(); }
 
+  // The transport calls these three (EtcdSink in etcd_transport.hpp), on the I/O thread.
   void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t now_ns) override {
     calls_.on_answer(call, status, body, now_ns);
   }
@@ -63,13 +66,17 @@ class EtcdDirectory final : public Directory, public EtcdSink {
 
  private:
   [[nodiscard]] bool has_address() const { return !entry_.status().address.host.empty(); }
+  // The callbacks of the parts: the lease is gone; the fence has closed or opened; a list of the copy is complete; the
+  // entry of a server has changed.
   void on_lease_lost();
   void on_fence(bool is_open);
   void on_listed();
   void on_server(const etcd::KeyValue& entry);
+  // Queues an event for take_events(), and calls on_news.
   void emit(FleetEvent event);
   void set_gauges(std::int64_t now_ns);
 
+  // The parts, in the order of their references: apart from callbacks, each refers only to those before it.
   EtcdDirectoryDef def_;
   FleetCounters* counters_;
   EtcdCalls calls_;

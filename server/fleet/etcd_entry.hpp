@@ -15,14 +15,16 @@ namespace hairnet::server {
 // has the present values, and writes them to etcd under the server's lease. I/O thread.
 class EtcdEntry {
  public:
-  // All three must outlive the entry.
+  // `calls` and `lease` must outlive the entry.
   EtcdEntry(const EtcdDirectoryDef& def, EtcdCalls& calls, EtcdLease& lease);
 
   [[nodiscard]] const ServerStatus& status() const { return status_; }
   void set_address(const ServerAddress& address) { status_.address = address; }
+  // Sets the load, with the free share rounded, so that small changes cause no write.
   void tell(const ServerLoad& load);
   // The next poll tells that the server drains.
   void drain();
+  // Sets the grooms of the entry, kPassedGroomsMax at most.
   void pass_on(std::vector<ContentHash> grooms);
   // Writes the entry if it has changed: a load at most once a second.
   void poll(std::int64_t now_ns);

@@ -18,7 +18,7 @@ namespace hairnet::server {
 // server. I/O thread.
 class EtcdKept {
  public:
-  // All three must outlive this object.
+  // `keys`, `calls` and `counters` must outlive this object.
   EtcdKept(const FleetKeys& keys, EtcdCalls& calls, FleetCounters& counters);
 
   // The room gets a text, which is empty at first. The calls below that name a room need it to have been added;
@@ -50,7 +50,9 @@ class EtcdKept {
     std::uint64_t call = 0;
   };
 
+  // The lease of the texts was granted or renewed, by a request that was sent at `sent_ns`.
   void take_lease(const etcd::LeaseAnswer& answer, std::int64_t sent_ns);
+  // The call that writes the room's text has ended. If it is not done, the text is written again.
   void end_put(const std::string& room, bool is_done);
 
   const FleetKeys* keys_;

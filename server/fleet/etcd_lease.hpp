@@ -24,6 +24,7 @@ class EtcdLease {
  public:
   // What happens to the lease. All are set.
   struct Callbacks {
+    // There is a new lease, without any keys. The fence is still closed.
     std::function<void()> on_granted;
     // etcd has said that the lease does not exist: so its keys do not, and each room has no owner or another one.
     std::function<void()> on_lost;
@@ -39,6 +40,8 @@ class EtcdLease {
   [[nodiscard]] bool is_open(std::int64_t now_ns) const { return fence_->is_open(now_ns); }
   // stop() was called.
   [[nodiscard]] bool is_ending() const { return is_ending_; }
+  // Sends the request that is due: for a new lease, a keep-alive, a question for the lease, or its end. Reports a fence
+  // whose time has passed.
   void poll(std::int64_t now_ns);
   // etcd has answered that `lease` does not exist. Nothing happens if `lease` is zero or not the present lease.
   void lose(std::int64_t lease, std::int64_t now_ns);
@@ -52,12 +55,21 @@ class EtcdLease {
     std::size_t endpoint = 0;
   };
 
+  // The request for a lease was answered. `sent_ns` is the time at which it was sent.
   void begin(const etcd::LeaseAnswer& answer, std::int64_t sent_ns, std::int64_t now_ns);
+  // Sends a keep-alive, or time_to_live where may_keep_alive() forbids one.
   void send_keep_alive(std::int64_t now_ns);
+  // False while the fence is closed, unless etcd has just answered: see the definition.
   [[nodiscard]] bool may_keep_alive(std::int64_t now_ns);
+  // Takes an answer. `is_question`: the request was a time_to_live. Returns false when the answer is about another
+  // lease.
   [[nodiscard]] bool take(const etcd::LeaseAnswer& answer, const Sent& sent, bool is_question, std::int64_t now_ns);
+  // An endpoint has not answered a keep-alive. Plans the next request. With WithoutEtcd::go_on the fence stays open
+  // where the definition allows it.
   void note_failure(const Sent& sent, EtcdError error, std::int64_t now_ns);
+  // Opens the fence for the time that the answer grants, counted from `sent_ns`, and plans the next keep-alive.
   void renew(const etcd::LeaseAnswer& answer, std::int64_t sent_ns, std::int64_t now_ns);
+  // Opens the fence until `from_ns` plus `lease_ns` less the margin, unless it is open for longer already.
   void open_fence(std::int64_t from_ns, std::int64_t lease_ns);
   // Reports by on_fence whether the fence has closed or opened since the last call.
   void note_fence(std::int64_t now_ns);
@@ -67,6 +79,7 @@ class EtcdLease {
   LeaseFence* fence_;
   FleetCounters* counters_;
   Callbacks callbacks_;
+  // The lease's number at etcd; zero: there is no lease.
   std::int64_t id_ = 0;
   // The numbers of the calls in EtcdCalls; zero: there was none yet. `keep_alive_` is also that of a time_to_live.
   std::uint64_t grant_ = 0, keep_alive_ = 0, revoke_ = 0;
@@ -80,7 +93,7 @@ class EtcdLease {
   // between. When all endpoints are in the set, etcd is out of reach for this server.
   std::set<std::size_t> silent_;
   std::int64_t silent_from_ns_ = 0;
-  // The closed fence was reported by on_fence; stop() was called.
+  // is_paused_: on_fence has reported that the fence is closed. is_ending_: stop() was called.
   bool is_paused_ = false, is_ending_ = false;
 };
 

@@ -207,7 +207,7 @@ void EtcdRooms::poll_rooms(std::int64_t now_ns) {
     if (is_claim && room.give_up_ns != 0 && now_ns >= room.give_up_ns) {
       vain.push_back(name);
     } else if (!is_claim && lease_->id() == 0) {
-      // Its key has gone with the lease, so the release has nothing to do.
+      // The room's key has gone with the lease, so the release has nothing to do.
       vanished.push_back(name);
     } else if (lease_->id() != 0 && now_ns >= room.try_at_ns && calls_->may_start(now_ns) && !calls_->is_full() &&
                (is_claim ? lease_->is_open(now_ns) : kept_.may_release(name))) {
@@ -219,7 +219,7 @@ void EtcdRooms::poll_rooms(std::int64_t now_ns) {
     }
     ++next;
   }
-  // Both change due_, so they come after the loop.
+  // give_up() and take_release() change due_, so they come after the loop.
   for (const std::string& name : vain) give_up(name);
   for (const std::string& name : vanished) take_release(name, now_ns);
 }

@@ -25,7 +25,7 @@ struct FleetCounters : CounterSet {
                               "Claims of rooms that this server did not make or gave up, by reason."};
   Counter claims_refused_full{*this, "fleet_claims_refused", "reason", "full"};
   Counter claims_refused_draining{*this, "fleet_claims_refused", "reason", "draining"};
-  // The claim was given up, as etcd did not answer.
+  // The claim was given up, because etcd did not answer.
   Counter claims_refused_unreachable{*this, "fleet_claims_refused", "reason", "unreachable"};
   Counter rooms_lost{*this, "fleet_rooms_lost", "Rooms that this server owned and lost."};
   Counter rooms_released{*this, "fleet_rooms_released", "Rooms that this server gave up."};

@@ -38,6 +38,7 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
+// The server's address as HTML, with a link to its page if it has one.
 std::string address_of(const ServerAddress& address) {
   const std::string text = escaped(address.host) + ":" + std::to_string(address.port);
   // Only these two schemes make a link: a URL that begins with "javascript:" would run in the browser of a person who

@@ -14,6 +14,7 @@ namespace hairnet::server {
 namespace {
 
 using Json = nlohmann::ordered_json;
+// The id of a server has 64 bits, so its text has 16 hexadecimal digits.
 constexpr std::size_t kIdDigits = 16;
 
 // Returns ASCII text. Bytes that are no UTF-8 are replaced and cause no exception, because names come from clients.
@@ -21,6 +22,7 @@ std::string dump(const Json& json) {
   return json.dump(-1, ' ', true, Json::error_handler_t::replace);
 }
 
+// The status as JSON, for etcd and for /fleet.json. to_value() adds the grooms for etcd; the page does not show them.
 Json json_of(const ServerStatus& status) {
   return {{"id", id_text(status.id)},
           {"host", status.address.host},
@@ -42,6 +44,7 @@ std::string base64_of(const std::vector<std::uint8_t>& bytes) {
   return text;
 }
 
+// Decodes base64. Returns false when the text is not valid.
 bool read_base64(const std::string& text, std::vector<std::uint8_t>& bytes) {
   // Base64 is longer than what it codes, so there is room enough.
   bytes.resize(text.size());
@@ -55,12 +58,14 @@ bool read_base64(const std::string& text, std::vector<std::uint8_t>& bytes) {
   return is_valid && end == text.data() + text.size();
 }
 
+// The hashes of grooms, one after the other, as one text in base64.
 Json json_of(const std::vector<ContentHash>& grooms) {
   std::vector<std::uint8_t> bytes;
   for (const ContentHash& groom : grooms) bytes.insert(bytes.end(), groom.begin(), groom.end());
   return base64_of(bytes);
 }
 
+// Reads such a text. Refuses more than kPassedGroomsMax hashes, since any program may write to etcd.
 bool read_grooms(const Json& json, std::vector<ContentHash>& grooms) {
   std::vector<std::uint8_t> bytes;
   if (!json.is_string() || !read_base64(json.get_ref<const std::string&>(), bytes)) return false;
@@ -78,6 +83,7 @@ bool is_printable(std::string_view text) {
   return std::ranges::all_of(text, [](char c) { return c > ' ' && c <= '~'; });
 }
 
+// These two read a field of an object. They return none when it is absent, of another type, or above `most`.
 std::optional<std::string> text_at(const Json& json, const char* name) {
   const auto found = json.find(name);
   if (found == json.end() || !found->is_string()) return std::nullopt;
@@ -95,11 +101,13 @@ constexpr std::uint64_t kUnixTimeMax_s = 253'402'300'799;
 // A subject in a kept text has at most this many bytes.
 constexpr std::size_t kNameBytesMax = 1024;
 
+// Whether the value is a text of 1 to kNameBytesMax bytes, as a subject must be.
 bool is_name(const Json& json) {
   return json.is_string() && !json.get_ref<const std::string&>().empty() &&
          json.get_ref<const std::string&>().size() <= kNameBytesMax;
 }
 
+// Reads a field that is a list of names. Returns false when it is absent or not valid.
 bool read_names(const Json& json, const char* name, std::vector<std::string>& to) {
   const auto list = json.find(name);
   if (list == json.end() || !list->is_array() || !std::ranges::all_of(*list, is_name)) return false;
@@ -126,7 +134,7 @@ std::string validate(const ServerAddress& address) {
   if (address.host.empty() || address.host.size() > kHostBytesMax || !is_printable(address.host))
     return "the host of a server's address must be a name or a numeric address";
   if (address.page.size() > kPageBytesMax || !is_printable(address.page))
-    return "the page of a server's address must be a URL of at most 1024 letters";
+    return "the page of a server's address must be a URL of at most " + std::to_string(kPageBytesMax) + " letters";
   return {};
 }
 
@@ -158,11 +166,11 @@ Result<ServerStatus> parse_status(std::string_view value) {
                                .has_big_room = big_room != json.end() && big_room->get<bool>()},
                       .draining = draining->get<bool>()};
   if (std::string wrong = validate(status.address); !wrong.empty()) return Refusal(std::move(wrong));
-  // Written so that NaN fails, too.
+  // The condition is written so that NaN fails, too.
   if (!(status.load.free_share >= 0 && status.load.free_share <= 1))
     return Refusal("a server's free share is not between 0 and 1");
   if (const auto grooms = json.find("grooms"); grooms != json.end() && !read_grooms(*grooms, status.grooms))
-    return Refusal("the grooms of a server's status are not the hashes of at most 64");
+    return Refusal("the grooms of a server's status are not the hashes of at most " + std::to_string(kPassedGroomsMax));
   return status;
 }
 
@@ -184,7 +192,7 @@ std::string to_value(const RoomKept& kept, std::size_t& left_out) {
             {"bans", Json::array()}};
   std::size_t bytes = dump(json).size();
   const auto add = [&](const char* name, Json entry) {
-    // The size after escaping counts, and a comma.
+    // The entry's size counts after escaping, with one byte more for the comma.
     const std::size_t more = dump(entry).size() + 1;
     if (bytes + more > kKeptBytesMax) {
       ++left_out;
@@ -196,6 +204,7 @@ std::string to_value(const RoomKept& kept, std::size_t& left_out) {
   for (const std::string& mute : kept.mutes) add("mutes", mute);
   for (const RoomKept::Ban& ban : kept.bans) add("bans", Json::array({ban.subject, ban.until_s}));
   for (const std::string& member : kept.members) add("members", member);
+  // The props are one packet, so they fit as a whole or are left out.
   if (kept.props.empty()) return dump(json);
   const Json props{{"props", base64_of(kept.props)}};
   if (bytes + dump(props).size() > kKeptBytesMax)

@@ -16,7 +16,8 @@ namespace hairnet::server {
 // A host has at most the 255 bytes of a DNS name; the URL of a page has at most kPageBytesMax bytes.
 inline constexpr std::size_t kHostBytesMax = 255, kPageBytesMax = 1024;
 
-// 16 hexadecimal digits, as in keys.
+// The text of an id in keys and pages: exactly 16 hexadecimal digits. parse_id() returns none for any other text, and
+// for 0.
 std::string id_text(std::uint64_t id);
 std::optional<std::uint64_t> parse_id(std::string_view text);
 
@@ -35,7 +36,8 @@ std::optional<std::uint64_t> parse_owner(std::string_view value);
 struct RoomKept {
   struct Ban {
     std::string subject;
-    std::int64_t until_s = 0;  // seconds since 1970
+    // The ban ends at this time, in seconds since 1970.
+    std::int64_t until_s = 0;
     bool operator==(const Ban&) const = default;
   };
   std::vector<Ban> bans = {};

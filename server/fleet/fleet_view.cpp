@@ -22,6 +22,8 @@ void SkippedEntries::add(const etcd::KeyValue& entry) {
 }
 
 std::optional<std::string> FleetView::apply(const etcd::Change& change) {
+  // The prefix of the key says what the entry is. An entry that cannot be used leaves the copy as it was: a broken
+  // value must not remove a room from its owner.
   const std::string_view key = change.entry.key;
   if (change.entry.is_too_long) {
     skipped_->add(change.entry);

@@ -42,7 +42,7 @@ class SkippedEntries {
   void add_beyond_bound() { counters_->entries_refused_full.add(); }
 
  private:
-  // The bound of announced_.
+  // announced_ has at most this many entries. Beyond, it is emptied, and some warnings come again.
   static constexpr std::size_t kAnnouncedMax = 1000;
   FleetCounters* counters_;
   // Revisions of values that have had a warning. A revision names a value, and takes less memory than its key.
@@ -54,23 +54,26 @@ class FleetView {
  public:
   struct Owner {
     std::uint64_t server_id = 0;
-    // The number of the claim, which is the revision at which the key was created; the lease of the key.
+    // `claim` is the number of the claim: the revision at which the key was created. `lease` is the lease of the key,
+    // and so of its owner.
     std::int64_t claim = 0, lease = 0;
   };
 
-  // Both must outlive the view.
+  // `keys` and `skipped` must outlive the view.
   FleetView(const FleetKeys& keys, SkippedEntries& skipped) : keys_(&keys), skipped_(&skipped) {}
 
   // Takes an entry, or its deletion. Entries that are not valid, and those beyond the bounds, are skipped.
   // Returns the room that has changed; none for a server, or when nothing has.
   std::optional<std::string> apply(const etcd::Change& change);
+  // These three return null when the copy has no such entry. The pointers are valid until the next apply(). server_of()
+  // takes a whole key, as FleetKeys::of_server() makes it.
   [[nodiscard]] const ServerStatus* server(std::uint64_t id) const;
   [[nodiscard]] const ServerStatus* server_of(std::string_view key) const;
   [[nodiscard]] const Owner* owner(std::string_view room) const;
   [[nodiscard]] const std::map<std::uint64_t, ServerStatus>& servers() const { return servers_; }
   [[nodiscard]] const std::map<std::string, Owner, std::less<>>& rooms() const { return rooms_; }
 
-  // The view contains all changes up to this revision of etcd.
+  // The view contains all changes up to this revision of etcd. Who calls apply() keeps it up to date.
   std::int64_t revision = 0;
 
  private:

@@ -12,6 +12,7 @@ namespace {
 
 using Kind = RoomPlace::Kind;
 
+// The place at this server, if its address is known.
 RoomPlace at_server(Kind kind, const std::vector<ServerStatus>& servers, std::uint64_t id) {
   const auto found = std::ranges::find(servers, id, &ServerStatus::id);
   // A client cannot be sent to a server without an address.
@@ -20,6 +21,7 @@ RoomPlace at_server(Kind kind, const std::vector<ServerStatus>& servers, std::ui
   return {.kind = kind, .server_id = id, .address = found->address};
 }
 
+// The place at the server that placement chooses for the room.
 RoomPlace at_chosen(Kind kind, const Directory& fleet, std::string_view room) {
   const std::vector<ServerStatus> servers = fleet.servers();
   const std::optional<std::uint64_t> chosen = choose_server(room, servers, fleet.is_big(room));
@@ -27,8 +29,8 @@ RoomPlace at_chosen(Kind kind, const Directory& fleet, std::string_view room) {
   return {.kind = kind == Kind::placed ? Kind::full : kind, .reason = kNobodyTakesRooms};
 }
 
-// Says where a room is that another server owns. An owner that drains has closed its port and is about to give the room
-// up. An owner with this server's own address is this server before its restart, whose lease is about to end.
+// Returns where a room is that another server owns. An owner that drains has closed its port and is about to give the
+// room up. An owner with this server's own address is this server before its restart, whose lease is about to end.
 RoomPlace at_owner(const Directory& fleet, std::string_view room, Placement placement) {
   const std::vector<ServerStatus> servers = fleet.servers();
   const auto owner = std::ranges::find(servers, placement.server_id, &ServerStatus::id);

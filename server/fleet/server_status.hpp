@@ -45,7 +45,7 @@ struct ServerStatus {
   std::uint64_t id = 0;
   ServerAddress address = {};
   ServerLoad load = {};
-  // It takes no more rooms, and is about to end.
+  // The server takes no more rooms, and is about to end.
   bool draining = false;
   // While the server drains: the grooms that the next owners of its rooms will need.
   std::vector<ContentHash> grooms = {};

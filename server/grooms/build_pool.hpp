@@ -35,6 +35,7 @@ class BuildPool {
   };
   // The body of a helper thread.
   void help();
+  // Runs the next body of the loop. The lock is open while the body runs.
   void run_next(Loop& loop, std::unique_lock<std::mutex>& lock);
   // Returns the first loop with a body that no thread has begun; null: there is none.
   Loop* open_loop();

@@ -15,6 +15,7 @@ namespace {
 
 using wire::ErrorReason;
 
+// Returns the reason that clients get for a build error, and the counter of such refusals.
 std::pair<ErrorReason, Counter*> reason_of(BuildError error, GroomCounters& counters) {
   switch (error) {
     case BuildError::size:

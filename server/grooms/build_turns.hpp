@@ -20,6 +20,7 @@ namespace hairnet::server {
 // each end at last. A build that fails by an error of the server is tried again, later each time. I/O thread.
 class BuildTurns {
  public:
+  // `shares`, `builder` and `counters` must outlive this object.
   BuildTurns(const GroomStoreLimits& limits, const GroomShares& shares, GroomBuilder& builder, GroomCounters& counters)
       : limits_(limits), shares_(&shares), builder_(&builder), counters_(&counters) {}
 
@@ -46,7 +47,7 @@ class BuildTurns {
   };
   // Takes a result of the builder, charges its time, and says what has become of the groom.
   Progress take(const GroomResult& result, std::int64_t now_ns);
-  // Says why the groom is refused whose build has ended without levels. Counts refusals.
+  // Returns why a groom is refused whose build has ended without levels, and counts the refusal.
   Refused refusal_of(const GroomResult& result);
 
   // True when the builder has nothing to do, and no groom may begin. Grooms to prepare begin only then, so that they
@@ -57,9 +58,9 @@ class BuildTurns {
   // Returns a groom that has to leave the full queue so that one of the session can enter: the newest of the sharer
   // that has most there. Returns nullopt when that is the session's own.
   [[nodiscard]] std::optional<wire::GroomHash> to_drop_for(SessionId session) const;
-  // Counts grooms that wait or are being built.
+  // The number of grooms that wait or are being built.
   [[nodiscard]] std::size_t count() const { return builds_.size(); }
-  // Counts the bytes of their files, as far as they are in memory.
+  // The bytes of the files of these grooms, as far as they are in memory.
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
  private:
@@ -67,23 +68,24 @@ class BuildTurns {
   struct Build {
     // The session for which the groom is built; zero: none.
     SessionId owner = 0;
-    // Orders grooms by when they came into the queue.
+    // The number that the groom got when it came into the queue; lower numbers came earlier.
     std::uint64_t order = 0;
-    // The file, in pieces until the builder has it, then whole.
+    // The file: `chunks` has the pieces of the upload until the builder takes them, `file` the whole file from then on.
     std::vector<std::vector<std::uint8_t>> chunks;
     std::shared_ptr<const std::vector<std::uint8_t>> file;
     // The size of the file; zero while it is only in the groom cache.
     std::size_t bytes = 0;
     // The builder's number for the job while it has the groom, else zero.
     std::uint64_t job = 0;
-    // The groom is being built since this time, and need not give way before turn_ns have passed.
+    // The groom is being built since this time, and need not give way before turn_ns have passed. turn_ns starts at
+    // build_turn_ns and doubles each time the build gives way.
     std::optional<std::int64_t> since_ns;
     std::int64_t turn_ns = 0;
-    // Its owner has been charged this much of the build under way.
+    // The part of the present build's time that was added to its owner's build_ns_.
     std::int64_t charged_ns = 0;
     // The builder was told to end its build.
     bool gives_way = false;
-    // This many builds have failed by the server's error.
+    // The number of builds of this groom that have failed by the server's error.
     int failed_count = 0;
     // No build of the groom begins before this time.
     std::int64_t again_ns = 0;
@@ -93,15 +95,20 @@ class BuildTurns {
   using Turn = std::tuple<bool, std::int64_t, std::uint64_t>;
 
   [[nodiscard]] Turn turn_of(const Build& build) const;
-  // Returns end() when none waits that may begin.
+  // Returns the groom that begins next, or end() when none waits that may begin now.
   [[nodiscard]] Builds::const_iterator next(std::int64_t now_ns) const;
+  // Gives the builder the next groom, if the builder has none.
   void feed(std::int64_t now_ns);
+  // Ends the build under way if its turn is over and another sharer's groom comes before it.
   void end_turn(std::int64_t now_ns);
-  // Counts the build's time so far as its owner's.
+  // Adds the time that the build has taken so far, `taken_ns`, to the time of its owner.
   void charge(Build& build, std::int64_t taken_ns);
-  // Returns false when the build has been tried often enough.
+  // Plans the next try of a build that has failed by an error of the server. Returns false when it has been tried
+  // build_count_max times, or its file is not in memory.
   bool try_again(const GroomResult& failed, Build& build, std::int64_t now_ns);
   void remove(Builds::const_iterator build);
+  // True for a groom that waits with its file in memory; build_queue_max bounds such grooms. A file in the cache takes
+  // no memory.
   static bool waits_with_file(const Build& build) { return build.job == 0 && build.bytes > 0; }
 
   GroomStoreLimits limits_;
@@ -113,9 +120,9 @@ class BuildTurns {
   std::map<Sharer, std::int64_t> build_ns_;
   // The sum of Build::bytes.
   std::size_t bytes_ = 0;
-  // Counts grooms that have come into the queue; see Build::order.
+  // The number of grooms that have come into the queue so far; see Build::order.
   std::uint64_t orders_ = 0;
-  // Counts jobs given to the builder.
+  // The number of jobs given to the builder so far; see Build::job.
   std::uint64_t jobs_ = 0;
   // The builder has a job whose end has not come.
   bool is_builder_busy_ = false;

@@ -180,7 +180,7 @@ int CacheFolder::write(const fs::path& path, std::span<const std::uint8_t> bytes
   std::string part = fmt::format("{}{}XXXXXX", path.string(), kPartSuffix);
   Descriptor file(::mkostemp(part.data(), O_CLOEXEC));
   if (!file) return errno;
-  // Not synced: a file that a crash of the machine damages has another checksum, and counts as absent.
+  // The file is not synced: a file that a crash of the machine damages has another checksum, and counts as absent.
   if (write_all(file.get(), bytes) && file.close() && ::rename(part.c_str(), path.c_str()) == 0) return 0;
   const int error = errno;
   ::unlink(part.c_str());

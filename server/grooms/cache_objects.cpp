@@ -11,11 +11,11 @@
 namespace hairnet::server {
 namespace {
 
-// Bounds the memory of names. A put that finds no place is counted and left out: the groom is offered again at its next
-// use.
+// At most kWaitingMax files wait to be put. Beyond, a put is counted and left out: the groom is offered again at its
+// next use. stored_ and rejected_ have at most kNotedMax names.
 constexpr std::size_t kWaitingMax = 1024, kNotedMax = 65'536;
 
-// A set that is full forgets everything, which costs a request for each groom again.
+// Adds the groom to the set. A set that is full forgets everything, which costs a request for each groom again.
 void note(std::set<wire::GroomHash>& set, const wire::GroomHash& groom) {
   if (set.size() >= kNotedMax) set.clear();
   set.insert(groom);

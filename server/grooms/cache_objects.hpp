@@ -20,6 +20,7 @@ struct CacheObjectsDef {
   std::string suffix;
   // Bounds each object.
   std::size_t bytes_max = 0;
+  // The counters of this kind of object; all are set.
   Counter *read = nullptr, *absent = nullptr, *stored = nullptr, *kept = nullptr, *rejected = nullptr;
 };
 
@@ -29,7 +30,7 @@ class CacheObjects {
  public:
   using Existing = ObjectStore::Existing;
 
-  // Store and counters must outlive it.
+  // `store` and `counters` must outlive this object.
   CacheObjects(CacheObjectsDef def, ObjectStore& store, ObjectCounters& counters);
 
   // Waits for the store. Nothing when it does not have the object, or gives no answer. The caller checks the bytes, and
@@ -56,8 +57,10 @@ class CacheObjects {
   [[nodiscard]] std::size_t waiting() const;
 
  private:
+  // The name of the groom's object in the store.
   [[nodiscard]] std::string name_of(const wire::GroomHash& groom) const;
   void reject(const wire::GroomHash& groom, const std::string& detail, Counter& counter);
+  // The store is known to have a valid object of the groom.
   void note_stored(const wire::GroomHash& groom);
 
   CacheObjectsDef def_;

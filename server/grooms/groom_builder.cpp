@@ -21,6 +21,7 @@ namespace {
 
 using Outcome = GroomResult::Outcome;
 
+// Joins the pieces of an upload into one file.
 std::vector<std::uint8_t> joined(std::vector<std::vector<std::uint8_t>> chunks) {
   std::size_t count = 0;
   for (const auto& chunk : chunks) count += chunk.size();
@@ -112,6 +113,8 @@ bool GroomBuilder::poll_read() {
   result.outcome = Outcome::read;
   if (def_.grooms) {
     try {
+      // Allocations in this scope may fail with std::bad_alloc instead of taking the server's reserve
+      // (threading/memory_reserve.hpp): one groom is no reason to spend it.
       const MemoryReserve::MayFail may_fail;
       result.bytes = def_.grooms->find(result.hash);
     } catch (const std::bad_alloc&) {
@@ -138,7 +141,7 @@ void GroomBuilder::do_job(GroomJob job) {
     const MemoryReserve::MayFail may_fail;
     result = build(std::move(job));
   } catch (const std::bad_alloc&) {
-    // It is the server's error and not the groom's, so BuildTurns tries the build again.
+    // A lack of memory is the server's error and not the groom's, so BuildTurns tries the build again.
     result = refused(BuildError::server, "the server has no memory left for its build");
   }
   result.job = number;

@@ -18,8 +18,9 @@
 
 namespace hairnet::server {
 
+// What the I/O thread asks of the builder: the levels of one groom.
 struct GroomJob {
-  // Counts jobs in their order, from 1.
+  // The number of the job: 1 for the first one.
   std::uint64_t number = 0;
   wire::GroomHash hash{};
   // The file of that hash, in pieces (chunks) or whole (bytes); without both, the file is in the groom cache.
@@ -27,6 +28,7 @@ struct GroomJob {
   std::shared_ptr<const std::vector<std::uint8_t>> bytes = nullptr;
 };
 
+// What the builder answers: `building` and then the outcome of a job, or the answer to a read.
 struct GroomResult {
   enum class Outcome : std::uint8_t {
     // The file is a groom within limits, and its build begins; `ready` or `refused` follows.
@@ -35,7 +37,7 @@ struct GroomResult {
     refused,
     // The groom cache did not have the file.
     absent,
-    // It is the answer to read(); nothing is built.
+    // The result is the answer to read(), and nothing was built.
     read,
   };
   // The job's number; zero: the result is the answer to read().
@@ -60,7 +62,7 @@ struct GroomResult {
 struct GroomBuilderDef {
   LevelBuildDef build;
   BuildLevels build_levels = build_levels_in_process;
-  // Bounds one file.
+  // A file may have at most this many bytes, packed and unpacked.
   std::size_t bytes_max = std::size_t{64} << 20;
   // A cache may be null, and else outlives the builder.
   LevelCache* levels = nullptr;
@@ -102,37 +104,46 @@ class GroomBuilder {
   std::function<void()> on_job, on_result;
 
  private:
+  // Asserts what GroomStore relies on, for each kind of result.
   static void check(const GroomResult& result);
   // Puts a result into the queue to the I/O thread.
   void give(GroomResult result);
+  // Calls on_job, if it is set.
   void wake();
+  // These two do one read, or one job. They return false when there was none.
   bool poll_read();
   bool poll_job();
+  // Does the job and gives its last result. A lack of memory is an error of the server.
   void do_job(GroomJob job);
+  // Gets the file, checks and decodes it, gives the result `building`, and builds the levels. Returns the last result
+  // of the job.
   GroomResult build(GroomJob job);
-  // Refused, or ready.
+  // Builds the levels of the decoded groom within the limits. Returns a result that is `refused` or `ready`.
   GroomResult build(const GroomJob& job, const std::vector<std::uint8_t>& file, const Groom& groom) const;
+  // Reads the levels from the cache, or builds them and puts them there. `goes_on` is asked during the build.
   [[nodiscard]] LevelBuild levels_of(const GroomJob& job, const std::vector<std::uint8_t>& file, const Groom& groom,
                                      const GoesOn& goes_on) const;
+  // The time for limits and measurements; always 0 without a clock.
   [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
 
   GroomBuilderDef def_;
-  // One entry for each groom: GroomFiles asks once for all sessions that wait.
+  // The grooms to read for downloads. Each is there once, because GroomFiles asks once for all sessions that wait.
   BoundedQueue<wire::GroomHash> reads_;
+  // Levels with learnt hair that wait to be written to the level cache.
   struct Learnt {
     wire::GroomHash groom{};
     std::shared_ptr<const LevelSet> levels;
   };
   BoundedQueue<Learnt> learnt_;
-  // Has no bound, since BuildTurns gives one job after the other.
+  // The jobs. The queue needs no bound, since BuildTurns gives one job after the other.
   BoundedQueue<GroomJob> jobs_;
-  // At most two for each job, and one for each read, so put() needs no bound.
+  // The results: at most two for each job and one for each read, so the queue needs no bound.
   BoundedQueue<GroomResult> results_;
   // The number of the job that drop() has named last.
   std::atomic<std::uint64_t> dropped_{0};
-  // cancel() and refresh() were called.
+  // cancelled_: cancel() was called. refresh_: refresh() was called, and poll() has not listed the folder yet.
   std::atomic<bool> cancelled_{false}, refresh_{false};
-  // Reads and jobs take turns: the last poll() tried a read first.
+  // Reads and jobs take turns: true when the last poll() tried a read before a job.
   bool is_reading_next_ = false;
 };
 

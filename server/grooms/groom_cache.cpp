@@ -12,6 +12,7 @@ namespace hairnet::server {
 
 namespace {
 
+// The ending of a groom's file in the folder and in the store.
 constexpr const char* kSuffix = ".hngroom";
 
 }  // namespace

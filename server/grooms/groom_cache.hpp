@@ -45,9 +45,13 @@ class GroomCache {
   [[nodiscard]] std::size_t waiting_puts() const { return objects_ ? objects_->waiting() : 0; }
 
  private:
+  // These two look in one of the two places, check the hash of what they find, and count hits, misses and rejections.
+  // read_store() also writes the file to the folder.
   Bytes read_folder(const wire::GroomHash& groom);
   Bytes read_store(const wire::GroomHash& groom);
+  // Counts and logs a file that is not valid, and removes it from the folder.
   void reject(const char* error, const wire::GroomHash& groom, Counter& counter);
+  // The folder does not have the groom any more.
   void forget(const wire::GroomHash& groom);
 
   CacheFolder folder_;

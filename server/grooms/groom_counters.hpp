@@ -46,7 +46,7 @@ struct GroomCounters : CounterSet {
   Counter grooms_refused_server{*this, "grooms_refused", "reason", "server"};
   Counter builds_failed{*this, "builds_failed",
                         "Builds that failed by an error of the server, tried again or given up."};
-  // It is used, but nobody there could upload it.
+  // Sessions use the groom, but none of them that is connected could upload it.
   Counter grooms_refused_absent{*this, "grooms_refused", "reason", "absent"};
   Counter groom_bytes_received{*this, "groom_bytes_received", "Bytes of grooms received."};
 };

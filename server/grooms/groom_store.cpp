@@ -113,7 +113,8 @@ wire::GroomState GroomStore::state_of(const Entry& entry) {
 }
 
 void GroomStore::resend_states(SessionId session, std::int64_t now_ns) {
-  uploads_.restart_timeout(session, now_ns);  // no chunk could come while the session was detached
+  // No chunk could come while the session was detached, so the upload has not stalled.
+  uploads_.restart_timeout(session, now_ns);
   for (auto& [hash, entry] : grooms_) {
     if (!entry.users.contains(session)) continue;
     if (const auto received = uploads_.received({hash, session})) {
@@ -228,7 +229,8 @@ void GroomStore::poll(std::int64_t now_ns) {
   GroomResult result;
   while (builder_->take(result)) {
     take(std::move(result), now_ns);
-    if (objects_) objects_->wake();  // what was built is put there
+    // A built groom and its levels are new files, which the objects thread puts into the store.
+    if (objects_) objects_->wake();
   }
   for (ObjectSync::Found found; objects_ && objects_->take(found);) take_found(found, now_ns);
   check_uploads(now_ns);
@@ -242,8 +244,6 @@ void GroomStore::poll(std::int64_t now_ns) {
   counters_->gauges.groom_level_bytes.set(static_cast<double>(level_bytes_));
   counters_->gauges.grooms_waiting.set(static_cast<double>(turns_.count()));
 }
-
-// These functions make room for grooms.
 
 Refused GroomStore::make_place(SessionId session, std::int64_t now_ns) {
   while (grooms_.size() >= limits_.groom_count_max) {
@@ -456,7 +456,9 @@ void GroomStore::queue_prepared(std::int64_t now_ns) {
     const auto groom = grooms_.try_emplace(hash).first;
     groom->second.used = ++uses_;
     if (!objects_ || builder_->is_cached(hash))
-      queue(groom, 0, {}, now_ns);  // another server may have put it into the folder since that was listed
+      // Without an object store the builder is asked although the file is not listed: a server that shares the folder
+      // may have added the file since the last listing.
+      queue(groom, 0, {}, now_ns);
     else if (!search(groom, now_ns))
       erase(groom);
   }
@@ -478,7 +480,8 @@ void GroomStore::take(GroomResult result, std::int64_t now_ns) {
     return send_state(groom, GroomState::queued, now_ns);
   }
   if (result.outcome == GroomResult::Outcome::ready) return take_ready(groom, std::move(result), now_ns);
-  if (result.outcome == GroomResult::Outcome::absent) return go_on_without(groom, now_ns);  // the cache has lost it
+  // The cache has lost the file since it was listed, so a user is asked for the bytes.
+  if (result.outcome == GroomResult::Outcome::absent) return go_on_without(groom, now_ns);
   refuse_all(groom, turns_.refusal_of(result), now_ns);
 }
 
@@ -550,8 +553,6 @@ void GroomStore::take_learnt(LearningResult result) {
   while (level_bytes_ > limits_.level_bytes_max && evict_one()) {
   }
 }
-
-// These functions tell users about a groom, and remove it.
 
 void GroomStore::refuse_user(Grooms::iterator groom, SessionId session, const Refused& refused, std::int64_t now_ns) {
   groom->second.users.erase(session);

@@ -27,10 +27,10 @@ struct GroomStoreLimits {
   std::size_t grooms_per_session_max = 64;
   // Bounds all grooms that a session uses together.
   std::size_t strands_per_session_max = 1'000'000;
-  // These bound the uploads of a session, by the sizes that it announces.
+  // The mean rate and the burst of a session's uploads, in the sizes that it announces.
   double upload_bytes_per_s = 16.0 * (1 << 20);
   double upload_burst_bytes = 256.0 * (1 << 20);
-  // This many grooms may wait for the builder.
+  // The number of grooms that may wait for the builder with their files in memory.
   std::size_t build_queue_max = 64;
   // The uploads of a session must bring this much together, over each upload_timeout_ns. A session that holds a place
   // and sends next to nothing would block others.

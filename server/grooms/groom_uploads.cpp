@@ -15,6 +15,7 @@ using wire::ErrorReason;
 
 Refused GroomUploads::begin(const UploadId& id, std::uint64_t byte_count, std::int64_t now_ns) {
   HAIRNET_ASSERT(byte_count > 0);
+  // A session's first upload starts with a full bucket.
   const TokenBucket full(limits_.upload_bytes_per_s, limits_.upload_burst_bytes, now_ns);
   Account& own = accounts_.try_emplace(id.session, Account{.bytes = full}).first->second;
   // The announced size is charged at once: a session cannot announce more than it may upload and hold places with it.

@@ -49,10 +49,10 @@ class GroomUploads {
   [[nodiscard]] bool has_any_of_sharer(const UploadId& id) const;
   // Returns the bytes received so far, or nullopt without such an upload.
   [[nodiscard]] std::optional<std::uint64_t> received(const UploadId& id) const;
-  // Counts what all uploads have received.
+  // The bytes that all uploads have received.
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
-  // Says why this chunk cannot be the next one.
+  // Returns the reason why this chunk cannot be the next one of its upload.
   [[nodiscard]] Refused check(SessionId session, const wire::GroomChunk& chunk) const;
   // Takes a chunk that check() lets pass. Returns true when the upload is complete.
   bool put(SessionId session, wire::GroomChunk chunk);
@@ -63,6 +63,7 @@ class GroomUploads {
   // Returns the sessions whose uploads have brought too little for too long.
   std::set<SessionId> take_stalled(std::int64_t now_ns);
   [[nodiscard]] std::vector<UploadId> uploads_of(SessionId session) const;
+  // What a session lacks: places among the grooms, or upload bytes.
   enum class Scarce : std::uint8_t { places, bytes };
   // Returns an upload that has to end so that the session can have this many more places or bytes: one of the sharer
   // that has most. Returns nullopt when that is the session's own.
@@ -76,6 +77,7 @@ class GroomUploads {
   struct Upload {
     // The announced size of the file.
     std::uint64_t byte_count = 0;
+    // The bytes that have come so far, in `chunks`; `hasher` has hashed them.
     std::uint64_t received = 0;
     Chunks chunks;
     bytes::ContentHasher hasher;
@@ -99,6 +101,7 @@ class GroomUploads {
   GroomCounters* counters_;
   Uploads uploads_;
   std::map<SessionId, Account> accounts_;
+  // The sum of Upload::received over all uploads.
   std::size_t bytes_ = 0;
 };
 

@@ -66,6 +66,7 @@ LearningResult HairLearner::learn(const LearningJob& job) {
   // learn_hair() asks now and then; a no ends it without a result and without an error.
   callbacks.progress = [this](double, std::string_view) { return !dropped_ && !cancelled_; };
   Result<std::shared_ptr<const LearntHair>> learnt = accept_given(job, *groom, callbacks, result);
+  // Hair in the file that is good enough saves the learning.
   result.is_accepted = *learnt != nullptr;
   if (!result.is_accepted) learnt = def_.learn(*groom, job.levels, callbacks);
   if (!learnt) {

@@ -82,9 +82,9 @@ class HairLearner {
   [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
 
   HairLearnerDef def_;
-  // Has no bound, since LearningTurns gives one job after the other.
+  // The jobs. The queue needs no bound, since LearningTurns gives one job after the other.
   BoundedQueue<LearningJob> jobs_;
-  // Has one result for each job.
+  // The results, one for each job.
   BoundedQueue<LearningResult> results_;
   std::atomic<bool> dropped_{false}, cancelled_{false};
 };

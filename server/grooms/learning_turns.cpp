@@ -24,7 +24,8 @@ void LearningTurns::learn_with(HairLearner& learner, std::function<bool()> is_sh
 }
 
 void LearningTurns::erase(const wire::GroomHash& groom) {
-  was_learnt_.erase(groom);
+  is_decided_.erase(groom);
+  // The result still comes, as one that was dropped, and take() then ends the job.
   if (learning_ == groom) learner_->drop();
 }
 
@@ -42,15 +43,15 @@ std::optional<wire::GroomHash> LearningTurns::next(const std::function<std::size
   if (!is_wanted || learning_ || now_ns < paused_until_ns_) return std::nullopt;
   std::optional<wire::GroomHash> next;
   std::size_t most = 0;
-  for (const auto& [groom, was_learnt] : was_learnt_) {
-    const std::size_t count = was_learnt ? 0 : user_count(groom);
+  for (const auto& [groom, is_decided] : is_decided_) {
+    const std::size_t count = is_decided ? 0 : user_count(groom);
     // A groom without users counts as none: nobody would see its learnt hair.
     if (count <= most) continue;
     most = count;
     next = groom;
   }
   // The mark is set before the result: a groom that cannot be learnt must not come up at each poll.
-  if (next) was_learnt_[*next] = true;
+  if (next) is_decided_[*next] = true;
   return next;
 }
 
@@ -64,12 +65,12 @@ bool LearningTurns::take(LearningResult& result) {
   while (learner_ && learner_->take(result)) {
     HAIRNET_ASSERT(learning_ == result.groom);
     learning_.reset();
-    const auto groom = was_learnt_.find(result.groom);
-    if (result.lacked_memory && groom != was_learnt_.end()) {
+    const auto groom = is_decided_.find(result.groom);
+    if (result.lacked_memory && groom != is_decided_.end()) {
       groom->second = false;
       has_lacked_memory_ = true;
     }
-    if (groom == was_learnt_.end() || !note(result)) continue;
+    if (groom == is_decided_.end() || !note(result)) continue;
     // The groom may have been evicted and come back meanwhile: it has its learnt hair now.
     groom->second = true;
     return true;

@@ -25,7 +25,7 @@ class LearningTurns {
   void learn_with(HairLearner& learner, std::function<bool()> is_short);
 
   // The groom is ready, and may have learnt hair already.
-  void add(const wire::GroomHash& groom, bool has_learnt) { was_learnt_[groom] = has_learnt; }
+  void add(const wire::GroomHash& groom, bool has_learnt) { is_decided_[groom] = has_learnt; }
   // The groom is not in memory any more. Its job under way ends soon.
   void erase(const wire::GroomHash& groom);
   // Takes levels with learnt hair of a groom that is still here. Logs and counts them and what was refused.
@@ -50,7 +50,7 @@ class LearningTurns {
   bool has_lacked_memory_ = false;
   std::int64_t paused_until_ns_ = std::numeric_limits<std::int64_t>::min();
   // Every groom that is ready; true: its hair was learnt or refused, or is being learnt, so it is not learnt again.
-  std::map<wire::GroomHash, bool> was_learnt_;
+  std::map<wire::GroomHash, bool> is_decided_;
   // The groom of the job under way. It stays until the result has come, even if the groom is gone.
   std::optional<wire::GroomHash> learning_;
 };

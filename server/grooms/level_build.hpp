@@ -32,7 +32,7 @@ enum class BuildError : std::uint8_t {
   dropped,
 };
 
-// Says whether a build may go on: `none`, or else `time` or `dropped`. Any thread may call it.
+// Returns whether a build may go on: `none`, or else `time` or `dropped`. Any thread may call it.
 using GoesOn = std::function<BuildError()>;
 
 // How a build is done, and what it may use.
@@ -58,19 +58,19 @@ struct LevelBuild {
 using BuildLevels = std::function<LevelBuild(const LevelBuildDef& def, const wire::GroomHash& hash,
                                              std::span<const std::uint8_t> file, const Groom& groom, const GoesOn&)>;
 
-// On the calling thread and helper threads. A build that is out of memory has the error `memory`.
+// Builds on the calling thread and helper threads. A build that is out of memory has the error `memory`.
 LevelBuild build_levels_in_process(const LevelBuildDef& def, const wire::GroomHash& hash,
                                    std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on);
 
-// In a process of its own: this program, started with kLevelBuildFlag, which its main() answers with
+// Builds in a process of its own: this program, started with kLevelBuildFlag, which its main() answers with
 // run_level_build_process(). Whatever a groom does to a build, more memory or time than allowed or a crash, ends that
-// process only. When the answer of `goes_on` is no, the process is killed. It costs the start of a process, and copies
-// of the file and the levels through a socket.
+// process only. When `goes_on` returns an error, the process is killed. Such a build costs the start of a process, and
+// copies of the file and the levels through a socket.
 LevelBuild build_levels_in_child_process(const LevelBuildDef& def, const wire::GroomHash& hash,
                                          std::span<const std::uint8_t> file, const Groom& groom, const GoesOn& goes_on);
 
 inline constexpr const char* kLevelBuildFlag = "--build-levels-for-parent";
-// Returns the exit status.
+// The main function of the child process. Returns the exit status.
 int run_level_build_process();
 
 }  // namespace hairnet::server

@@ -63,7 +63,7 @@ constexpr std::uint64_t kProcessBytes = std::uint64_t{64} << 20, kThreadBytes = 
 // The memory that the search for the modes takes.
 constexpr std::uint64_t kModeBytes = std::uint64_t{256} << 20;
 
-// A child that is killed and reaped at the latest when this ends, whichever way the build is left.
+// Owns the child process. The destructor kills and reaps it, whichever way the build is left.
 class Child {
  public:
   explicit Child(pid_t id) : id_(id) {}
@@ -74,6 +74,7 @@ class Child {
   }
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
+  // Waits for the end of the child, and returns its status (waitpid).
   int wait() {
     int status = 0;
     while (waitpid(id_, &status, 0) < 0 && errno == EINTR) {
@@ -86,7 +87,7 @@ class Child {
   pid_t id_;
 };
 
-// Returns the system's error, or 0.
+// Starts this program as a child whose standard input and output are `socket`. Returns the system's error, or 0.
 int spawn(int socket, pid_t& child) {
   posix_spawn_file_actions_t files;
   posix_spawnattr_t attributes;
@@ -108,8 +109,8 @@ int spawn(int socket, pid_t& child) {
   std::array<char, 16> name{"hairnet-build"};
   std::string flag = kLevelBuildFlag;
   std::array<char*, 3> arguments{name.data(), flag.data(), nullptr};
-  // The same file as this program, even if a new version has replaced it on disk meanwhile. posix_spawn and not fork:
-  // fork of a large process with many threads is slow, and may copy a held lock.
+  // /proc/self/exe is the file of this program, even if a new version has replaced it on disk meanwhile. posix_spawn
+  // and not fork: fork of a large process with many threads is slow, and may copy a held lock.
   const int error = posix_spawn(&child, "/proc/self/exe", &files, &attributes, arguments.data(), environ);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
@@ -164,12 +165,13 @@ bool is_from_outside(int status) {
   return std::ranges::find(from_outside, WTERMSIG(status)) != from_outside.end();
 }
 
-// The child's side.
+// The functions from here to answer() run in the child.
 
 [[noreturn]] void end_without_memory() {
   ::_exit(kExitNoMemory);
 }
 
+// Lowers a limit of this process; a limit that is lower already stays.
 void limit(__rlimit_resource resource, std::uint64_t value) {
   rlimit limits{};
   getrlimit(resource, &limits);
@@ -177,6 +179,7 @@ void limit(__rlimit_resource resource, std::uint64_t value) {
   setrlimit(resource, &limits);
 }
 
+// Gives the child its limits of memory, time and files, before it reads a byte of the groom.
 void confine(const Request& request) {
   // A build whose server has died would go on for minutes for nobody.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -197,6 +200,7 @@ void confine(const Request& request) {
   std::set_new_handler(end_without_memory);
 }
 
+// Reads exactly `size` bytes from the parent. False: the parent has closed its end.
 bool receive_all(void* to, std::size_t size) {
   auto* at = static_cast<std::uint8_t*>(to);
   while (size > 0) {

@@ -35,6 +35,7 @@ LevelCache::LevelCache(std::filesystem::path folder, std::uint64_t bytes_max, Le
 std::shared_ptr<LevelSet> LevelCache::find(const wire::GroomHash& groom) {
   std::shared_ptr<LevelSet> levels = read_folder(groom);
   if (!levels) return read_store(groom);
+  // A file that another server has put into a shared folder may not be in the store yet.
   if (objects_) objects_->offer(groom);
   return levels;
 }
@@ -49,6 +50,7 @@ std::shared_ptr<LevelSet> LevelCache::read_store(const wire::GroomHash& groom) {
     return nullptr;
   }
   objects_->accept(groom, bytes->size());
+  // The folder gets the levels, so that the next use needs no store.
   folder_.put(groom, *bytes);
   return std::move(decoded.levels);
 }
@@ -104,6 +106,7 @@ void LevelCache::put(const wire::GroomHash& groom, const LevelSet& set) {
 bool LevelCache::put_next() {
   const std::optional<CacheObjects::Wanted> wanted = objects_ ? objects_->take() : std::nullopt;
   if (!wanted) return false;
+  // The file may have been damaged or evicted since it was offered. A damaged one must not spread to all servers.
   const CacheFolder::Found file = folder_.read(wanted->groom);
   if (file.outcome == CacheFolder::Outcome::read &&
       wire::decode_levels(file.bytes, wanted->groom).error == wire::LevelFileError::none)

@@ -37,8 +37,11 @@ class LevelCache {
   [[nodiscard]] std::size_t waiting_puts() const { return objects_ ? objects_->waiting() : 0; }
 
  private:
+  // These two look in one of the two places, and return only valid levels of this build. read_store() also writes the
+  // file to the folder.
   std::shared_ptr<LevelSet> read_folder(const wire::GroomHash& groom);
   std::shared_ptr<LevelSet> read_store(const wire::GroomHash& groom);
+  // Counts and logs a file that was rejected. It stays in the folder, until the next put replaces it.
   void count(const std::string& detail, const wire::GroomHash& groom, Counter& counter);
 
   CacheFolder folder_;

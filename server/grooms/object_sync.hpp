@@ -19,7 +19,7 @@ namespace hairnet::server {
 // The I/O thread asks and takes results.
 class ObjectSync {
  public:
-  // Caches may be null; else they use this store. Everything must outlive it.
+  // A cache may be null; otherwise it uses this store. The caches, the store and the counters must outlive this object.
   ObjectSync(GroomCache* grooms, LevelCache* levels, ObjectStore& store, ObjectCounters& counters);
 
   struct Found {
@@ -30,6 +30,7 @@ class ObjectSync {
   // Looks for the groom, unless that is under way. Returns false when that cannot be now: the store is left alone after
   // a failure, or too many grooms wait. I/O thread.
   bool find(const wire::GroomHash& groom);
+  // Takes the next result. False when there is none. I/O thread.
   bool take(Found& found);
   // Files may wait to be put.
   void wake() const;
@@ -51,8 +52,9 @@ class ObjectSync {
   LevelCache* levels_;
   ObjectStore* store_;
   ObjectCounters* counters_;
+  // The grooms that the objects thread looks for. When the queue is full, find() returns false.
   BoundedQueue<wire::GroomHash> wanted_;
-  // Has one result for each groom of wanted_.
+  // The results, one for each groom that was in wanted_.
   BoundedQueue<Found> found_;
   // The grooms that find() was asked for and whose result was not taken. I/O thread.
   std::set<wire::GroomHash> under_way_;

@@ -15,6 +15,7 @@ namespace {
 // Browsers send a few settings; a long list would only be stored.
 constexpr std::size_t kSettingsBytesMax = 1024;
 
+// The two lowest bits of a stream's number say who opened it and whether it is unidirectional (RFC 9000, section 2.1).
 bool is_of_client(StreamId id) {
   return (id & 1) == 0;
 }
@@ -63,7 +64,8 @@ std::span<const std::uint8_t> Connection::take_type(StreamId id, Stream& stream,
       bool& has_one = type.value == kControlStream   ? has_control_
                       : type.value == kEncoderStream ? has_encoder_
                                                      : has_decoder_;
-      // A second one could contradict the first (RFC 9114, section 6.2.1).
+      // A client has one stream of each of these kinds: a second one could contradict the first (RFC 9114, section
+      // 6.2.1).
       if (std::exchange(has_one, true)) fail(ErrorCode::stream_creation_error, "a second stream of its kind");
       stream.kind = type.value == kControlStream   ? Kind::control
                     : type.value == kEncoderStream ? Kind::encoder
@@ -123,7 +125,8 @@ void Connection::take_bytes(StreamId id, Stream& stream, std::span<const std::ui
       if (!session_ended_) owner_->on_channel_bytes(bytes);
       return;
     case Kind::unknown:
-    case Kind::decoder:  // its bytes concern a dynamic table, of which ours has none
+    // The bytes of a decoder stream concern a dynamic table, of which our encoder has none.
+    case Kind::decoder:
     case Kind::ignored:
       return;
   }
@@ -204,6 +207,7 @@ void Connection::respond(StreamId id, int status) {
 bool Connection::take_capsule(const FrameReader::Piece& piece) {
   // Unknown capsules must be skipped (RFC 9297, section 3.2).
   if (piece.type != kCloseSessionCapsule) return true;
+  // The capsule has a code of 4 bytes, and then the reason as text.
   if (piece.length < 4 || piece.length > 4 + kCloseReasonBytesMax)
     return fail(ErrorCode::message_error, "a capsule is not valid");
   if (piece.is_last) end_session();
@@ -230,7 +234,8 @@ void Connection::take_end(StreamId id, Stream& stream) {
       return;
     case Kind::channel:
       return end_session();
-    case Kind::unknown:  // it ended before its type
+    // The stream has ended before its type was complete.
+    case Kind::unknown:
       if (!is_unidirectional(id)) reject(id, stream, ErrorCode::message_error);
       stream.kind = Kind::ignored;
       return;
@@ -259,7 +264,7 @@ void Connection::on_stop(StreamId id) {
   } else if (id == session_ || id == channel_) {
     end_session();
   } else if (const auto found = streams_.find(id); found != streams_.end() && found->second.kind != Kind::ignored) {
-    // It can no longer become the session or the channel: nothing could be sent there.
+    // The stream can no longer become the session or the channel: nothing could be sent there.
     reject(id, found->second, ErrorCode::request_rejected);
   }
 }

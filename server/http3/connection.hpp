@@ -20,6 +20,7 @@ using StreamId = std::int64_t;
 class Owner {
  public:
   virtual ~Owner() = default;
+  // Queues bytes on the stream. `is_last`: the stream ends behind them.
   virtual void send(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) = 0;
   // Asks the peer to send no more on the stream.
   virtual void stop_reading(StreamId stream, ErrorCode code) = 0;
@@ -31,12 +32,16 @@ class Owner {
   virtual int on_request(const Request& request) = 0;
   // The session's first bidirectional stream has come; later ones are rejected.
   virtual void on_channel_open(StreamId stream) = 0;
+  // Bytes of the channel, in order, and the payload of one datagram of the session. The spans are valid during the
+  // call.
   virtual void on_channel_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
   // The peer has ended the session or its channel; once.
   virtual void on_session_end() = 0;
 };
 
+// What became of a datagram: passed on; dropped because there is no session yet or any more; dropped as another
+// session's; not valid, which ends the connection.
 enum class DatagramFate : std::uint8_t { delivered, no_session, other_session, malformed };
 
 // The server's side of HTTP/3, as far as one WebTransport session needs it: an extended CONNECT opens the session,
@@ -73,7 +78,8 @@ class Connection {
   [[nodiscard]] std::size_t buffered_bytes() const;
 
  private:
-  // What a stream of the peer's turned out to be.
+  // The kinds of streams that a client opens. `encoder` and `decoder` are those of QPACK; `request` has not opened a
+  // session (yet); nothing of `ignored` is read.
   enum class Kind : std::uint8_t { unknown, control, encoder, decoder, request, session, channel, ignored };
   struct Stream {
     Kind kind = Kind::unknown;
@@ -91,25 +97,30 @@ class Connection {
   // Reads the number of the session behind the signal of a WebTransport stream, and decides what becomes of the stream.
   std::span<const std::uint8_t> take_session_signal(StreamId id, Stream& stream, const Varint& signal,
                                                     std::span<const std::uint8_t> bytes);
+  // Handles bytes of a stream whose kind is known.
   void take_bytes(StreamId id, Stream& stream, std::span<const std::uint8_t> bytes);
-  // The next four return false when the stream or the connection accepts nothing more.
+  // The next four handle a piece of a frame or capsule, or a whole section of fields. They return false when the stream
+  // or the connection accepts nothing more.
   bool take_control(Stream& stream, const FrameReader::Piece& piece);
   bool take_request(StreamId id, Stream& stream, const FrameReader::Piece& piece);
   bool take_fields(StreamId id, Stream& stream);
   bool take_capsule(const FrameReader::Piece& piece);
   // The peer has ended its side of the stream.
   void take_end(StreamId id, Stream& stream);
+  // Sends the response. Only a response of 200 leaves the stream open, as the session's.
   void respond(StreamId id, int status);
   // Refuses one stream; the connection goes on.
   void reject(StreamId id, Stream& stream, ErrorCode code);
   // Tells the owner of the first failure only. Returns false, so that callers can return it.
   bool fail(ErrorCode code, std::string_view error);
+  // Tells the owner that the peer has ended the session, unless it has ended already.
   void end_session();
 
   Owner* owner_;
   std::map<StreamId, Stream> streams_;
   // session_ is the stream of the session's CONNECT, and channel_ its first bidirectional stream.
   std::optional<StreamId> session_, channel_;
+  // has_failed_: fail() was called. The others: the client's control stream, or that QPACK stream of its, has begun.
   bool has_failed_ = false, has_control_ = false, has_encoder_ = false, has_decoder_ = false;
   // on_session_end() or close_session() was called, and neither follows again.
   bool session_ended_ = false;

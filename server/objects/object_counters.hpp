@@ -31,7 +31,7 @@ struct ObjectCounters : CounterSet {
   Counter rejected_size{*this, "objects_rejected", "reason", "size"};
   Counter bytes_read{*this, "object_bytes_read", "Bytes read from the object store."};
   Counter bytes_stored{*this, "object_bytes_stored", "Bytes put into the object store."};
-  // Too many files wait.
+  // Too many files wait to be put.
   Counter puts_dropped_full{*this, "object_puts_dropped", "reason", "full",
                             "Files that were not put into the object store, by reason."};
   // The folder has lost the file since it was queued.

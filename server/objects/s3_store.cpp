@@ -46,6 +46,7 @@ std::string code_of(std::span<const std::uint8_t> body) {
   return is_word ? std::string(code) : std::string();
 }
 
+// How a failed call is logged and counted, and what its caller gets.
 struct Failure {
   const char* reason;
   Counter* counter;
@@ -61,7 +62,9 @@ Failure failure_of(const ExchangeAnswer& answer, ObjectCounters& c) {
     case ExchangeError::broken:
       return {"broken", &c.requests_failed_broken, Outcome::unreachable};
     case ExchangeError::malformed:
-    case ExchangeError::oversize:  // an error with a body that no error has
+    // Only the answer to a get with status 200 may be long (HttpExchange::call), so this is an error with too long a
+    // body.
+    case ExchangeError::oversize:
       return {"malformed", &c.requests_failed_malformed, Outcome::unreachable};
     case ExchangeError::cancelled:
     case ExchangeError::none:

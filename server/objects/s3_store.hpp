@@ -34,7 +34,7 @@ struct S3StoreDef {
 // being tried. The log has a line when that begins, when its reason changes and when it ends.
 class S3Store final : public ObjectStore {
  public:
-  // The exchange and the counters must outlive it.
+  // `exchange` and `counters` must outlive the store.
   S3Store(S3StoreDef def, HttpExchange& exchange, ObjectCounters& counters);
 
   ObjectAnswer get(std::string_view name, std::size_t bytes_max) override;
@@ -57,10 +57,11 @@ class S3Store final : public ObjectStore {
   [[nodiscard]] bool is_open(const Calls& calls) const;
   ExchangeAnswer call(ExchangeRequest::Method method, std::string_view name, std::span<const std::uint8_t> body,
                       std::size_t bytes_max);
-  // The answer to a call that has brought none of the good ones.
+  // Returns the answer to a call that has failed, counts it by reason, and closes the calls.
   ObjectAnswer fail(Calls& calls, const ExchangeAnswer& answer);
-  // The answer to a call that is not made.
+  // Returns the answer to a call that is not made, and counts it.
   ObjectAnswer skip();
+  // Leaves these calls alone for pause_ns, and logs the reason if it is new.
   void close(Calls& calls, const std::string& reason, const std::string& detail);
   // The store has answered as it should: ends the failure of these calls, and of all.
   void succeed(Calls& calls);
@@ -68,7 +69,7 @@ class S3Store final : public ObjectStore {
   S3StoreDef def_;
   HttpExchange* exchange_;
   ObjectCounters* counters_;
-  // Makes calls one by one, as the exchange takes one at a time. A call may wait for its turn behind another one's
+  // Locked during a call, because the exchange takes one at a time. A call may wait for its turn behind another one's
   // time-outs.
   std::mutex mutex_;
   std::atomic<bool> cancelled_{false};

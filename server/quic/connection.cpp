@@ -33,7 +33,7 @@ Connection::~Connection() {
   if (tls_) gnutls_deinit(tls_);
 }
 
-// What comes in.
+// The functions from here to on_quic_datagram() handle what comes in.
 
 void Connection::receive(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet,
                          std::int64_t now_ns) {
@@ -48,7 +48,8 @@ void Connection::receive(const Path& path, std::uint8_t ecn, std::span<const std
     return;
   }
   now_ns_ = now_ns;
-  // A path that has changed, and ECN's mark of congestion, are answered at once: the peer's pace depends on it.
+  // A packet on another path, or with ECN's mark of congestion (CE, RFC 3168), is acknowledged at once: the peer's
+  // sending rate depends on the answer.
   constexpr std::uint8_t kCongested = 3;
   if (path != path_ || ecn == kCongested) answer_.send_soon();
   path_ = path;
@@ -124,7 +125,8 @@ bool Connection::on_handshake_done() {
 void Connection::on_stream_bytes(http3::StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) {
   answer_.send_soon();
   http3_.on_bytes(stream, bytes, is_last);
-  // All bytes are taken at once.
+  // http3_ has taken all bytes, so the peer may send as many again: both limits of flow control grow, the stream's and
+  // the connection's.
   ngtcp2_conn_extend_max_stream_offset(quic_, stream, bytes.size());
   ngtcp2_conn_extend_max_offset(quic_, bytes.size());
 }
@@ -154,7 +156,7 @@ void Connection::on_quic_datagram(std::span<const std::uint8_t> bytes) {
   }
 }
 
-// What HTTP/3 asks for and tells.
+// The functions from here to on_session_end() are what HTTP/3 asks for and reports.
 
 void Connection::send(http3::StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) {
   SendBuffer& buffer = queues_.stream(stream);
@@ -216,7 +218,7 @@ void Connection::on_session_end() {
   deadline_ns_ = now_ns_;
 }
 
-// What the session asks for.
+// The functions from here to advance_finish() are what the session asks for.
 
 SendBuffer* Connection::channel() {
   const auto id = http3_.channel();
@@ -253,7 +255,7 @@ std::optional<http3::StreamId> Connection::open_download() {
   was_download_refused_ =
       downloads_.size() >= kDownloadsMax || ngtcp2_conn_open_uni_stream(quic_, &stream, nullptr) != 0;
   if (was_download_refused_) return std::nullopt;
-  // The stream says first to which session it belongs.
+  // The first bytes of the stream name the session that it belongs to, as WebTransport demands.
   queues_.add_bulk_stream(stream).push(http3_.one_way_begin());
   downloads_[stream];
   counters_->downloads_opened.add();
@@ -345,7 +347,7 @@ void Connection::advance_finish(std::int64_t now_ns) {
   if (queues_.kept_bytes() == 0) cut(now_ns);
 }
 
-// The end of the connection.
+// The functions from here to begin_closing() end the connection.
 
 void Connection::end(std::string_view error, std::int64_t now_ns) {
   if (const auto sink = std::exchange(sink_, nullptr)) sink->on_closed(error, now_ns);
@@ -355,6 +357,7 @@ void Connection::end_with_error(int ngtcp2_error, std::int64_t now_ns) {
   if (state_ == State::closing || state_ == State::over) return;
   ngtcp2_connection_close_error error;
   ngtcp2_connection_close_error_default(&error);
+  // For errors after which nothing can be sent, or need be: the connection is over at once.
   const auto leave = [&](server::Counter& counter, std::string_view reason) {
     counter.add();
     state_ = State::over;
@@ -422,7 +425,7 @@ void Connection::begin_closing(const ngtcp2_connection_close_error& error, std::
   touch();
 }
 
-// What goes out.
+// The functions from here on write what goes out.
 
 void Connection::write(Outgoing& out, std::int64_t now_ns) {
   if (state_ == State::over) return;
@@ -507,7 +510,8 @@ bool Connection::on_stopped(http3::StreamId stream) {
 }
 
 void Connection::widen() {
-  // Together with kStreamBytesMax this makes 512 KiB, so that an upload is not held up on a long line.
+  // With kStreamBytesMax (connection_callbacks.cpp, 64 KiB) this makes 512 KiB of flow control, so that an upload is
+  // not held up on a line with a long round trip.
   constexpr std::uint64_t kMore = std::uint64_t{448} << 10;
   if (state_ != State::open) return;
   if (const auto id = http3_.channel()) ngtcp2_conn_extend_max_stream_offset(quic_, *id, kMore);

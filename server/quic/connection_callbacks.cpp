@@ -135,6 +135,7 @@ bool Connection::begin(const Opening& opening, std::shared_ptr<const Credentials
   params.initial_max_streams_uni = kOneWayStreamsMax;
   params.max_idle_timeout = static_cast<ngtcp2_duration>(options_.idle_timeout_ns);
   params.max_datagram_frame_size = kDatagramFrameBytesMax;
+  // The server stores at most this many connection IDs of the client; it uses another one when the path changes.
   params.active_connection_id_limit = 4;
   // Peers must know our delay, or they would take late acknowledgements for a longer round trip.
   params.max_ack_delay = static_cast<ngtcp2_duration>(AnswerDelay::kAnnouncedDelay_ns);

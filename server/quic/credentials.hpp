@@ -15,7 +15,7 @@ namespace hairnet::quic {
 // began with it has ended.
 class Credentials {
  public:
-  // PEM files. One line for unusable ones.
+  // Reads a certificate and its key from PEM files. The error is one line.
   static Result<std::shared_ptr<const Credentials>> load(const std::string& certificate, const std::string& key);
   // A self-signed certificate of a new ECDSA P-256 key, valid between these seconds since 1970.
   static Result<std::shared_ptr<const Credentials>> make(std::int64_t begin_s, std::int64_t end_s);

@@ -53,6 +53,7 @@ Endpoint::Endpoint(const EndpointOptions& options, std::shared_ptr<const Credent
   gnutls_rnd(GNUTLS_RND_KEY, token_secret_.data(), token_secret_.size());
   gnutls_rnd(GNUTLS_RND_KEY, reset_secret_.data(), reset_secret_.size());
   if (options_.identity.empty()) return;
+  // The text makes the key one of resets only: another use of the same secret would have another text.
   constexpr std::string_view kUse = "hairnet stateless reset";
   // The key of resets must outlive the process, as only the next server sends resets for it. The hash keeps the
   // machine's name itself out of what is used on the wire.
@@ -65,7 +66,7 @@ Endpoint::~Endpoint() {
   for (auto& [key, entry] : connections_) entry.first->abandon();
 }
 
-// What comes in.
+// The functions from here to remember_used() handle what comes in.
 
 void Endpoint::receive(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet, std::int64_t now_ns) {
   counters_->packets_received.add();
@@ -88,7 +89,8 @@ void Endpoint::receive(const Path& path, std::uint8_t ecn, std::span<const std::
 
 void Endpoint::take_stranger(const Path& path, std::uint8_t ecn, std::span<const std::uint8_t> packet,
                              const ngtcp2_version_cid& header, std::int64_t now_ns) {
-  // A short header belongs to a finished handshake: this peer talks to a server that has died.
+  // The highest bit of the first byte is set in a long header (RFC 9000, section 17.2). A short header belongs to a
+  // finished handshake: this peer talks to a server that has died.
   const bool is_long = (packet[0] & 0x80) != 0;
   if (!is_long) return send_reset(path, packet, header, now_ns);
   ngtcp2_pkt_hd initial{};
@@ -158,7 +160,8 @@ void Endpoint::remember_used(const Id& retry, std::int64_t now_ns) {
   used_until_.emplace_back(now_ns + static_cast<std::int64_t>(kRetryTokenLife_ns), retry);
 }
 
-// What is answered without a connection. Each answer is shorter than what it answers.
+// The next four functions answer without a connection. Each answer is shorter than the packet that it answers, so that
+// a forged packet gains nothing.
 
 void Endpoint::send_retry(const Path& path, const ngtcp2_pkt_hd& header, std::int64_t now_ns) {
   ngtcp2_cid source{};
@@ -223,7 +226,7 @@ void Endpoint::send_reset(const Path& path, std::span<const std::uint8_t> packet
   out_.add(path, static_cast<std::size_t>(bytes), 0);
 }
 
-// What goes out.
+// The functions from here to due_ns() write what goes out, and keep the time-outs.
 
 void Endpoint::flush(std::int64_t now_ns) {
   // The loop ends, because each turn moves one entry to a later time.
@@ -274,7 +277,7 @@ std::int64_t Endpoint::due_ns() const {
   return timers_.empty() ? std::numeric_limits<std::int64_t>::max() : timers_.begin()->first;
 }
 
-// What connections ask for.
+// These functions implement ConnectionHost: connections call them.
 
 void Endpoint::add_id(const ngtcp2_cid& id, Connection& connection) {
   by_id_.emplace(Id::of(id.data, id.datalen), &connection);

@@ -63,7 +63,9 @@ class Endpoint final : private ConnectionHost {
   [[nodiscard]] std::int64_t due_ns() const;
   // Whether a connection has something for flush().
   [[nodiscard]] bool has_work() const { return !dirty_.empty(); }
+  // The server stops: packets of new clients are dropped from now on.
   void refuse_new() { is_closed_ = true; }
+  // All connections, and those whose peer has not answered at its address yet.
   [[nodiscard]] std::size_t connection_count() const { return connections_.size(); }
   [[nodiscard]] std::size_t unverified_count() const { return unverified_count_; }
 
@@ -76,6 +78,7 @@ class Endpoint final : private ConnectionHost {
     static Id of(const std::uint8_t* bytes, std::size_t count);
   };
 
+  // These functions implement ConnectionHost (server/quic/connection.hpp).
   void add_id(const ngtcp2_cid& id, Connection& connection) override;
   void remove_id(const ngtcp2_cid& id) override;
   void make_reset_token(const ngtcp2_cid& id, std::uint8_t* token) override;
@@ -91,11 +94,14 @@ class Endpoint final : private ConnectionHost {
   // none: there is no token, or one that proves nothing and harms nobody. wrong: the token is of a Retry, and forged,
   // too old or used before.
   enum class TokenCheck : std::uint8_t { none, verified, wrong };
+  // Checks the token of a first packet. For a Retry token, `opening` gets the destination ID before the Retry.
   TokenCheck check_token(const ngtcp2_pkt_hd& header, Path path, Connection::Opening& opening,
                          std::int64_t now_ns) const;
   // A Retry token lets a client take a place before its handshake, so each token is accepted once: otherwise anyone who
   // has read it in the network could use it for a flood.
   void remember_used(const Id& retry, std::int64_t now_ns);
+  // The next four answer a packet without a connection: a Retry, CONNECTION_CLOSE with this error, the versions that
+  // this server speaks, and a stateless reset.
   void send_retry(const Path& path, const ngtcp2_pkt_hd& header, std::int64_t now_ns);
   void send_refusal(const Path& path, const ngtcp2_pkt_hd& header, std::uint64_t error);
   void negotiate_version(const Path& path, std::span<const std::uint8_t> packet, const ngtcp2_version_cid& header,
@@ -111,6 +117,7 @@ class Endpoint final : private ConnectionHost {
   Gate* gate_;
   QuicCounters* counters_;
   Outgoing out_;
+  // The keys of tokens, random at each start, and of stateless resets, made of EndpointOptions::identity.
   std::array<std::uint8_t, 32> token_secret_{}, reset_secret_{};
   // Limits answers without a connection, since anyone can cause them in anyone's name.
   server::TokenBucket stateless_;
@@ -123,7 +130,7 @@ class Endpoint final : private ConnectionHost {
   std::set<Connection*> dirty_;
   // The connection IDs of Retry tokens that were used, until the tokens expire: each token is accepted once.
   std::set<Id> used_retries_;
-  // The same IDs in the order in which their tokens expire.
+  // The IDs of used_retries_ in the order in which their tokens expire.
   std::deque<std::pair<std::int64_t, Id>> used_until_;
   std::size_t unverified_count_ = 0;
   // refuse_new() was called.

@@ -24,6 +24,7 @@ struct Burst {
 // packets, so packets of all connections leave together. One thread.
 class Outgoing {
  public:
+  // No packet is longer: an Ethernet frame carries 1500 bytes.
   static constexpr std::size_t kPacketBytesMax = 1500;
   // UDP_SEGMENT takes no more.
   static constexpr std::size_t kBurstPacketsMax = 64;
@@ -41,10 +42,12 @@ class Outgoing {
   void flush();
 
  private:
+  // The memory holds the packets of one wake-up; a fuller one is handed over in several parts.
   static constexpr std::size_t kBytes = std::size_t{256} << 10;
 
   Writer writer_;
   std::unique_ptr<std::uint8_t[]> memory_;
+  // The bytes of memory_ that have packets, and the packets as bursts.
   std::size_t filled_ = 0;
   std::vector<Burst> bursts_;
 };

@@ -18,13 +18,13 @@ struct QuicCounters : server::CounterSet {
   Counter resets_sent{*this, "quic_resets_sent", "Resets sent for connections that are not known."};
 
   Counter dropped_malformed{*this, "quic_packets_dropped", "reason", "malformed", "UDP datagrams dropped, by reason."};
-  // They belong to no connection.
+  // The packets belong to no connection.
   Counter dropped_unknown{*this, "quic_packets_dropped", "reason", "unknown"};
-  // Too many begin at this moment.
+  // Too many connections begin at this moment.
   Counter dropped_rate{*this, "quic_packets_dropped", "reason", "rate"};
-  // The server takes no new ones.
+  // The server stops, and takes no new connections.
   Counter dropped_closed{*this, "quic_packets_dropped", "reason", "closed"};
-  // The system did not take them.
+  // The system did not take the packets that the server wanted to send.
   Counter dropped_unsent{*this, "quic_packets_dropped", "reason", "unsent"};
 
   // The token is another address's, expired or used.

@@ -21,8 +21,10 @@ namespace hairnet::server {
 // One coding of a character's frame of this tick. Observers that want the same error share it, so a frame is not coded
 // once for each observer.
 struct FrameVariant {
-  // A rung of the ladder of errors in publish.cpp.
+  // The step on the ladder of errors (publish.cpp): the RMS error over the hair is at most 0.25 mm times 2^(tolerance /
+  // 2). 24 (kPoseOnly) means a frame without hair.
   std::uint8_t tolerance = 0;
+  // How many coefficients the frame has, and the step to which they are rounded; then the bytes of the coded frame.
   codec::Detail detail;
   std::vector<std::uint8_t> content;
 };
@@ -38,7 +40,7 @@ struct Character {
   // The slot's generation, modulo 256. A frame in a datagram may overtake the MemberJoined of a new character in an old
   // slot; the generation says whose it is.
   std::uint8_t generation = 0;
-  // Its owner's subject, whose part of the budget pays for it.
+  // The number of its owner's subject (a user or an address), whose part of the budget pays for the character.
   std::uint32_t subject = 0;
   wire::GroomHash groom{};
   // The finest level that its owner asked for.
@@ -49,13 +51,13 @@ struct Character {
   std::optional<wire::Appearance> appearance;
   // The first tick at which others may be told of a change: an owner who changes it all the time would flood the room.
   std::uint64_t appearance_announced_next = 0;
-  // Who may touch its hair, as its owner last set it.
+  // The owner's rule, which says who may touch the hair.
   TouchRule touch_rule;
-  // The first tick at which others may be told of a change of the rule.
+  // The first tick at which others may be told of a change of the rule; 0 while none has been told.
   std::uint64_t touch_rule_announced_next = 0;
   // The hair's motion that its owner sent along, for example after a move to this server; reset once the World has it.
   std::optional<wire::HairState> state;
-  // Counts the ticks that the state has waited for the levels.
+  // The ticks that the state has waited for the levels, kStateWait_s (scheduler.cpp) at most.
   std::uint64_t state_ticks = 0;
   PoseInbox inbox;
   // The encoded MemberJoined that announces it to other sessions.
@@ -89,9 +91,9 @@ struct Character {
   float screen_height = 0;
   // At least one observer has it in view.
   bool seen = true;
-  // Counts the ticks since somebody has seen it.
+  // The ticks since an observer had it in view.
   std::uint64_t unseen_ticks = 0;
-  // Counts the observers that get its frames.
+  // The number of observers that want its frames and have it in view.
   std::uint32_t observer_count = 0;
 
   // All that follows is about this tick's frame. The lattice was stepped, or a mark must be sent, so there is a frame
@@ -105,7 +107,8 @@ struct Character {
   LevelIndex shown = LevelIndex::rigid;
   // Points into the World: valid until its next step.
   LatticeView lattice;
-  // Only the first variant_count belong to this tick; the others keep their memory for later ticks.
+  // The codings of this tick's frame. Only the first variant_count belong to this tick; the others keep their memory
+  // for later ticks.
   std::vector<FrameVariant> variants;
   std::size_t variant_count = 0;
   // The time to encode these variants: the mean over the batch that was encoded together (Publisher).

@@ -18,15 +18,17 @@ constexpr std::uint64_t kGapMax_ticks = 8;
 
 std::span<const float> CoefficientTrack::at(std::uint64_t tick, double tick_s, const HairMotion& motion,
                                             std::size_t mode_count, bool discontinuous) {
-  const bool is_first = std::exchange(mode_count_, mode_count) != mode_count;
-  HAIRNET_ASSERT(is_first || tick >= last_.tick);
+  const bool is_new_basis = std::exchange(mode_count_, mode_count) != mode_count;
+  HAIRNET_ASSERT(is_new_basis || tick >= last_.tick);
+  // The result is made in a buffer that is kept, so that most ticks allocate nothing.
   std::vector<float>& next = next_;
   const std::span<const float> own = motion.coefficients.first(std::min(motion.coefficients.size(), mode_count));
   next.assign(own.begin(), own.end());
-  // Without a map, coefficients come from a network; without both, the hair is at rest on the rigid level.
+  // Coefficients without a map are those of a network. With neither coefficients nor a map, the hair is at rest on the
+  // rigid level.
   const bool is_learnt = !motion.map && !own.empty();
   // After a gap or a teleport the former coefficients say nothing about the present ones.
-  const bool is_continued = !is_first && !discontinuous && tick - last_.tick <= kGapMax_ticks;
+  const bool is_continued = !is_new_basis && !discontinuous && tick - last_.tick <= kGapMax_ticks;
   if (!is_continued) {
     fading_.clear();
     has_before_ = false;

@@ -14,12 +14,14 @@ std::uint32_t bit_of(const Hand& hand) {
   return std::uint32_t{1} << hand.first_number;
 }
 
+// One bit for each hand that has jumped.
 std::uint32_t jumps_of(const std::vector<Hand>& hands) {
   std::uint32_t jumps = 0;
   for (const Hand& hand : hands) jumps |= hand.has_jumped ? bit_of(hand) : 0;
   return jumps;
 }
 
+// Marks the hands of these bits as having jumped.
 void add_jumps(std::uint32_t jumps, std::vector<Hand>& hands) {
   for (Hand& hand : hands) hand.has_jumped = hand.has_jumped || (jumps & bit_of(hand)) != 0;
 }

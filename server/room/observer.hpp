@@ -32,7 +32,7 @@ struct View {
 
   // The tick of the last frame that was sent.
   std::optional<std::uint64_t> sent;
-  // Its frames have been of the learnt level since this tick, with no gap that a network would notice.
+  // The frames of the member have been of the learnt level since this tick, with no gap that a network would notice.
   std::optional<std::uint64_t> learnt_since;
   // The last frame was marked asleep.
   bool sleep_sent = false;
@@ -60,10 +60,12 @@ struct LearntAnnounced {
 struct Observer {
   SessionId session = 0;
   std::uint32_t room = 0;
-  // Its session belongs to this subject.
+  // The number of the session's subject (a user or an address); all characters of a subject share one part of the
+  // budget.
   std::uint32_t subject = 0;
   // Null while the session's connection is lost.
   std::shared_ptr<ObserverSink> sink;
+  // The last message Observe of the session: which members it wants, at which error and stride.
   wire::Observe observe;
   // The wanted members must be chosen again. A choice by place happens at its own times instead (place_chosen_next).
   bool observe_changed = true;
@@ -76,8 +78,10 @@ struct Observer {
   std::vector<View> views;
   std::set<wire::GroomHash> bases_sent;
   std::map<wire::GroomHash, LearntAnnounced> learnt_announced;
+  // Makes frames coarser and rarer while the session's connection is slow.
   FrameThrottle throttle;
 
+  // The samples of the session's own hands that have arrived.
   HandsInbox inbox;
   // The hands of the last tick.
   std::vector<Hand> hands;
@@ -94,16 +98,20 @@ struct Observer {
     std::uint32_t variant = 0;
     bool discontinuous = false;
   };
+  // The frames of this tick, in the order of slots.
   std::vector<Request> requests;
-  // The packets of this tick's frames have this many bytes.
+  // The bytes of this tick's packets of frames and hands together.
   std::size_t sent_bytes = 0;
-  // To choose this tick's frames and to make their packets took this time, without encoding.
+  // The time that choosing this tick's frames and making their packets took, without encoding.
   std::int64_t send_ns = 0;
 
+  // True when the session has been told of the member in this slot.
   [[nodiscard]] bool knows(std::uint32_t slot) const { return !unannounced_from || slot < *unannounced_from; }
+  // True when the distance between heads decides which members the session gets.
   [[nodiscard]] bool chooses_by_place() const {
     return observe.mode == wire::ObserveMode::nearest || observe.mode == wire::ObserveMode::radius;
   }
+  // The groom's basis and learnt hair have changed or gone, so they must be announced again.
   void forget_files(const wire::GroomHash& groom) {
     bases_sent.erase(groom);
     learnt_announced.erase(groom);

@@ -14,6 +14,7 @@ constexpr std::int64_t kSlopeLeast_ns = 8'000'000;
 // Poses that are further apart than this tell nothing about the present speed.
 constexpr std::int64_t kSlopeMost_ns = 250'000'000;
 
+// How far `at_ns` lies from `from_ns` towards `to_ns`: 0 to 1 between the two, and more beyond.
 double fraction(std::int64_t from_ns, std::int64_t to_ns, std::int64_t at_ns) {
   HAIRNET_ASSERT(from_ns < to_ns);
   HAIRNET_ASSERT(at_ns >= from_ns);
@@ -45,7 +46,7 @@ PoseInbox::Put PoseInbox::put(const wire::PoseSample& sample, std::int64_t now_n
     const wire::PoseSample& newest = poses_.back().sample;
     if (!wire::is_newer_sequence(sample.sequence, newest.sequence) ||
         sample.capture_time_ns <= newest.capture_time_ns) {
-      // A newer pose has overtaken this one in the network. Its place is of no more use, but its teleport is: without
+      // A newer pose has overtaken this one in the network. The pose is of no more use, but its teleport is: without
       // the teleport, the head would move fast between the two poses around it.
       if (sample.teleport && wire::is_newer_sequence(newest.sequence, sample.sequence)) has_late_teleport_ = true;
       return Put::out_of_order;

@@ -29,6 +29,8 @@ class PoseInbox {
   // Poses up to this much older than the last sampled time stay in the inbox: extrapolation needs two poses.
   static constexpr std::int64_t kHistory_ns = 100'000'000;
 
+  // Whether put() has taken a pose, or why it was refused: older than kAgeMax_ns, older than the newest pose, or
+  // further in the future than kLeadMax_ns.
   enum class Put : std::uint8_t { accepted, stale, out_of_order, future };
   // The capture time is on the server's clock, as `now_ns` is. The teleport of a pose that comes after a newer one
   // passes to the next pose.
@@ -61,7 +63,9 @@ class PoseInbox {
     // A Sample has reported that the head stopped after kRideMax_ns without a newer pose.
     bool ride_ended = false;
   };
+  // The sample at a time after the newest pose: extrapolates, stops, or goes straight on in a vehicle.
   Sample beyond_newest(std::int64_t time_ns);
+  // Removes poses that later samples cannot need.
   void forget_before(std::int64_t time_ns);
   void check_invariants() const;
 

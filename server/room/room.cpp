@@ -5,6 +5,7 @@
 
 namespace hairnet::server {
 
+// Each character has a fast entry, and each room is either in use with a name or free.
 void Rooms::check_invariants() const {
   HAIRNET_ASSERT(by_key_.size() == characters_.size());
   HAIRNET_ASSERT(by_name_.size() + free_rooms_.size() == rooms_.size());
@@ -38,6 +39,7 @@ Room& Rooms::room_named(const std::string& name) {
   // The World may still have bodies of the earlier room with this index: they must be replaced, although the new room
   // has none.
   const bool is_touch_in_world = room.touch.is_in_world;
+  // Nothing of the earlier room stays but its index and the mark of its bodies.
   room = {};
   room.touch.is_in_world = room.touch.is_changed = is_touch_in_world;
   room.index = index;
@@ -102,7 +104,10 @@ Character* Rooms::add(CharacterKey key, const wire::GroomHash& groom, LevelIndex
   character.room = room.index;
   character.subject = owner->subject;
   character.groom = groom;
+  // The character is not in the World yet: Scheduler::place puts it there with its first pose.
   character.requested_level = finest;
+  // The slot that became free last is used first. A frame that is still on its way names the old character by its
+  // generation.
   if (room.free_slots.empty()) {
     character.slot = static_cast<std::uint32_t>(room.slots.size());
     room.slots.emplace_back();
@@ -162,6 +167,7 @@ void Rooms::forget_longest_empty() {
 void Rooms::forget(Room& room) {
   HAIRNET_ASSERT(room.in_use);
   HAIRNET_ASSERT(room.is_empty());
+  // The Room object stays in rooms_, with in_use false, until room_named() uses its index again.
   by_name_.erase(room.name);
   room.in_use = false;
   HAIRNET_ASSERT(room.touch.touchers.empty());
@@ -240,6 +246,7 @@ void Rooms::end_hands(Observer& observer) {
   observer.inbox.end();
   RoomTouch& touch = rooms_[observer.room].touch;
   std::erase(touch.touchers, &observer);
+  // Hands that the last tick had are bodies in the World, which the next tick must remove.
   touch.is_changed = touch.is_changed || !observer.hands.empty();
   observer.hands.clear();
 }

@@ -20,34 +20,43 @@
 
 namespace hairnet::server {
 
-// Characters that can see each other. Its index identifies the room in the World, which has one environment for each
-// room, and in recordings. Indices are used again, so a new room may find what the World has of an earlier one.
+// Characters that can see each other, and the sessions that observe them. The index identifies the room in the World,
+// which has one environment for each room, and in recordings. Indices are used again, so the World may still have the
+// wind and the bodies of an earlier room when a new one begins.
 struct Room {
   struct Slot {
     Character* character = nullptr;
-    // Counts the characters that have had this slot: a member number alone does not tell an old character from its
+    // The number of characters that have had this slot. A member number alone does not tell an old character from its
     // successor.
     std::uint32_t generation = 0;
   };
+  // The index of this room in Rooms::rooms(). A room that is not in use waits for its next name.
   std::uint32_t index = 0;
   bool in_use = false;
   std::string name;
+  // The characters by slot, the free slots, and the number of slots that have a character. A member number is a slot
+  // plus one.
   std::vector<Slot> slots;
   std::vector<std::uint32_t> free_slots;
   std::size_t member_count = 0;
+  // The sessions in the room, in the order in which they came. Rooms owns the observers.
   std::vector<Observer*> observers;
-  // The wind that was set last, while the session that has set it is in the room.
+  // The wind as a client set it last. When the session that has set it leaves, it is the wind of the server's settings
+  // again.
   Wind wind;
-  // The session that has set the wind; zero: the server's setting has, or an earlier server's client.
+  // The session that has set the wind. Zero: the wind is that of the server's settings, or a client of the room's
+  // former server has set it.
   SessionId wind_session = 0;
-  // The wind that its observers know.
+  // The wind that the sessions in the room were told last.
   wire::RoomWind wind_announced;
   // The wind that the World has for this room; none: it still has that of an earlier room with this index.
   std::optional<Wind> wind_in_world;
   // The World may get another wind from this tick on: each change wakes the hair of the whole room.
   std::uint64_t wind_changes_next = 0;
+  // The props and hands in the room, which touch hair.
   RoomTouch touch;
-  // The largest stride of the frames for its observers.
+  // The largest stride of the frames for the observers of the room: the most ticks from one frame of a character to its
+  // next.
   int stride_max = 1;
   // The room is empty since this time; zero: it is not.
   std::int64_t empty_since_ns = 0;
@@ -60,7 +69,8 @@ struct Room {
 // thread alone changes it, and workers only sample the poses of their own share of characters.
 class Rooms {
  public:
-  // With more than `room_count_max` rooms, the room that has been empty longest is closed before its grace ends.
+  // A new room begins with `wind`, and an empty room is removed after `grace_ns`. With `room_count_max` rooms, the room
+  // that has been empty longest is closed before its grace time ends. `counters` must outlive this object.
   Rooms(RoomCounters& counters, const Wind& wind, std::int64_t grace_ns, std::size_t room_count_max)
       : counters_(&counters), wind_(wind), grace_ns_(grace_ns), room_count_max_(room_count_max) {}
 
@@ -73,6 +83,7 @@ class Rooms {
   // Adds a character of the key's session to the session's room; `finest` is its requested level. Null when the session
   // is not known. Asserts that the character does not exist.
   Character* add(CharacterKey key, const wire::GroomHash& groom, LevelIndex finest);
+  // Removes the character and frees its slot. An unknown key is no error.
   void remove(CharacterKey key, std::int64_t now_ns);
   // Put poses, or hands, into the inboxes, and count what the inboxes refuse. A character or session that is gone
   // meanwhile is no error.
@@ -102,13 +113,18 @@ class Rooms {
   [[nodiscard]] const std::deque<Room>& rooms() const { return rooms_; }
   [[nodiscard]] std::size_t room_count() const { return by_name_.size(); }
 
-  // The character's pose at a time of the server clock.
+  // Returns the character's pose at a time of the server clock, and counts extrapolated and stale poses. Workers call
+  // it for different characters at once.
   PoseInbox::Sample sample(Character& character, std::int64_t time_ns);
 
  private:
+  // Finds the room of that name, or creates it.
   Room& room_named(const std::string& name);
+  // Begins the grace time of a room that has just become empty.
   void note_empty(Room& room, std::int64_t now_ns);
+  // Removes the room that has been empty longest, if any room is empty.
   void forget_longest_empty();
+  // Removes an empty room. Its index becomes free for another room.
   void forget(Room& room);
   void check_invariants() const;
   static void check_invariants(const Room& room);
@@ -128,6 +144,7 @@ class Rooms {
   // A deque, so that references to rooms stay when rooms are added. Rooms are never erased from it, only reused.
   std::deque<Room> rooms_;
   std::vector<std::uint32_t> free_rooms_;
+  // The index of each room in use, by its name.
   std::map<std::string, std::uint32_t> by_name_;
 };
 

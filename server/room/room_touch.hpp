@@ -10,20 +10,27 @@ namespace hairnet::server {
 
 struct Observer;
 
-// The props and hands of a room, which touch hair. Without any of them a tick does no work for the room.
+// The props and hands of a room, which touch hair. Touch (server/tick/touch.hpp) changes them; Rooms only adds and
+// removes the observers with hands. A room without any costs a tick one comparison. Tick thread.
 struct RoomTouch {
+  // The props in the room, by their numbers.
   Props props;
-  // The numbers of the props that have changed or gone, which the observers and the World do not know yet.
+  // The numbers of the props that have changed or gone since the last tick. Neither the observers nor the World know of
+  // these changes yet; the next tick passes them on.
   std::set<std::uint8_t> props_changed;
-  // The room has had props, so a client that resumes may know props that are gone, and is told all.
+  // True once the room has had a prop. A client that resumes may then know props that are gone, so it is told the whole
+  // list.
   bool had_props = false;
-  // Observers that have hands, or will have some; ascending by session.
+  // The observers whose hands the tick samples: their inboxes have a sample at the present time or a later one. Sorted
+  // by session, so that every run gives the World the same order. Rooms owns the observers.
   std::vector<Observer*> touchers;
-  // The bodies differ from those in the World, even if no hand moves.
+  // True when the bodies of this room differ from those in the World although no hand moves: a prop, a right or an
+  // inbox has changed.
   bool is_changed = false;
-  // The World has bodies of this room, or of an earlier one with its index.
+  // True while the World has bodies under this room's index. After a room was closed they are those of the earlier
+  // room, and must be replaced.
   bool is_in_world = false;
-  // Some observer knows hands of others.
+  // True while at least one observer was sent hands of other people, which it must be told to remove when they leave.
   bool are_hands_shown = false;
 };
 

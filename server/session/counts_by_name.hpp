@@ -17,7 +17,7 @@ class CountsByName {
  public:
   struct Count {
     std::size_t sessions = 0, characters = 0;
-    // Numbers the name while it exists, from 1; small, since numbers are used again.
+    // The number of the name while it exists, from 1. Numbers are used again, so they stay small.
     std::uint32_t number = 0;
   };
   [[nodiscard]] std::size_t size() const { return counts_.size(); }
@@ -53,6 +53,7 @@ class CountsByName {
   }
 
  private:
+  // Asserts that the name exists.
   Count& existing(const std::string& name) {
     const auto found = counts_.find(name);
     HAIRNET_ASSERT(found != counts_.end());

@@ -25,7 +25,8 @@ class Downloads {
   // Without streams, frames wait for at most one piece, so a larger piece would delay them on a slow line. A smaller
   // one has more envelopes.
   static constexpr std::size_t kPiece_bytes = 16 << 10;
-  // This many streams are open at a time. The same number bounds the files that are read from disk for one session.
+  // The number of streams that are open at a time. The same number bounds the files that are read from disk for one
+  // session.
   static constexpr std::size_t kStreamsMax = 4;
 
   // One packet of a download that has a stream; `is_last` ends the stream.
@@ -41,18 +42,19 @@ class Downloads {
         counters_(&counters),
         bytes_(limits.download_bytes_per_s, limits.download_bytes_per_s, now_ns) {}
 
-  // A groom that is requested again while it waits is sent once. Refuses a groom that is neither in memory nor in the
-  // cache, an offset beyond its end, and more than downloads_per_session_max requests. The file may still vanish later:
-  // an Error then comes instead of it.
+  // Puts a groom in line. One that waits already is not put in line again. Refuses a groom that is neither in memory
+  // nor in the cache, an offset beyond its end, and more than downloads_per_session_max requests. If the file vanishes
+  // from the cache before its turn, the client gets an Error instead of it.
   Refused add(const wire::GroomRequest& request);
   // The next piece, or an error instead of a groom; none while nothing waits, while the first groom is read from disk,
   // or while the session has had its share of bytes.
   std::optional<wire::Message> next(SessionId session, std::int64_t now_ns);
-  // The same for a stream that has room, of one download after the other; opens streams. Errors belong to no stream.
+  // Returns the next piece for a stream that has room, of one download after the other; opens streams. Errors belong to
+  // no stream.
   std::optional<std::variant<Piece, wire::Error>> next_on_stream(Connection& connection, SessionId session,
                                                                  std::int64_t now_ns);
-  // Takes the result of GroomService::fetch; null when the file is gone or damaged. True when this session waited for
-  // it.
+  // Takes the file that GroomService::fetch has read from disk; null: it is gone or damaged. Returns whether this
+  // session waited for it.
   bool on_read(const wire::GroomHash& groom, std::shared_ptr<const std::vector<std::uint8_t>> bytes);
   // The peer does not want the rest. A stopped download does not begin again unless the peer requests it.
   void on_stopped(DownloadStream stream);
@@ -78,9 +80,11 @@ class Downloads {
   void check_invariants() const;
   // Reads the file from disk if it is not in memory. False: it is being read.
   bool has_answer(Download& download, SessionId session);
-  // Instead of a download that cannot be sent. Asserts has_answer().
+  // Returns the error that the client gets instead of a download that cannot be sent; none: it can. Asserts
+  // has_answer().
   std::optional<wire::Error> refusal_of(const Download& download);
-  // None: the session has had its share of bytes. Asserts that nothing refuses it.
+  // Returns the next piece of the download; none while the session has had its share of bytes. Asserts that
+  // refusal_of() is none.
   std::optional<wire::GroomData> take_piece(Download& download, std::int64_t now_ns);
   [[nodiscard]] static bool is_done(const Download& download) { return download.offset == download.bytes->size(); }
 

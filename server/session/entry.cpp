@@ -22,13 +22,15 @@ using wire::GoodbyeReason;
 // A client follows at most this many redirects in a row; then it waits and begins again (PROTOCOL.md, fleets).
 constexpr unsigned kRedirectsMax = 4;
 
+// The outcome that refuses a client with an Error before the goodbye.
 KeptOut refused(GoodbyeReason reason, Refused error) {
   HAIRNET_ASSERT(error);
   std::string detail = error.detail;
   return {reason, std::move(detail), std::move(error)};
 }
 
-// Decides about one hello. Each check_...() returns the refusal, or none where the client may pass.
+// Decides about one hello. Each check_...() returns the refusal, or none where the client may pass. check_subject() and
+// check_server() may end a detached session in favour of this client.
 class Entry {
  public:
   using Claims = std::optional<channel::TokenClaims>;
@@ -63,6 +65,7 @@ class Entry {
     return former;
   }
 
+  // The client has the number and the secret of a session. Its token, bans and the command queue still decide.
   EntryOutcome resume(Session& former) {
     const SessionIdentity& found = former.identity();
     // A resume announces the whole room to the client again. Without this interval a client could cause that at each
@@ -114,6 +117,7 @@ class Entry {
     spdlog::info("event=redirect_loop session={} room={} to={}:{}", identity_.id, log_text(room), to.host, to.port);
   }
 
+  // The client asks for a new session in a room of this server.
   EntryOutcome join() {
     identity_.name = hello_.client_name;
     identity_.room = wire::room_of(hello_.room);
@@ -149,6 +153,7 @@ class Entry {
     return KeptOut{GoodbyeReason::server_full, kMemoryFull};
   }
 
+  // Checks the name of the room, the number of rooms and the number of sessions in this room.
   Obstacle check_room() {
     const SessionLimits& limits = context_.limits;
     Refused error;
@@ -205,6 +210,7 @@ class Entry {
     return std::nullopt;
   }
 
+  // Checks whether the command that opens the session fits the queue to the tick.
   Obstacle check_queue(const std::string& room) {
     if (context_.commands.fits(entry_weight(context_, room))) return std::nullopt;
     counters_.sessions_refused_busy.add();

@@ -41,6 +41,7 @@ std::optional<Target> find_target(const wire::Moderate& request, const std::stri
   return Target{subject.name, std::move(in_room)};
 }
 
+// Removes the target from the room and bans it for request.seconds.
 Refused remove(const wire::Moderate& request, const Target& target, const std::string& room, SessionContext& context,
                std::int64_t now_ns) {
   const std::int64_t until_ns = now_ns + std::int64_t{request.seconds} * 1'000'000'000;
@@ -60,6 +61,7 @@ Refused remove(const wire::Moderate& request, const Target& target, const std::s
   return {};
 }
 
+// Removes, mutes or unmutes a person, unless the person is a moderator.
 Refused act_on_person(const wire::Moderate& request, const Target& target, const SessionIdentity& by,
                       SessionContext& context, std::int64_t now_ns) {
   // Everyone at an exempt address, such as the loopback, has one name: a ban or mute of it would hit all of them.

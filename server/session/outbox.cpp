@@ -15,6 +15,7 @@ Outbox::Outbox(std::size_t control_bytes_max, SessionCounters& counters, std::si
 
 void Outbox::check_invariants() const {
   HAIRNET_ASSERT(control_bytes_ <= control_bytes_max_);
+  // Every waiting tick has at least one packet, and every map entry names one packet of its own.
   HAIRNET_ASSERT(ticks_waiting_ <= waiting_.size());
   HAIRNET_ASSERT(joined_.size() + replaceable_.size() <= waiting_.size());
 #ifdef HAIRNET_VALIDATE_ON
@@ -49,7 +50,8 @@ void Outbox::push_encoded(const wire::Message& message, std::vector<std::uint8_t
   if (std::holds_alternative<wire::Error>(message)) counters_->errors_sent.add();
   const std::lock_guard lock(mutex_);
   const auto* left = std::get_if<wire::MemberLeft>(&message);
-  // This comes before closed_ and overflowed_ are asked: cancel_joined() forgets the announcement in any case.
+  // The member's announcement is cancelled before closed_ and overflowed_ are asked: joined_ must forget it in any
+  // case.
   if (left && cancel_joined(left->member)) return;
   if (closed_ || overflowed_) return;
   const Replaceable replaceable = replaceable_of(message);
@@ -155,6 +157,7 @@ void Outbox::withdraw_frames() {
   drop_frames();
 }
 
+// The predicate also counts, so it visits every packet; messages have a frame count of 0.
 void Outbox::drop_frames() {
   std::erase_if(waiting_, [this](const Waiting& waiting) {
     counters_->frames_superseded.add(waiting.frame_count);
@@ -168,6 +171,8 @@ void Outbox::push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns) {
   std::vector<std::uint8_t> packet = wire::encode_packet({now_ns, goodbye});
   const std::lock_guard lock(mutex_);
   drop_frames();
+  // After an overflow the whole queue is dropped: the client has lost a message, and its session ends with the goodbye
+  // alone.
   if (overflowed_) {
     waiting_.clear();
     joined_.clear();

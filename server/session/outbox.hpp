@@ -24,26 +24,29 @@ namespace hairnet::server {
 // I/O thread takes.
 class Outbox final : public ObserverSink {
  public:
-  // The bound on waiting ticks while the connection is blocked.
+  // While the connection is blocked, frames of at most this many ticks wait (0.1 s at 30 Hz). More would only be old
+  // when they are sent.
   static constexpr std::size_t kTicksWaitingMax = 3;
-  // The bound while the I/O thread has not tried to send. A late server runs several ticks without a pause, which does
-  // not mean that the client is slow.
+  // While the I/O thread has not found the connection blocked, frames of this many ticks may wait. A late server runs
+  // several ticks without a pause, which does not mean that the client is slow.
   static constexpr std::size_t kTicksUnseenMax = 8;
-  // A client that reads fewer bytes in a second counts as slow. A message is overdue only when the bytes before it
-  // could have been read at this rate (see is_overdue).
+  // A client that reads fewer bytes than this in a second counts as slow. A message is overdue only when the client
+  // could have read the bytes before it at this rate (see is_overdue).
   static constexpr double kReadLeast_bytes_per_s = 16'384;
 
-  // `control_bytes_max` bounds the messages that wait; `counters` must outlive it; `datagram_bytes_max` is that of the
-  // connection.
+  // `control_bytes_max` bounds the bytes of the messages that wait; `counters` must outlive the outbox;
+  // `datagram_bytes_max` is the largest datagram of the connection, 0 without datagrams.
   Outbox(std::size_t control_bytes_max, SessionCounters& counters, std::size_t datagram_bytes_max = 0);
 
-  // Messages with a higher number in union Body are not sent: the client does not know them. Call it before the tick
-  // has the sink.
+  // `number` is Hello.message_max: the highest number in union Body that the client knows. Messages with a higher
+  // number are not sent. Call it before the tick has the sink.
   void set_message_max(std::uint8_t number) { message_max_ = number; }
-  // The last layout of datagrams that the client knows. Call it before the tick has the sink.
+  // `layout` is Hello.datagram_layout: the newest layout of frame datagrams that the client knows. Call it before the
+  // tick has the sink.
   void set_datagram_layout(std::uint8_t layout) { datagram_layout_ = layout; }
 
-  // Asserts that the message fits a packet: the server sends none that does not.
+  // These functions implement ObserverSink; its header has what each promises. push() asserts that the message fits a
+  // packet.
   void push(const wire::Message& message, std::int64_t now_ns) override;
   void push_encoded(const wire::Message& message, std::vector<std::uint8_t> packet, std::int64_t now_ns) override;
   [[nodiscard]] std::size_t datagram_bytes_max() const override { return datagram_bytes_max_; }
@@ -53,32 +56,39 @@ class Outbox final : public ObserverSink {
   }
   [[nodiscard]] double bytes_per_s() const override { return bytes_per_s_.load(std::memory_order_relaxed); }
   void push_frames(std::vector<FramePacket> packets) override;
-  // Drops the frames that wait, and lets the next drop_if_congested() return true, so that the tick knows of the loss.
-  // A server that may not own the room any more must not send its frames.
+  // Drops the frames that wait. The next drop_if_congested() then returns true, so that the tick knows of the loss. A
+  // server that may not own the room any more calls this, since it must not send its frames.
   void withdraw_frames();
   bool drop_if_congested() override;
   // Queues the goodbye as the last packet: drops the frames that wait, and everything pushed later.
   void push_goodbye(const wire::Goodbye& goodbye, std::int64_t now_ns);
 
-  // The next packet, its clock set to `now_ns`. False when nothing waits. `may_be_lost`: see FramePacket.
+  // Moves the next packet into `packet`, and sets the clock of its envelope to `now_ns`. Returns false when nothing
+  // waits. `may_be_lost` is that of FramePacket.
   bool take(std::vector<std::uint8_t>& packet, bool& may_be_lost, std::int64_t now_ns);
   // Takes the next packet that may be lost, if one waits. It may overtake the packets before it, so it also leaves
   // while the ordered stream is blocked.
   bool take_unreliable(std::vector<std::uint8_t>& packet, std::int64_t now_ns);
+  // The I/O thread stores the latest estimate of the connection's rate here, for bytes_per_s().
   void set_bytes_per_s(double bytes_per_s) { bytes_per_s_.store(bytes_per_s, std::memory_order_relaxed); }
-  // Call it when the connection is not writable. The next take() resets it.
+  // Call it when the connection is not writable. take() ends this state, because it is called only for a writable
+  // connection.
   void mark_blocked();
 
-  // A message did not fit: the client misses it, so the session must end. The tick only sets this flag, because
-  // sessions belong to the I/O thread, which looks at it in Session::poll.
+  // True after a message did not fit into control_bytes_max. The client misses this message, so the session must end.
+  // The tick only sets the flag, because sessions belong to the I/O thread: Session::poll reads it.
   [[nodiscard]] bool overflowed() const;
   // The first message has waited longer than `wait_ns`, plus the time that the messages before it took at
   // kReadLeast_bytes_per_s. Such a client is slow, even if it reads a little now and then.
   [[nodiscard]] bool is_overdue(std::int64_t now_ns, std::int64_t wait_ns) const;
+  // The packets that wait: messages and packets of frames.
   [[nodiscard]] std::size_t packet_count() const;
+  // The bytes of the messages that wait, without frames and without the goodbye.
   [[nodiscard]] std::size_t control_bytes_waiting() const;
-  // Counts messages and frames. It walks the whole queue, so it is for rare use (free_memory).
+  // The bytes of all that waits, frames included. The function walks the whole queue, so it is for rare use
+  // (SessionRegistry::free_memory).
   [[nodiscard]] std::size_t bytes_waiting() const;
+  // The ticks of which at least one packet waits.
   [[nodiscard]] std::size_t ticks_waiting() const;
 
  private:
@@ -91,13 +101,14 @@ class Outbox final : public ObserverSink {
     friend auto operator<=>(const Replaceable&, const Replaceable&) = default;
   };
   static Replaceable replaceable_of(const wire::Message& message);
+  // A packet in the queue.
   struct Waiting {
     std::vector<std::uint8_t> packet;
-    // The number of the push of frames that the packet belongs to, counted from 1; zero: the packet is a message.
+    // The number of the push_frames() call that the packet belongs to, counted from 1. Zero: the packet is a message.
     std::uint64_t tick = 0;
     std::size_t frame_count = 0;
     bool may_be_lost = false;
-    // At kReadLeast_bytes_per_s, the messages before this one have been read by this time.
+    // The time by which a client that reads kReadLeast_bytes_per_s has read the messages before this one.
     std::int64_t expected_ns = 0;
     // The member of a MemberJoined; zero: the packet is none.
     std::uint32_t joined_member = 0;
@@ -107,21 +118,26 @@ class Outbox final : public ObserverSink {
   };
   // A list, because messages leave from its middle and the maps below keep iterators into it.
   using Queue = std::list<Waiting>;
-  // Removes the MemberJoined of that member if it waits and the connection is blocked. The caller of this function and
-  // of those below holds the mutex.
+  // Removes the MemberJoined of the member if it waits and the connection is blocked, and returns whether it did. The
+  // caller of this function and of those below holds the mutex.
   bool cancel_joined(std::uint32_t member);
   // Removes the waiting message that `newer` replaces, if there is one.
   void cancel_replaced(const Replaceable& newer);
+  // Removes a message that will never be sent, and counts it as cancelled.
   void erase_message(Queue::iterator message);
-  // Takes the packet out of the queue, to be sent.
+  // Removes the packet from the queue, counts it as sent, and returns its bytes.
   std::vector<std::uint8_t> take_out(Queue::iterator taken);
+  // Removes all packets of frames, and counts their frames as superseded.
   void drop_frames();
   void check_invariants() const;
 
   const std::size_t control_bytes_max_, datagram_bytes_max_;
+  // What the client can read, from its Hello. The default lets every message pass.
   std::uint8_t datagram_layout_ = 0;
   std::size_t message_max_ = std::variant_size_v<wire::Message>;
   SessionCounters* counters_;
+  // The connection's rate as its congestion control estimates it; 0: unknown. The I/O thread writes it, the tick reads
+  // it.
   std::atomic<double> bytes_per_s_{0};
   // Guards all members below.
   mutable std::mutex mutex_;
@@ -130,9 +146,9 @@ class Outbox final : public ObserverSink {
   std::unordered_map<std::uint32_t, Queue::iterator> joined_;
   // By kind and member: the message that waits and may be replaced.
   std::map<Replaceable, Queue::iterator> replaceable_;
-  // Counts the bytes of messages that wait, without frames: frames are bounded in ticks.
+  // The bytes of messages that wait, without frames: a bound in ticks limits those.
   std::size_t control_bytes_ = 0;
-  // Counts the pushes of frames, and those of which a packet waits.
+  // The number of calls of push_frames() so far, and the number of those of which a packet still waits.
   std::uint64_t last_tick_ = 0;
   std::size_t ticks_waiting_ = 0;
   // overflowed_: see overflowed(). closed_: the goodbye is queued, and nothing may follow it. is_blocked_:

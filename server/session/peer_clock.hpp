@@ -24,7 +24,8 @@ class PeerClock {
 
   // False when the clock exceeds kClockMax_ns; the sample is then not used.
   bool observe(std::int64_t peer_clock_ns, std::int64_t now_ns);
-  // A capture time on the server's clock; none when it is implausibly far from the time of its envelope.
+  // Converts a capture time to the server's clock. None before the first sample, and for a time that differs by more
+  // than kCaptureSpan_ns from the clock of the newest envelope.
   [[nodiscard]] std::optional<std::int64_t> to_server(std::int64_t peer_time_ns) const;
 
  private:

@@ -16,6 +16,7 @@ constexpr std::int64_t kSecond_ns = 1'000'000'000;
 // A ban in etcd may end in the year 9999, which overflows in nanoseconds. Ten years are enough.
 constexpr std::int64_t kBan_s_max = 10LL * 365 * 24 * 3600;
 
+// Whether the content of a decoded message is within its limits, as session_messages.cpp checks it for clients.
 bool is_valid(const wire::SetWind& set) {
   return validate(set.wind).empty();
 }
@@ -69,7 +70,7 @@ void RoomKeeper::take(const std::string& room, const std::string& text, std::int
       spdlog::warn("event=room_kept_refused room={} detail={}", log_text(room), log_text(wrong));
     }
   }
-  // Those who were in a locked room must get back in, though the lock keeps everyone else out.
+  // The members of a locked room must get back in, though the lock keeps everyone else out.
   rules.return_until_ns = now_ns + kReturn_ns;
   const std::size_t left_out = context_->rules.replace(room, rules, now_ns, context_->limits.bans_max);
   context_->counters.kept_left_out.add(left_out);
@@ -95,7 +96,7 @@ void RoomKeeper::keep(const std::string& room, bool has_ended, std::int64_t now_
   std::ranges::sort(rules.bans, std::ranges::greater(),
                     [](const auto& ban) { return std::pair(ban.second, ban.first); });
   const std::int64_t unix_s = context_->unix_time_s();
-  // Rounded up, so that a ban that moves does not end early.
+  // The seconds are rounded up, so that a ban that moves does not end early.
   for (const auto& [subject, until_ns] : rules.bans)
     kept.bans.push_back({subject, unix_s + (until_ns - now_ns + kSecond_ns - 1) / kSecond_ns});
   // A room that has ended keeps its bans only. Its mutes, lock, wind and props would meet people who have nothing to do

@@ -10,13 +10,13 @@ namespace hairnet::server {
 // Where a client belongs that asks this server for a room.
 struct RoomRoute {
   enum class Kind : std::uint8_t {
-    // This server holds the room.
+    // This server owns the room.
     here,
-    // The server at `address` holds it, or should take it.
+    // The server at `address` owns the room, or should claim it.
     elsewhere,
     // The directory has not decided yet: ask again at the next poll.
     wait,
-    // Nobody can take it for the moment; `reason` is one line.
+    // No server can take the room now; `reason` is one line.
     unavailable,
   };
   Kind kind = Kind::unavailable;
@@ -24,10 +24,10 @@ struct RoomRoute {
   std::string reason = {};
 };
 
-// Says where the room is, and begins to claim a room that nobody holds and placement gives to this server. With
-// `redirects`, another server has sent the client here: this server then takes the room although its own view of the
-// fleet may differ. If each server trusted only its own view, two servers with different views would send the client
-// back and forth.
+// Returns where the room is. If nobody owns the room and it belongs on this server, the call begins to claim it.
+// `redirects` is how often other servers have sent the client on (Hello.redirects). Above 0, a room that nobody owns
+// belongs on this server, whatever its own view of the fleet says: otherwise two servers with different views would
+// send the client back and forth.
 RoomRoute route_to_room(Directory& fleet, const std::string& room, unsigned redirects, std::int64_t now_ns);
 
 }  // namespace hairnet::server

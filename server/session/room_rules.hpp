@@ -15,8 +15,8 @@ namespace hairnet::server {
 // thread.
 class RoomRules {
  public:
-  // `entries_max`: of bans, mutes and locks of all rooms together. ban(), mute() and lock() return false, and change
-  // nothing, when they need one more.
+  // The `entries_max` of the calls below bounds the bans, mutes and locks of all rooms together. ban(), mute() and
+  // lock() return false, and change nothing, when they would need one more.
 
   // Bans the subject until `until_ns`, in place of an earlier ban. If `until_ns` is not after `now_ns`, only ends an
   // earlier ban.
@@ -45,11 +45,12 @@ class RoomRules {
     std::int64_t return_until_ns = 0;
   };
   [[nodiscard]] OfRoom of_room(const std::string& room, std::int64_t now_ns) const;
-  // Takes the place of all that was decided about the room. Returns how many bans, mutes and locks are left out beyond
-  // `entries_max`. The lock and the mutes come before the bans, so that bans are left out first.
+  // Replaces all rules of the room. Returns how many bans, mutes and locks were left out beyond `entries_max`. The lock
+  // and the mutes are taken before the bans, so bans are left out first.
   std::size_t replace(const std::string& room, const OfRoom& rules, std::int64_t now_ns, std::size_t entries_max);
   // Forgets all that was decided about the room, bans included.
   void forget(const std::string& room);
+  // Whether the subject was a member of the locked room at its earlier server, and may still come back.
   [[nodiscard]] bool may_return(const std::string& room, const std::string& subject, std::int64_t now_ns) const;
 
   // A session has entered the room, so its mutes and lock do not end.

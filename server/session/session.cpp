@@ -45,7 +45,7 @@ void Session::set_state(State state) {
   state_ = state;
 }
 
-// Holds between two calls from outside.
+// Asserts what is true between two calls from outside.
 void Session::check_invariants() const {
   HAIRNET_ASSERT(joined_ == (state_ == State::active || state_ == State::detached));
   HAIRNET_ASSERT(joined_ || identity_.characters.empty());

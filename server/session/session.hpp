@@ -60,25 +60,27 @@ struct SessionContext {
   std::function<std::int64_t()> unix_time_s = [] { return std::int64_t{0}; };
   // The registry sets this to itself; null only in tests of a single session.
   SessionDirectory* directory = nullptr;
-  // Says which server holds which room; null: this one holds all.
+  // The directory of the fleet, which says which server owns which room. Null: this server has all rooms.
   Directory* fleet = nullptr;
-  // Counts sessions that have joined a room and not left it.
+  // The number of sessions that have joined a room and not left it, detached ones included.
   std::size_t session_count = 0;
-  // Counts the characters of all sessions.
+  // The number of characters of all sessions.
   std::size_t character_count = 0;
-  // They count sessions and characters by SessionIdentity's room, subject.name and subject.token_holder. Detached
+  // Numbers of sessions and characters, by SessionIdentity's room, subject.name and subject.token_holder. Detached
   // sessions count, so that a client cannot evade a limit by losing its connection.
   CountsByName rooms = {}, subjects = {}, token_holders = {};
   RevokedTokens revoked_tokens = {};
   // True when the server has no memory for what needs more; such messages are then refused.
   std::function<bool()> is_memory_full = [] { return false; };
+  // The bans, mutes and locks of rooms, which moderators set.
   RoomRules rules = {};
-  // Counts sessions in the state awaiting_hello.
+  // The number of sessions in the state awaiting_hello.
   std::size_t awaiting_hello_count = 0;
   // The rooms of a fleet that their last session has left since the last SessionRegistry::release_empty_rooms().
   std::set<std::string> rooms_left = {};
   // By room, in a fleet: the wind that a client has set.
   std::map<std::string, KeptWind> winds = {};
+  // The props of rooms as clients have set them, for the first session of a room and for the next server of a room.
   PropsOfRooms props = {};
   // The rooms of a fleet whose rules, wind, props or members (of a locked room) have changed. RoomKeeper stores their
   // new state in the directory.
@@ -103,6 +105,7 @@ class Session final : public PacketSink {
 
   Session(SessionId id, std::shared_ptr<Connection> connection, SessionContext& context, std::int64_t now_ns);
 
+  // These functions implement PacketSink (server/session/connection.hpp): the connection calls them on the I/O thread.
   void on_packet(std::span<const std::uint8_t> packet, std::int64_t now_ns) override;
   void on_datagram(std::span<const std::uint8_t> packet, std::int64_t now_ns) override;
   void on_broken_stream(std::int64_t now_ns) override;
@@ -162,18 +165,21 @@ class Session final : public PacketSink {
   // Defined in session_messages.cpp: what the session does with each message.
   struct MessageHandler;
 
+  // Decodes one packet and handles its message; refuses a packet that cannot be decoded.
   void receive(std::span<const std::uint8_t> packet, std::int64_t now_ns);
   void refuse_packet(const wire::DecodedPacket& decoded, std::int64_t now_ns);
+  // Sends an Error, which names the character and the groom of the refused message.
   void refuse(const Refused& refused, std::int64_t now_ns, std::uint32_t character = 0,
               const wire::GroomHash& groom = {});
   void refuse_unexpected(std::string_view detail, std::int64_t now_ns);
   void check_invariants() const;
   void set_state(State state);
-  // Counts against the rate of messages; false: the session ends with over_rate.
+  // Takes the price from the bucket of messages. Returns false when it does not have as much: the session ends with
+  // over_rate.
   bool take_message(std::int64_t now_ns, double price = 1);
   // Removes one of its characters, here and in the tick. Asserts that the character exists.
   void remove(std::uint32_t character);
-  // Counts a packet that the connection has accepted.
+  // Notes that the connection has accepted a packet: counts it, and the next sign of life waits from now on.
   void note_sent(const std::vector<std::uint8_t>& packet, std::int64_t now_ns);
   // Queues the next piece of a groom among the messages; false when there is none.
   bool send_download(std::int64_t now_ns);
@@ -196,7 +202,7 @@ class Session final : public PacketSink {
   State state_ = State::awaiting_hello;
   PeerClock clock_;
   Downloads downloads_;
-  // Says when a piece of a download may go between other packets.
+  // Decides when a piece of a download may go between other packets, where the connection has no streams for downloads.
   channel::BulkScheduler download_scheduler_{Downloads::kPiece_bytes};
   // The connection was opened, and the last packet was sent, at these times.
   std::int64_t opened_ns_, sent_ns_;

@@ -32,20 +32,20 @@ struct SessionCounters : CounterSet {
   Counter sessions_refused_full{*this, "sessions_refused", "reason", "full", "Sessions refused, by reason."};
   Counter sessions_refused_token{*this, "sessions_refused", "reason", "token"};
   Counter sessions_refused_room{*this, "sessions_refused", "reason", "room"};
-  // The subject of its token has too many.
+  // The subject of the client's token has too many sessions.
   Counter sessions_refused_subject{*this, "sessions_refused", "reason", "subject"};
-  // Its address has too many.
+  // The client's address has too many sessions.
   Counter sessions_refused_address{*this, "sessions_refused", "reason", "address"};
   // The queue to the tick was full.
   Counter sessions_refused_busy{*this, "sessions_refused", "reason", "busy"};
-  // A session was resumed too often.
+  // The session was resumed a moment ago (SessionLimits::resume_interval_ns).
   Counter sessions_refused_early{*this, "sessions_refused", "reason", "early"};
   Counter sessions_refused_memory{*this, "sessions_refused", "reason", "memory"};
-  // The room has banned it.
+  // A moderator has banned the client from the room.
   Counter sessions_refused_banned{*this, "sessions_refused", "reason", "banned"};
   // The room is locked.
   Counter sessions_refused_locked{*this, "sessions_refused", "reason", "locked"};
-  // The server is full of the room.
+  // The server has no time for more clients in the room, which alone overloads it.
   Counter sessions_refused_overloaded{*this, "sessions_refused", "reason", "overloaded"};
   // No server can take the room now.
   Counter sessions_refused_fleet{*this, "sessions_refused", "reason", "fleet"};
@@ -110,10 +110,10 @@ struct SessionCounters : CounterSet {
   Counter requests_refused_observe{*this, "requests_refused", "request", "observe"};
   Counter requests_refused_download{*this, "requests_refused", "request", "download"};
   Counter download_bytes_sent{*this, "download_bytes_sent", "Bytes of grooms sent to clients."};
-  // The client did not want the rest.
+  // The client has stopped the download: it does not want the rest.
   Counter downloads_given_up_stopped{*this, "downloads_given_up", "reason", "stopped",
                                      "Downloads given up, by reason."};
-  // The client did not read them.
+  // The client did not read the download for too long.
   Counter downloads_given_up_stalled{*this, "downloads_given_up", "reason", "stalled"};
   Counter downloads_delayed{*this, "downloads_delayed",
                             "Pieces of downloads that waited, as their session had its share of bytes."};

@@ -45,7 +45,7 @@ struct SessionIdentity {
   std::string name, room;
   wire::Role role = wire::Role::participant;
   Subject subject;
-  // Its newest token has these; none when the server needs no token.
+  // The claims of the session's newest token; none when the server needs no token.
   std::optional<channel::TokenClaims> claims;
   std::size_t character_count_max = 0;
   // The tick was told that the session may touch hair of others.
@@ -54,7 +54,7 @@ struct SessionIdentity {
   std::unordered_map<std::uint32_t, OwnCharacter> characters;
   // The rates of messages and of poses (README.md, "Prices").
   TokenBucket messages, poses;
-  // It was last resumed at this time.
+  // The session was last resumed at this time; none: never.
   std::optional<std::int64_t> resumed_ns;
 };
 

@@ -30,11 +30,12 @@ constexpr std::int64_t kPoseErrorInterval_ns = 1'000'000'000;
 // before the client is sent away. No message costs more than half of the bucket, so every message can be paid for from
 // a full one.
 constexpr double kPlainReserve = 0.25, kPriceMax = 0.5;
-// This many integers of a hair state, or bytes of a tag, weigh as much as a pose, which has about as many bytes.
+// This many integers of a hair state, or bytes of a tag, weigh as much as a pose in the command queue, since they take
+// about as many bytes. The queue bounds the sum of the weights.
 constexpr std::size_t kIntegersPerWeight = 64;
 constexpr std::size_t kTagBytesPerWeight = 128;
-// A smaller chunk counts as a message: otherwise a client could send a groom byte by byte for nothing. Larger ones are
-// bounded by the rate of uploaded bytes.
+// A chunk of a groom with at least this many bytes costs no message: the rate of uploaded bytes bounds such chunks. A
+// smaller chunk costs one, or a client could send a groom byte by byte for nothing.
 constexpr std::size_t kFreeChunkLeast_bytes = 4096;
 
 // The weight of each message in the command queue (exchange/command.hpp).
@@ -61,7 +62,8 @@ std::size_t weight_of(const auto& request) {
   return 1;
 }
 
-// The character and the groom that a message names; an error that answers the message repeats them.
+// The character and the groom that a message names, or zeros. An error that answers the message repeats them, so that
+// the client knows what was refused.
 std::uint32_t character_of(const auto& message) {
   if constexpr (requires { message.character; }) return message.character;
   return 0;
@@ -89,7 +91,9 @@ std::vector<wire::ServerAt> others_than_this(const Directory& fleet) {
 
 }  // namespace
 
-// What a session does with each message: one operator() for each message, which returns the refusal, if there is one.
+// What a session does with each message. There is one operator() for each message, which returns the reason of a
+// refusal; the overload for `auto` takes the messages that only servers send. A handler exists during one call of the
+// session.
 struct Session::MessageHandler {
   Session& session;
   std::int64_t now_ns;
@@ -97,6 +101,8 @@ struct Session::MessageHandler {
   SessionCounters& counters = context.counters;
   SessionIdentity& identity = session.identity_;
 
+  // Handles one message of an active session, or its Hello: takes the price, runs operator(), and answers a refusal
+  // with an Error.
   void handle(auto& message) {
     Refused refused = charge(message);
     if (!refused) refused = (*this)(message);
@@ -125,7 +131,8 @@ struct Session::MessageHandler {
   static bool needs_memory(const wire::TakeHold&) { return true; }
   static bool needs_memory(const wire::SetProps& set) { return !set.props.empty(); }
   static bool needs_memory(const auto&) { return false; }
-  // Counts the refused messages of one kind. Null: only a full command queue refuses them, and is counted as that.
+  // The counter of refused messages of this kind. Null: only a full command queue refuses such messages, and put()
+  // counts that.
   Counter* refused_counter(const wire::GroomOffer&) { return &counters.requests_refused_groom; }
   Counter* refused_counter(const wire::GroomChunk&) { return &counters.requests_refused_chunk; }
   Counter* refused_counter(const wire::GroomRequest&) { return &counters.requests_refused_download; }
@@ -173,16 +180,21 @@ struct Session::MessageHandler {
     }
     return {};
   }
+  // Decides where the client belongs, and follows the outcome: there is one follow() for each alternative of
+  // EntryOutcome (entry.hpp).
   void enter(const wire::Hello& hello) {
     EntryOutcome outcome = decide_entry(hello, identity, context, *session.connection_, now_ns);
     std::visit([&](auto& what) { follow(what, hello); }, outcome);
   }
+  // The session stays in awaiting_hello, and retry_hello() decides again.
   void follow(WaitsForRoom&, const wire::Hello& hello) { session.waiting_hello_ = hello; }
   void follow(BelongsElsewhere& elsewhere, const wire::Hello&) { session.send_away(elsewhere.to, now_ns); }
   void follow(KeptOut& out, const wire::Hello&) {
     if (out.error) session.refuse(out.error, now_ns);
     session.drain(out.reason, std::move(out.detail), now_ns);
   }
+  // The session of the new connection becomes the former one: it takes over its identity, with its number, characters
+  // and buckets.
   void follow(Resumes& back, const wire::Hello& hello) {
     identity = context.directory->take_over(*back.former, session, now_ns);
     HAIRNET_ASSERT(identity.id == hello.session);
@@ -197,6 +209,7 @@ struct Session::MessageHandler {
     welcome(true);
     context.grooms.resend_states(session.id(), now_ns);
   }
+  // A new session joins its room, and from now on counts for the limits of room, subject and token holder.
   void follow(Joins& joins, const wire::Hello&) {
     session.set_state(State::active);
     session.joined_ = true;
@@ -216,10 +229,13 @@ struct Session::MessageHandler {
         session.connection_->peer(), session.connection_->transport());
     welcome(false);
   }
+  // Ends a detached session of the same token holder, so that its characters leave room for new ones. False: there is
+  // none.
   bool end_detached() const {
     return context.directory && context.directory->end_detached(identity.subject.token_holder, now_ns);
   }
-  // The newest token of a session counts.
+  // Replaces the claims by those of the newest token, and with them the limits of characters and strands. An observer
+  // may have no characters. Sessions of an exempt address do not share one part of the uploads and builds.
   void use_claims(std::optional<channel::TokenClaims> claims) {
     constexpr std::uint64_t kNoMax = std::numeric_limits<std::uint64_t>::max();
     identity.claims = std::move(claims);
@@ -233,7 +249,7 @@ struct Session::MessageHandler {
                          identity.claims ? identity.claims->strands_max.value_or(kNoMax) : kNoMax},
                         now_ns);
   }
-  // Bounds all sessions of the holder together.
+  // The token's limit of characters, for all sessions of its holder together; without one, the largest number.
   [[nodiscard]] std::size_t character_count_max_of_token() const {
     constexpr std::size_t kNoMax = std::numeric_limits<std::size_t>::max();
     return identity.claims && identity.claims->characters_max ? *identity.claims->characters_max : kNoMax;
@@ -275,12 +291,14 @@ struct Session::MessageHandler {
     return context.rooms.count(identity.room).sessions == 1 ? context.props.of_room(identity.room)
                                                             : std::vector<wire::Prop>();
   }
+  // The wind that moved here with the room, or that a client has set here. Only a server in a fleet stores it.
   [[nodiscard]] std::optional<Wind> wind_of_room() const {
     const auto found = context.winds.find(identity.room);
     return found == context.winds.end() ? std::nullopt : std::optional(found->second.wind);
   }
 
   Refused operator()(wire::GroomOffer& offer) {
+    // A participant may upload grooms, unless its token says otherwise; a token may also let an observer upload.
     const bool by_role = identity.role == wire::Role::participant;
     if (!(identity.claims ? identity.claims->upload.value_or(by_role) : by_role))
       return {ErrorReason::not_allowed, "this session may not upload grooms"};
@@ -327,6 +345,8 @@ struct Session::MessageHandler {
     counters.characters_added.add();
     return {};
   }
+  // Checks the limits of the session, the token, the subject, the room and the server, in this order. May end detached
+  // sessions of the token holder.
   [[nodiscard]] Refused check(const wire::AddCharacter& add) const {
     const SessionLimits& limits = context.limits;
     if (add.character == 0) return {ErrorReason::malformed, "character 0 names none; numbers start at 1"};
@@ -379,6 +399,7 @@ struct Session::MessageHandler {
     if (Refused refused = check_right(may_set_wind(identity, context), "set the wind")) return refused;
     if (std::string error = validate(set.wind); !error.empty()) return {ErrorReason::wind_invalid, std::move(error)};
     if (Refused refused = put(set)) return refused;
+    // In a fleet the wind moves with the room, so RoomKeeper must store the new one.
     if (context.fleet) {
       context.winds[identity.room] = {set.wind, session.id()};
       context.rooms_changed.insert(identity.room);
@@ -402,7 +423,8 @@ struct Session::MessageHandler {
   }
   Refused operator()(wire::LetGo& let_go) {
     if (let_go.hand >= kHandShapesMax)
-      return {ErrorReason::touch_invalid, "let_go: a hand has the number of a shape, which is below 32"};
+      return {ErrorReason::touch_invalid,
+              "let_go: a hand has the number of a shape, which is below " + std::to_string(kHandShapesMax)};
     return put(let_go);
   }
   Refused operator()(wire::SetProps& set) {
@@ -445,7 +467,7 @@ struct Session::MessageHandler {
     const std::size_t poses = batch.poses.size(), hands = batch.hands ? 1 : 0;
     counters.poses_received.add(poses);
     counters.hands_received.add(hands);
-    // The rate is of samples, not of packets. A batch passes as a whole or not at all.
+    // The bucket of poses is charged for each sample, not for each packet. A batch passes as a whole or not at all.
     if (const auto samples = static_cast<double>(poses + hands); !identity.poses.take(samples, now_ns)) {
       counters.poses_dropped_over_rate.add(poses);
       counters.hands_dropped_over_rate.add(hands);
@@ -456,12 +478,15 @@ struct Session::MessageHandler {
     put_poses(filter, std::move(batch.poses));
     return {};
   }
+  // Passes the hands on to the tick. A full queue drops them, because newer hands follow soon.
   void put_hands(PoseFilter& filter, wire::HandsSample sample) {
     if (const Refused refused = filter.check(sample)) return refuse_sample(refused);
     const std::size_t weight = weight_of(sample);
     Command command = PutHands{session.id(), now_ns, std::move(sample)};
     if (!context.commands.try_put(command, weight)) counters.hands_dropped_busy.add();
   }
+  // Passes on the poses that PoseFilter accepts, in one command. A full queue drops them, because newer poses follow
+  // soon.
   void put_poses(PoseFilter& filter, std::vector<wire::PoseSample> poses) {
     const std::size_t received = poses.size();
     PutPoses passed{session.id(), now_ns, std::move(poses)};
@@ -481,6 +506,7 @@ struct Session::MessageHandler {
     Command command = std::move(passed);
     if (kept > 0 && !context.commands.try_put(command, 1 + kept)) counters.poses_dropped_busy.add(kept);
   }
+  // Answers a refused pose or hands sample, but at most once in kPoseErrorInterval_ns.
   void refuse_sample(const Refused& refused, std::uint32_t character = 0) {
     if (now_ns < session.pose_error_next_ns_) return;
     session.pose_error_next_ns_ = now_ns + kPoseErrorInterval_ns;

@@ -24,11 +24,13 @@ class SessionRegistry final : public SessionDirectory {
   // poll() after the connection is closed. When too many wait for their Welcome, the longest waiting one ends: silent
   // connections keep nobody out.
   PacketSink* open(std::shared_ptr<Connection> connection, std::int64_t now_ns);
+  // These five implement SessionDirectory (session_directory.hpp).
   Session* find_joined(SessionId id, const wire::SessionSecret& secret) override;
   SessionIdentity take_over(Session& former, Session& successor, std::int64_t now_ns) override;
   bool end_detached(std::string_view token_holder, std::int64_t now_ns) override;
   bool end_empty(std::int64_t now_ns) override;
   std::vector<Session*> in_room(const std::string& room) override;
+  // Null when no session has the number.
   [[nodiscard]] Session* find(SessionId id);
   // Sends what waits in all outboxes. The I/O thread calls it once the tick thread has woken it after a tick.
   void flush(std::int64_t now_ns);
@@ -43,7 +45,7 @@ class SessionRegistry final : public SessionDirectory {
   void on_room_claimed(const std::string& room, const std::string& kept, std::int64_t now_ns) {
     keeper_.take(room, kept, now_ns);
   }
-  // Gives a room of this server up for another one. on_room_lost() follows.
+  // Gives a room of this server up to the server with the id `to`. on_room_lost() follows.
   void hand_over(const std::string& room, std::uint64_t to, std::int64_t now_ns);
   // This server does not own the room any more: its sessions are sent to the room's next server.
   void on_room_lost(const std::string& room, std::int64_t now_ns);
@@ -63,12 +65,14 @@ class SessionRegistry final : public SessionDirectory {
     bool was_used = false;
   };
   void check_invariants() const;
+  // Sends every session a goodbye: the server stops.
   void end_all(std::int64_t now_ns);
   // Retries hellos that wait for the directory, stores changed rooms there, and releases empty ones; or goes on with a
   // drain.
   void poll_fleet(std::int64_t now_ns);
+  // Releases the rooms that have been empty for their grace time. It runs once a second.
   void release_empty_rooms(std::int64_t now_ns);
-  // Gives the room back to the directory, and forgets its rules and props.
+  // Releases the room in the directory, and forgets its rules and props.
   void release(const std::string& room, std::int64_t now_ns);
   // Releases all rooms of this server, while it drains in a fleet.
   void give_up_rooms(std::int64_t now_ns);

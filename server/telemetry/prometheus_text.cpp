@@ -17,6 +17,7 @@ using prometheus::ClientMetric;
 using prometheus::MetricFamily;
 using prometheus::MetricType;
 
+// Converts a histogram into Prometheus' own form.
 ClientMetric::Histogram contents(const Histogram& histogram) {
   ClientMetric::Histogram contents;
   // Ours count each bucket alone; Prometheus wants the sum of all buckets up to it.
@@ -68,7 +69,8 @@ class Families {
   ClientMetric& add(const MetricName& name, const char* suffix, MetricType type) {
     const std::string shown = shown_name(name, suffix);
     MetricFamily& family = families_[shown];
-    HAIRNET_ASSERT(family.metric.empty() || family.type == type);  // one family, one kind
+    // All metrics of a family are of one kind.
+    HAIRNET_ASSERT(family.metric.empty() || family.type == type);
     family.name = shown;
     family.type = type;
     note_help(name, suffix);
@@ -76,7 +78,7 @@ class Families {
     if (!name.label.empty()) metric.label.push_back({std::string(name.label), std::string(name.value)});
     return metric;
   }
-  // Sorted by name, so that two looks at /metrics can be compared.
+  // The families, sorted by their shown names, so that two looks at /metrics can be compared.
   std::map<std::string, MetricFamily> families_;
   // Any member may have the family's help, so helps are gathered apart.
   std::map<std::string, std::string> helps_;

@@ -14,13 +14,14 @@ using Clock = std::chrono::steady_clock;
 
 // Two failures of a thread that are further apart belong to two waits.
 constexpr std::chrono::seconds kSameWait{1};
+// A thread that waits for memory tries again after this time.
 constexpr std::chrono::milliseconds kRetry{1};
 
 std::atomic<MemoryReserve*> reserve{nullptr};
-// Counts how often reserves of the process were spent.
+// The number of times that a reserve was spent, in the whole process.
 std::atomic<std::uint64_t> spent_count{0};
 thread_local bool may_fail = false;
-// This thread has tried again after this many spendings.
+// The value of spent_count at this thread's last try.
 thread_local std::uint64_t spent_count_seen = 0;
 // The first and the newest failure of this thread's wait.
 thread_local Clock::time_point wait_begun, wait_last;

@@ -71,7 +71,8 @@ struct OutputThread::State {
       const bool is_written = is_announced && write_whole(text);
       lock.lock();
       is_writing = false;
-      if (!is_announced) lost += gap;  // already counted
+      // The lost texts were counted already; only their report is still missing.
+      if (!is_announced) lost += gap;
       if (!is_written) lose(1);
       changed.notify_all();
     }
@@ -81,9 +82,9 @@ struct OutputThread::State {
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<std::string> waiting;
-  // Counts the bytes of `waiting`.
+  // The bytes of all texts in `waiting`.
   std::size_t bytes = 0;
-  // This many texts are lost and not reported by lost_text() yet.
+  // The number of texts that are lost and not reported by lost_text() yet.
   std::uint64_t lost = 0;
   bool is_writing = false, is_over = false;
   // The last text was written in part only, as on a full disk.

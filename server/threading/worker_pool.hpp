@@ -32,14 +32,15 @@ class WorkerPool {
 
   std::mutex mutex_;
   std::condition_variable begun_, ended_;
-  // Counts the loops, so that a helper works on each once.
+  // The number of the present loop, so that a helper works on each loop once.
   std::uint64_t round_ = 0;
-  // Counts the helpers that work on this round.
+  // The number of helpers that work on this loop.
   std::size_t helping_ = 0;
   bool stopping_ = false;
   // Null: no helper may begin. The function belongs to the caller's stack, so it must not be used after parallel_for()
   // has returned.
   const std::function<void(std::size_t)>* body_ = nullptr;
+  // The number of bodies of the present loop, and the index that is taken next.
   std::size_t count_ = 0;
   std::atomic<std::size_t> next_{0};
   std::vector<std::thread> helpers_;

@@ -102,7 +102,7 @@ double weight_of(const BudgetCharacter& c) {
   const double size = c.importance > least ? std::min<double>(c.importance, kMax) : least;
   const double motion =
       static_cast<double>(c.head_speed_m_per_s) + kHairLength_m * static_cast<double>(c.head_angular_speed_rad_per_s);
-  // Written so that NaN counts as still.
+  // The condition is written so that NaN counts as still.
   const double lively = motion > 0 ? std::min(1.0, motion / kLively_m_per_s) : 0;
   const double weight = size * (kStill + (1 - kStill) * lively);
   HAIRNET_ASSERT(weight > 0);
@@ -172,6 +172,8 @@ class Prices {
   std::array<std::array<double, kRungCountMax>, kLadderCount> turn_ns_{};
 };
 
+// One call of choose_levels(). s_.items has the characters that cost time, s_.target and s_.entitled a rung for each of
+// them.
 class Chooser {
  public:
   Chooser(const BudgetTerms& terms, std::span<const BudgetCharacter> characters, BudgetScratch& scratch,
@@ -209,6 +211,7 @@ class Chooser {
     return static_cast<std::int64_t>(share * static_cast<double>(budget_ns_));
   }
 
+  // Sorts the characters by subject, session and key, as fill_budget() needs them.
   void put_in_order() {
     // The order of the last call is usually still right.
     if (s_.order.size() != characters_.size()) {
@@ -322,6 +325,7 @@ class Chooser {
     return s_.items[item].cost_ns[to] - s_.items[item].cost_ns[from];
   }
 
+  // The rung of the level and stride that chosen_ has for the item.
   [[nodiscard]] std::uint8_t chosen_rung(const BudgetItem& item) const {
     return rung_of(chosen_[item.character], ladder_of(characters_[item.character]));
   }
@@ -359,9 +363,10 @@ class Chooser {
   std::span<const BudgetCharacter> characters_;
   BudgetScratch& s_;
   std::span<Lod> chosen_;
+  // The time that a tick has for its characters, and the time that all items would take on their last rung.
   std::int64_t budget_ns_;
   std::int64_t wanted_ns_ = 0;
-  // Sums the times of the chosen levels.
+  // The sum of the costs of the rungs chosen so far.
   std::int64_t sum_ns_ = 0;
 };
 

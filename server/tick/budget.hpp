@@ -28,7 +28,7 @@ struct BudgetCharacter {
   // budget.
   std::uint64_t session = 0;
   std::uint32_t subject = 0;
-  // Its frames go to this many observers.
+  // The number of observers that get the character's frames.
   std::uint32_t observer_count = 0;
   // The height of the head over the height of the screen, the largest over its observers. Clients report it.
   float importance = 0;
@@ -71,8 +71,9 @@ struct BudgetReport {
   double predicted_s = 0;
   // A tick would take this time with every character at its requested level.
   double wanted_s = 0;
+  // The numbers of characters that get a finer or a coarser rung.
   std::uint32_t raised = 0, lowered = 0;
-  // Counts the characters that may be seen and have not the finest rung that they may have.
+  // The number of characters that may be seen and have not the finest rung that they may have.
   std::uint32_t below_wanted = 0;
   // Not even rung 0 of all characters fits.
   bool is_over = false;

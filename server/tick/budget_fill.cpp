@@ -33,6 +33,7 @@ FillStep step_to(std::span<const BudgetItem> items, std::size_t index, std::uint
   return {priority, cost_ns, item.key, static_cast<std::uint32_t>(index), rung};
 }
 
+// What the share gets at this level: no less than its minimum and no more than its maximum.
 std::int64_t clamp_to_share(std::int64_t level_ns, const FillShare& share) {
   HAIRNET_VALIDATE(share.min_ns <= share.max_ns);
   return std::clamp(level_ns, share.min_ns, share.max_ns);
@@ -63,6 +64,7 @@ std::int64_t water_level(std::int64_t budget_ns, std::span<const FillShare> shar
   return low;
 }
 
+// Adds the part with this index to the last run, or begins a new run where it belongs to another client or subject.
 void add(const FillShare& part, std::size_t index, bool is_same, std::vector<FillShare>& shares) {
   HAIRNET_ASSERT(!is_same || (!shares.empty() && shares.back().end == index));
   if (!is_same) shares.push_back({index, index, 0, 0});
@@ -92,6 +94,7 @@ class ClientFill {
   ClientFill(std::span<const BudgetItem> items, std::vector<FillStep>& steps, std::span<std::uint8_t> rungs)
       : items_(items), steps_(steps), rungs_(rungs) {}
 
+  // Chooses the rungs of the client's items. `share_ns` includes the cost of rung 0.
   void fill(const FillShare& client, std::int64_t share_ns) {
     // A client with one character needs no comparison of steps.
     if (client.end - client.begin == 1) return fill_one(client.begin, share_ns);
@@ -119,11 +122,13 @@ class ClientFill {
   }
 
  private:
+  // Takes the finest rung that the share can pay.
   void fill_one(std::size_t item, std::int64_t share_ns) {
     const BudgetItem& i = items_[item];
     while (rungs_[item] < i.last && i.cost_ns[rungs_[item] + 1u] <= share_ns) ++rungs_[item];
   }
 
+  // Puts the steps of all items of the client into steps_.
   void put_steps(const FillShare& client) {
     steps_.clear();
     for (std::size_t i = client.begin; i < client.end; ++i) {
@@ -174,6 +179,7 @@ void spend_remainder(std::int64_t left_ns, std::span<const BudgetItem> items, st
   }
 }
 
+// The cost of all items on these rungs.
 std::int64_t cost_of(std::span<const BudgetItem> items, std::span<const std::uint8_t> rungs) {
   std::int64_t sum = 0;
   for (std::size_t i = 0; i < items.size(); ++i) sum += items[i].cost_ns[rungs[i]];

@@ -8,7 +8,7 @@
 
 namespace hairnet::server {
 
-// A ladder has at most this many rungs; those of budget.cpp have up to 6.
+// A ladder has at most this many rungs; those of budget.cpp have up to 7.
 inline constexpr std::size_t kRungCountMax = 8;
 
 // One character on its ladder of levels and strides: rung 0 is the coarsest, `last` the finest that it may have. Costs
@@ -16,6 +16,7 @@ inline constexpr std::size_t kRungCountMax = 8;
 struct BudgetItem {
   // The caller's number of the character, which fill_budget() does not read.
   std::uint32_t character = 0;
+  // The character's subject and session, by which the time is shared, and its key, which breaks ties.
   std::uint32_t subject = 0;
   std::uint64_t session = 0, key = 0;
   // A character with a greater weight gets time first: the error that a step removes counts times this.

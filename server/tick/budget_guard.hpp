@@ -8,7 +8,7 @@ struct TickGuardDef {
   double tick_s = 1.0 / 30;
   // The share of a tick that its work may take (`--tick-budget`).
   double tick_share = 0.7;
-  // This many threads share the work.
+  // The number of threads that share the work.
   int workers = 1;
 };
 
@@ -29,6 +29,7 @@ class TickGuard {
   // all workers together spent on characters (steps, encoding, sending). `wanted_s` is the predicted time if every
   // character had the level for which its owner asked.
   void observe(double tick_duration_s, double work_s, double wanted_s);
+  // The worker-seconds that the next tick's predicted work on characters may take; always above zero.
   [[nodiscard]] double available_s() const;
 
  private:
@@ -45,9 +46,9 @@ class TickGuard {
   double margin_factor_ = 1;
   // The share of a tick that its work may take now: tick_share, less the margin as far as it applies.
   double share_;
-  // Counts the ticks since the margin was last widened, up to kMarginTicks + 1 (budget_guard.cpp).
+  // The ticks since the margin was last widened, up to kMarginTicks + 1 (budget_guard.cpp).
   int calm_ticks_ = 0;
-  // Worker-seconds of a tick that are not work on characters, smoothed.
+  // The worker-seconds of a tick that are not work on characters, smoothed.
   double overhead_s_ = 0;
   // One bit for each of the last 8 ticks, the newest in the lowest bit; 1: the tick exceeded the share.
   std::uint8_t recent_ = 0;

@@ -37,9 +37,10 @@ class LevelChooser {
   void observe(Rooms& rooms, const StepCosts& costs, double tick_duration_s);
 
  private:
-  // Counts for how long no observer has seen each character. Returns true when the level of a character must not wait
-  // for the next regular choice.
+  // Updates for how many ticks no observer has seen each character. Returns true when the level of a character must not
+  // wait for the next regular choice.
   bool note_unseen(Rooms& rooms, const Simulation& simulation) const;
+  // Makes the input of choose_levels() for one character. `ready`: its groom has levels.
   [[nodiscard]] BudgetCharacter as_budgeted(const Character& character, bool ready, std::uint64_t tick) const;
   // Whether the character may be on the learnt level now: README.md, "Budget", the ladder.
   [[nodiscard]] bool may_learn(const Room& room, const Simulation& simulation, Character& character,
@@ -50,6 +51,7 @@ class LevelChooser {
 
   LevelChooserDef def_;
   TickCounters* counters_;
+  // cost_ estimates what a step of each level costs, and guard_ how much time of a tick is available for characters.
   CostEstimate cost_;
   TickGuard guard_;
   // Smoothed times in s: to encode one frame, by level; to send one frame to one observer.

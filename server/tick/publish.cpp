@@ -18,7 +18,8 @@ static_assert(kStrideMax == wire::kStrideMax);
 // The errors at which frames are coded, 0.25 mm times 2^(t / 2) for the tolerance t. Each is half an octave above the
 // last, so observers that want nearly the same error share a coding. The coarsest is 0.25 mm times 2^11.5, 0.7 m.
 constexpr std::uint8_t kToleranceCount = 24;
-// Stands for a frame without coefficients.
+// The tolerance of a frame without coefficients: the client evaluates the hair itself. It is one above the last real
+// tolerance.
 constexpr std::uint8_t kPoseOnly = kToleranceCount;
 constexpr float kFinestTolerance_m = 0.25e-3f;
 // The bytes of a packet beside its frames and their generations are at most this many.
@@ -247,7 +248,7 @@ void Publisher::gather_batches(std::span<Character* const> everyone) {
 void Publisher::encode(const Terms& terms, const Batch& batch) const {
   const std::int64_t begun_ns = clock_ns();
   const std::span characters(batch.characters.data(), batch.count);
-  // Not cleared: only what the map writes is read.
+  // The arrays are not cleared, because only what the map has written is read.
   std::array<std::array<float, kModeCountMax>, kModeMapWidth> computed;
   if (batch.map) {
     std::array<std::span<const Vec3f>, kModeMapWidth> displacements;

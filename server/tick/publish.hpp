@@ -18,7 +18,9 @@
 
 namespace hairnet::server {
 
+// The settings of Publisher; Scheduler fills in the tick and the clock.
 struct PublishDef {
+  // The frames of one reliable packet have at most this many bytes (SessionLimits::frame_packet_bytes_max).
   std::size_t packet_bytes_max = std::size_t{256} << 10;
   double tick_s = 1.0 / 30;
   // Null: times are not measured.
@@ -68,6 +70,7 @@ class Publisher {
     std::array<Character*, kModeMapWidth> characters{};
   };
 
+  // Gathers frames into packets; defined in publish.cpp.
   class Packer;
   // The arguments of one publish(), which its loops only read.
   struct Terms {
@@ -88,14 +91,17 @@ class Publisher {
   // Code the frames of a batch, and of one character in all its variants.
   void encode(const Terms& terms, const Batch& batch) const;
   void encode(const Terms& terms, Character& character, const KnownBasis* basis, const HairMotion& motion) const;
-  // Tells the observer the basis of the character's groom, unless it was told before.
+  // Sends the observer the hash of the basis of the character's groom, if it has not been sent before. The client then
+  // downloads the basis.
   void announce_basis(const Terms& terms, const Character& character, Observer& observer) const;
   // Whether the observer evaluates the hair of this frame itself. Announces learnt hair to an observer that sees it.
   bool note_learnt(const Terms& terms, const Character& character, Observer& observer, View& view) const;
+  // The basis by which the character's lattice is coded. Null: its frames carry only the pose.
   [[nodiscard]] const KnownBasis* basis_of(const Character& character) const;
   // Puts the observer's frames and hands of this tick into packets, and these into its sink.
   void send(const Terms& terms, Observer& observer) const;
 
+  // The time for measurements; always 0 without a clock.
   [[nodiscard]] std::int64_t clock_ns() const { return def_.now_ns ? def_.now_ns() : 0; }
 
   PublishDef def_;

@@ -40,15 +40,19 @@ class Recorder {
   std::function<void()> on_put;
 
  private:
+  // An entry that waits for the disk. Bytes is a groom's file.
   using Item = std::variant<wire::RecordingHeader, Bytes, wire::RecordedLearnt, wire::RecordedTick>;
   struct CloseFile {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
   Recorder(std::FILE* file, std::string path, TickCounters& counters);
-  // Not inlined: otherwise g++ 12 sees which alternative it is, and warns that the others are uninitialised.
+  // The function is not inlined: otherwise g++ 12 sees which alternative the item has, and warns that the others are
+  // uninitialised.
   [[gnu::noinline]] void put(Item&& item, std::size_t bytes);
+  // Ends the recording, and logs the first error. Either thread.
   void fail(const char* error);
 
+  // The open file; null once writing has failed. Recorder thread.
   std::unique_ptr<std::FILE, CloseFile> file_;
   std::string path_;
   TickCounters* counters_;

@@ -233,7 +233,7 @@ void Scheduler::place(Character& character) {
   const bool ready = simulation_.has_levels(character.groom);
   character.in_world = true;
   character.discontinuous = true;
-  // It enters rigid: a lattice would need a level, which LevelChooser chooses later in this tick.
+  // The character enters rigid: a lattice would need a level, which LevelChooser chooses later in this tick.
   inputs_.added.push_back({character.key, character.groom, character.room, ready, LevelIndex::rigid, character.pose,
                            session_of(character.key)});
 }

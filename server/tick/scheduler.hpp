@@ -58,19 +58,24 @@ class Scheduler {
   [[nodiscard]] const Rooms& rooms() const { return rooms_; }
 
  private:
+  // Runs one command; defined in scheduler_commands.cpp.
   struct CommandHandler;
 
-  // Goes on telling sessions that have joined or resumed who is in their room, within the tick's limits: all sessions
-  // in turn, one session, one member.
+  // These three go on telling sessions that have joined or resumed who is in their room: all such sessions in turn, one
+  // session, one member. Limits of one tick (scheduler_commands.cpp) cut the work, and later ticks go on with it.
   void announce_members(std::int64_t now_ns);
   void announce_members(Observer& observer, std::int64_t now_ns);
   static void announce(const Observer& observer, const Character& character, std::int64_t now_ns);
   // Takes the commands of the I/O thread from the queue, and runs them in their order until the messages that they
   // cause reach the tick's bound (character_messages_left_). The other commands wait for the next tick.
   void take_commands(std::int64_t now_ns);
+  // Runs taken_ from next_command_ on, while the tick may still send messages about characters.
   void run_commands(std::int64_t now_ns);
+  // Samples every inbox at the tick's sample time, puts characters with a first pose into the World, and writes the
+  // changed poses into inputs_.
   void sample_poses();
-  // Writes to this character alone, so workers may run it for many at once.
+  // Samples the pose of one character, and adds its age to `ages`. Writes to this character alone, so workers may run
+  // it for many characters at once.
   void sample_pose(Character& character, Histogram::Tally& ages);
   // Finds for each character how many observers see it and how large, and for each observer, at its turn, which members
   // it wants.
@@ -80,24 +85,34 @@ class Scheduler {
   void change_materials();
   void change_winds(std::int64_t now_ns);
   void tell_appearances(std::int64_t now_ns);
-  // Gives the recorder each groom before the first tick that uses its levels.
+  // Gives the recorder the file of each groom before the first tick that uses its levels, so that a replay can build
+  // them.
   void record_grooms();
+  // Steps the World with inputs_, counts what the step reports, and tells owners whose hair states did not fit.
   StepReport step(std::int64_t now_ns);
+  // Gives the recorder inputs_ with the hash of the state after the step.
   void record();
 
+  // Removes the character from its room and from the World, and tells the other sessions.
   void remove(CharacterKey key, std::int64_t now_ns);
-  // Whether the character does not enter the World yet, because its hair state waits for levels.
+  // True while the character does not enter the World, because its hair state waits for levels. Counts one tick of
+  // waiting.
   [[nodiscard]] bool awaits_levels(Character& character) const;
   // Puts the character into the World, on the rigid level.
   void place(Character& character);
   // A character that gets its first lattice continues from the state that its owner sent, as after a change of server.
   void apply_hair_states();
+  // Keeps the state until the character has a lattice. Beyond state_bytes_max the owner gets an error, and the hair
+  // starts at rest.
   void store_hair_state(Character& character, wire::HairState state, std::int64_t now_ns);
+  // Drops the state of the character, if it has one.
   void forget_hair_state(Character& character);
   void check_invariants() const;
+  // Tells the owner of the character that its hair state was not used.
   void refuse_hair_state(CharacterKey key, std::string detail, std::int64_t now_ns);
   // Smooths the speed of the head over about a second, for the budget; still heads hide errors better.
   void note_motion(Character& character, double moved_m, double turned_rad) const;
+  // Gives the recorder the file and the learnt hair of the groom, once.
   void record_groom(const wire::GroomHash& groom);
   // Returns the session's view of the character that has the slot now. A view of an earlier character in the slot is
   // replaced by an empty one.
@@ -105,6 +120,7 @@ class Scheduler {
 
   [[nodiscard]] std::int64_t clock_ns() const { return def_.world.now_ns ? def_.world.now_ns() : 0; }
 
+  // The settings, with the tick rate and the clock copied into all parts.
   SchedulerDef def_;
   CommandQueue* commands_;
   TickCounters* counters_;

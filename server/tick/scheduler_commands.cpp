@@ -4,7 +4,8 @@
 #include "core/assert.hpp"
 #include "server/tick/scheduler.hpp"
 
-// What commands change in rooms, and what sessions are told of it.
+// The part of Scheduler that runs the commands of sessions: what they change in rooms, and what other sessions are told
+// of it.
 namespace hairnet::server {
 namespace {
 
@@ -18,6 +19,7 @@ constexpr std::int64_t kCharacterMessagesMax = 32'768;
 // Changes of one character's tag and appearance are announced at most this often.
 constexpr std::uint32_t kAppearanceChangesPer_s = 4;
 
+// The message that announces the character to other sessions.
 wire::MemberJoined joined_message(const Character& c) {
   return {member_of(c), session_of(c.key), number_of(c.key), c.groom, c.tag, c.appearance, c.generation};
 }
@@ -30,6 +32,8 @@ struct Scheduler::CommandHandler {
   Scheduler& scheduler;
   std::int64_t now_ns;
 
+  // A session has joined, or has resumed with a new connection (c.resumed). It is told the wind, the props and the
+  // members of its room.
   void operator()(OpenSession& c) const {
     Observer* observer = c.resumed ? scheduler.rooms_.observer(c.session) : nullptr;
     const bool is_new = !observer;
@@ -93,6 +97,7 @@ struct Scheduler::CommandHandler {
   }
   // Sessions act on all other messages themselves.
   void handle(SessionId, const auto&) const {}
+  // Adds the character, and announces it to the sessions of the room that have been told of this slot.
   void handle(SessionId session, wire::AddCharacter& add) const {
     Character* character = scheduler.rooms_.add(character_key(session, add.character), add.groom, add.level);
     if (!character) return;
@@ -159,6 +164,7 @@ struct Scheduler::CommandHandler {
     observer->observe = std::move(observe);
     observer->observe_changed = true;
   }
+  // Stores which members the client sees, and how large: detail goes where people look.
   void handle(SessionId session, const wire::ReportImportance& report) const {
     Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
@@ -172,6 +178,7 @@ struct Scheduler::CommandHandler {
       view.in_view = m.in_view;
     }
   }
+  // The client evaluates this learnt hair itself from now on. Refused where the hair was not announced to it.
   void handle(SessionId session, const wire::EvaluateLearnt& evaluate) const {
     Observer* observer = scheduler.rooms_.observer(session);
     if (!observer) return;
@@ -267,8 +274,9 @@ void Scheduler::announce(const Observer& observer, const Character& c, std::int6
     observer.sink->push(wire::CharacterAdded{number_of(c.key), c.groom, c.shown, member_of(c), c.generation}, now_ns);
   else
     observer.sink->push_encoded(joined_message(c), c.joined_packet, now_ns);
-  // Clients assume the default rule, which allows only the owner to touch the hair, so only other rules are sent.
-  if (c.touch_rule != TouchRule{}) observer.sink->push(touch_message(c), now_ns);
+  // A new client assumes the default rule, which allows only the owner to touch the hair. One that resumes may know an
+  // earlier rule, so a rule that has ever been told is told again.
+  if (c.touch_rule != TouchRule{} || c.touch_rule_announced_next > 0) observer.sink->push(touch_message(c), now_ns);
 }
 
 // The commands that earlier ticks have left run first, so commands always run in the order of their arrival.

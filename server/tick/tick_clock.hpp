@@ -16,7 +16,7 @@ class TickClock {
     std::uint64_t tick = 0;
     // The tick was due at this time.
     std::int64_t time_ns = 0;
-    // This many ticks were skipped just before this one.
+    // The number of ticks that were skipped just before this one.
     std::uint64_t skipped = 0;
     // The tick begins late by more than half a period.
     bool late = false;

@@ -39,11 +39,11 @@ struct TickGauges : GaugeSet {
   LevelGauges characters{*this, "characters", "Characters, by their level, asleep or not."};
   Gauge characters_by_state_stepped{*this, "characters_by_state", "state", "stepped",
                                     "Characters, by what the tick does with them."};
-  // Their hair is at rest.
+  // Characters whose hair is at rest, so that a step costs nothing.
   Gauge characters_by_state_asleep{*this, "characters_by_state", "state", "asleep"};
-  // They are not stepped, since no observer sees them.
+  // Characters that are not stepped, since no observer sees them.
   Gauge characters_by_state_suspended{*this, "characters_by_state", "state", "suspended"};
-  // They wait for their first pose.
+  // Characters that wait for their first pose.
   Gauge characters_by_state_waiting{*this, "characters_by_state", "state", "waiting"};
   Gauge characters_touched{*this, "characters_touched", "Characters that hands or props are near, or that are held."};
   Gauge props{*this, "props", "Props of all rooms."};
@@ -62,7 +62,7 @@ struct TickGauges : GaugeSet {
   std::atomic<std::int64_t> last_tick_ns{0};
 };
 
-// Bounds lie closer about the periods of 30 to 90 Hz, where a tick becomes an overrun.
+// The bounds of buckets lie closer to each other about the periods of 30 to 90 Hz, where a tick becomes an overrun.
 struct TickHistograms : HistogramSet {
   Histogram tick_seconds{*this,
                          "tick_seconds",
@@ -97,12 +97,13 @@ struct TickCounters : CounterSet {
   Counter winds_changed{*this, "winds_changed", "Winds of rooms set, also a room's first."};
   Counter place_choices{*this, "place_choices", "Choices of an observer's members by distance."};
   Counter lattices_reset{*this, "lattices_reset", "Lattices returned to rest, since they were not finite."};
-  // Worker time in ns: stepping; encoding frames; choosing and making each observer's packets.
+  // The time of all workers, in ns, for three duties: stepping; encoding frames; choosing and making each observer's
+  // packets.
   Counter step_ns_total{
       *this, "duty_seconds", "duty", "step", "Time that workers and the tick spent, in seconds, by duty.", 1e-9};
   Counter encode_ns_total{*this, "duty_seconds", "duty", "encode", {}, 1e-9};
   Counter send_ns_total{*this, "duty_seconds", "duty", "send", {}, 1e-9};
-  // The tick thread spends this before the step.
+  // The time that the tick thread spends before the step.
   Counter schedule_ns_total{*this, "duty_seconds", "duty", "schedule", {}, 1e-9};
   Counter levels_raised{*this, "levels_raised", "Characters raised to a finer level or a shorter stride."};
   Counter levels_lowered{*this, "levels_lowered", "Characters lowered to a coarser level or a longer stride."};

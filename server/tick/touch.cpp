@@ -11,12 +11,13 @@
 namespace hairnet::server {
 namespace {
 
-// Changes of one character's rule are announced at most this often.
+// Changes of one character's rule are announced at most this often in a second: the owner may change the rule all the
+// time, and each announcement goes to the whole room.
 constexpr std::uint32_t kRuleChangesPer_s = 4;
-// A session gets hands that are at most this far from a head whose frames it gets: about the length of the longest
-// hair.
+// A session gets hands that are at most this far from a head whose frames it gets. The longest hair is about as long,
+// so hands farther away hardly touch hair that the session sees.
 constexpr double kShownReach_m = 1.5;
-// A session gets the hands of at most this many other people.
+// A session gets the hands of at most this many other people, so that a crowd does not fill its connection.
 constexpr std::size_t kPeopleShownMax = 64;
 // Upper bounds of the bytes of a packet of hands beside its people, and of each person beside the hands.
 constexpr std::size_t kRoomHandsBytes = 128, kPersonBytes = 16;
@@ -68,6 +69,7 @@ const Character* find_member(const Room& room, std::uint32_t member) {
   return member == 0 || member > room.slots.size() ? nullptr : room.slots[member - 1].character;
 }
 
+// Applies the change, and notes which props the observers and the World must be told of.
 void change_props(wire::SetProps change, RoomTouch& touch) {
   // A prop has jumped if it jumps and then moves in the same tick, or if it is set again in the tick in which it was
   // removed.
@@ -88,6 +90,8 @@ void change_props(wire::SetProps change, RoomTouch& touch) {
   server::apply(change, touch.props);
 }
 
+// All bodies of a room: its props and then the hands of its sessions. The hands of a session that may not touch others
+// are marked `only_own`.
 std::vector<TouchBody> bodies_of(const RoomTouch& touch) {
   std::vector<TouchBody> bodies;
   for (const auto& [number, prop] : touch.props)
@@ -372,7 +376,7 @@ void Touch::find_near_hands(const Room& room) {
   }
 }
 
-// Runs on workers.
+// Runs on workers, each for different observers: the function writes to this observer alone.
 void Touch::show_hands(const wire::RecordedTick& inputs, std::int64_t now_ns, Observer& observer) const {
   if (!observer.sink || !observer.sink->takes_room_hands()) return;
   const std::size_t datagram_bytes_max = observer.sink->datagram_bytes_max();

@@ -16,7 +16,7 @@
 
 namespace hairnet::server {
 
-// Says who may touch a character's hair.
+// The message that tells the clients of a room who may touch the character's hair.
 wire::MemberTouch touch_message(const Character& character);
 
 // Hands, props, who may touch whom, and holds of hair. Takes the messages of sessions about them, makes the World's
@@ -24,7 +24,7 @@ wire::MemberTouch touch_message(const Character& character);
 // tick. Tick thread.
 class Touch {
  public:
-  // Both must outlive it.
+  // `rooms` and `counters` must outlive this object.
   Touch(Rooms& rooms, TickCounters& counters, std::uint32_t tick_rate_hz)
       : rooms_(&rooms), counters_(&counters), tick_rate_hz_(tick_rate_hz) {}
 
@@ -55,8 +55,11 @@ class Touch {
   // has the tick's new characters.
   void put_inputs(std::int64_t now_ns, wire::RecordedTick& inputs);
 
-  // Call these two after the step, the second before frames are published.
+  // After the step: tells each session that has tried to take hold how many points its hand has got, and tells it when
+  // a hold has ended. 0 points mean that no hair was in reach.
   void tell_holds(const Simulation& simulation, const wire::RecordedTick& inputs, std::int64_t now_ns);
+  // After the step and before frames are published: prepares for each observer the hands of other people near the heads
+  // that it sees (Observer::hand_packets). Publisher sends them.
   void show_hands(const wire::RecordedTick& inputs, const ParallelFor& parallel_for, std::int64_t now_ns);
 
  private:
@@ -69,23 +72,30 @@ class Touch {
   // The hands of one person, who is near the heads of characters.
   struct NearHands {
     const Observer* person = nullptr;
-    // The slots of these characters in the room.
+    // The slots of the characters whose heads are near.
     std::vector<std::uint32_t> slots;
-    // What codec::encode_hands makes of them.
+    // The hands as codec::encode_hands has coded them.
     std::vector<std::uint8_t> bytes = {};
   };
-  // A character's head, with its place along x, by which heads_ is sorted.
+  // A character and the x coordinate of its head in the world, by which heads_ is sorted.
   struct Head {
     double x_m = 0;
     const Character* character = nullptr;
   };
 
+  // Turns pins into drops where the session may not touch the hair any more.
   void drop_forbidden_pins(SimulationInputs& inputs) const;
+  // Samples the hands of the room, and puts all bodies of the room into the inputs if any of them has changed.
   void put_bodies(std::int64_t now_ns, Room& room, wire::RecordedTick& inputs);
+  // Announces the props in RoomTouch::props_changed to the observers of the room.
   void tell_props(const Room& room, std::int64_t now_ns) const;
+  // Fills near_ with the people of the room whose hands are within kShownReach_m of a head.
   void find_near_hands(const Room& room);
+  // Makes the packets of hands for one observer.
   void show_hands(const wire::RecordedTick& inputs, std::int64_t now_ns, Observer& observer) const;
+  // Tells the owner of the hand how many points of the lattice the hand holds now; 0: the hold has ended.
   void tell_held(const Hold& hold, std::uint32_t point_count, std::int64_t now_ns) const;
+  // Answers the observer's message with an error.
   static void refuse(const Observer& observer, wire::ErrorReason reason, std::string detail, std::int64_t now_ns);
 
   Rooms* rooms_;

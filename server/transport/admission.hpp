@@ -24,7 +24,7 @@ struct AdmissionLimits {
   // New connections of all addresses: their mean rate, and how many may come at once.
   double connections_per_s = 500;
   double connections_burst = 1000;
-  // The same of one address.
+  // New connections of one address: their mean rate, and how many may come at once.
   double connections_per_address_per_s = 20;
   double connections_per_address_burst = 200;
 };
@@ -33,17 +33,19 @@ struct AdmissionLimits {
 // thread.
 class Admission : public std::enable_shared_from_this<Admission> {
  public:
+  // Why a connection is refused: too many in all, too many of its address, too many new ones of its address in a short
+  // time, or too many whose protocol is not known.
   enum class Verdict : std::uint8_t { admitted, full, address_full, address_rate, arrivals_full };
   // A connection is in one place at a time, and moves forward: from an arrival to HTTP or a session, and from there
   // perhaps to leaving. Each place except `session` has a bound of its own.
   enum class Place : std::uint8_t { arrival, http, session, leaving };
 
-  // Connections that never joined, and that wait for their peer to read the last bytes.
+  // At most this many connections that never joined wait for their peer to read the last bytes.
   static constexpr std::size_t kLeavingMax = 64;
-  // Addresses without a connection that are remembered for their rate.
+  // At most this many addresses without a connection are remembered, so that a reconnect does not refill their bucket.
   static constexpr std::size_t kIdleAddressesMax = 65'536;
 
-  // Counts one connection for as long as the ticket lives. The destructor gives the place back, so no path through a
+  // Counts one connection for as long as the ticket lives. The destructor ends the count, so no path through a
   // connection's code can forget to.
   class Ticket {
    public:
@@ -83,16 +85,22 @@ class Admission : public std::enable_shared_from_this<Admission> {
     TokenBucket arrivals;
   };
 
+  // Counts one more connection of the address, unless the verdict is a refusal.
   Verdict enter_address(std::uint64_t address, std::int64_t now_ns);
+  // Forgets addresses without a connection whose bucket is full again. A crowded table drops all addresses without a
+  // connection.
   void forget_idle(std::int64_t now_ns);
+  // A ticket ends: its connection does not count any more.
   void leave(std::optional<std::uint64_t> address, Place place);
 
   AdmissionLimits limits_;
   std::size_t count_ = 0;
-  // Counts the connections in each Place; their sum is count_.
+  // The number of connections in each Place; their sum is count_.
   std::size_t places_[4] = {};
   std::unordered_map<std::uint64_t, Address> addresses_;
+  // forget_idle() is due at this time.
   std::int64_t forget_next_ns_ = 0;
+  // The bucket of new connections of all addresses.
   TokenBucket rate_;
   // Connections that were admitted and not yet taken from rate_; may_accept() takes them.
   std::size_t unpaid_count_ = 0;

@@ -43,8 +43,11 @@ ExchangeError exchange_error_of(const Error& error) {
 struct BlockingHttpClient::Impl {
   explicit Impl(BlockingHttpClientDef its_def) : def(std::move(its_def)) {}
 
+  // Carries one call: connects if no connection is kept, and tries again once where the kept one has broken.
   asio::awaitable<void> run(const ExchangeRequest& asked, std::size_t body_bytes_max, ExchangeAnswer& answer);
+  // Sends the request on `peer` and reads the answer.
   asio::awaitable<Error> exchange(const ExchangeRequest& asked, std::size_t body_bytes_max, ExchangeAnswer& answer);
+  // The time that a message of this size may take.
   [[nodiscard]] std::chrono::milliseconds time_for(std::uint64_t bytes) const {
     return def.exchange_timeout + def.mib_timeout * static_cast<std::int64_t>(bytes >> 20);
   }
@@ -56,7 +59,7 @@ struct BlockingHttpClient::Impl {
   std::unique_ptr<HttpPeer> peer;
   // The last answer allows the connection to be used again.
   bool is_kept = false;
-  // Any thread sets it; it stays set.
+  // cancel() was called, on any thread. The flag stays set.
   std::atomic<bool> cancelled{false};
 };
 

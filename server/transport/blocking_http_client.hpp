@@ -25,8 +25,8 @@ struct BlockingHttpClientDef {
   std::chrono::milliseconds mib_timeout{1'000};
 };
 
-// Carries requests over HTTP/1.1 while its caller waits, with a loop of its own, which no other thread runs. A
-// connection is kept for the next request.
+// Carries requests over HTTP/1.1 while its caller waits: call() runs an event loop of the client's own. The connection
+// is kept for the next request.
 class BlockingHttpClient final : public HttpExchange {
  public:
   // Reads the file of certificates; the error is one line.

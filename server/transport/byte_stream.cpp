@@ -20,6 +20,8 @@ constexpr int kUnsentSystemBytes = 64 << 10;
 constexpr std::chrono::seconds kFinish{1};
 constexpr std::size_t kFinishBytesMax = std::size_t{256} << 10;
 
+// A socket option that Asio does not have: with it, a socket counts as writable only while fewer bytes than this are
+// unsent.
 using UnsentLow = asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>;
 
 }  // namespace

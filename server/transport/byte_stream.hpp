@@ -38,6 +38,7 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
   [[nodiscard]] bool is_tls() const { return tls_.has_value(); }
   [[nodiscard]] bool is_open() const { return socket_.is_open(); }
   [[nodiscard]] bool has_expired() const { return has_expired_; }
+  // See Admission::Ticket::move_to().
   bool move_to(Admission::Place place) { return ticket_.move_to(place); }
   Admission::Ticket& ticket() { return ticket_; }
 
@@ -76,9 +77,11 @@ class ByteStream : public AnyStream, public std::enable_shared_from_this<ByteStr
   std::string peer_, network_;
   Admission::Ticket ticket_;
   TransportCounters* counters_;
-  // corked_ fills while leaving_ is being written, because a write in progress must keep its memory.
+  // put_back_: bytes that are read before those of the socket. corked_: bytes that wait for the uncorked write. It
+  // fills while leaving_ is being written, because a write in progress must keep its memory.
   std::vector<std::uint8_t> put_back_, corked_, leaving_;
-  // Counts timers, so that a cancelled one whose handler already waits in the loop is ignored.
+  // The number of timers so far. A cancelled timer whose handler already waits in the loop has an older number, and is
+  // ignored.
   std::uint64_t expiry_count_ = 0;
   bool is_corked_ = false, has_expired_ = false;
 };

@@ -24,7 +24,7 @@ using asio::ip::tcp;
 // A first message, a TLS ClientHello or a short request usually arrives as a whole, so one read suffices for it.
 constexpr std::size_t kFirstReadBytes = 512;
 
-// An alert of TLS: fatal, handshake_failure.
+// A record of TLS (type 21, an alert; version 3.1; 2 bytes) with the alert handshake_failure (40), which is fatal (2).
 constexpr std::array<std::uint8_t, 7> kTlsHandshakeFailure{21, 3, 1, 0, 2, 2, 40};
 
 // A browser that opens http:// on a port for TLS shows this text; a reset connection would tell a person nothing.
@@ -60,7 +60,7 @@ asio::awaitable<Found> read_protocol(ByteStream& stream) {
   std::size_t filled = 0;
   Found found;
   while (found.protocol == DetectedProtocol::unknown) {
-    // This many bytes show the protocol.
+    // kProtocolBytesMax bytes always show the protocol, so the loop has ended by then.
     HAIRNET_ASSERT(filled < kProtocolBytesMax);
     const auto [error, count] =
         co_await stream.async_read_some(asio::buffer(first.data() + filled, first.size() - filled), kAwaitable);

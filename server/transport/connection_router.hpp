@@ -58,11 +58,14 @@ struct ConnectionRouter : std::enable_shared_from_this<ConnectionRouter> {
   std::function<std::string(std::string_view host)> webtransport_page;
   LogThrottle refusal_log, origin_log, host_log, accept_log;
 
+  // Takes a new socket: closes it if the limits refuse it, else serves it in a coroutine.
   void accept(asio::ip::tcp::socket socket);
   // Closes the pending connections; the session registry closes the sessions.
   void close();
-  // None: the limits of one address do not apply.
+  // The number of the address for Admission; none for an exempt address, to which the limits of one address do not
+  // apply.
   [[nodiscard]] std::optional<std::uint64_t> limited_address(const asio::ip::address& address) const;
+  // Counts a refusal by the limits, and logs it at most once a second.
   void count_refusal(Admission::Verdict verdict, const asio::ip::tcp::endpoint& peer);
   // Returns true when a request may not name this host; counts and logs the refusal. `opens_session`: the request is
   // from a page and opens a session.
@@ -71,7 +74,11 @@ struct ConnectionRouter : std::enable_shared_from_this<ConnectionRouter> {
   bool refuses_origin(std::string_view origin, std::string_view host, std::string_view peer);
 
  private:
+  // Serves a new connection: reads a proxy's header, then calls route(). `is_proxied`: the connection is of a listed
+  // proxy.
   asio::awaitable<void> serve(std::shared_ptr<ByteStream> stream, bool is_proxied);
+  // Detects the protocol, does the handshake of TLS, and hands the connection to a session or to the pages. The first
+  // bytes must come within the opening time-out, and the handshake has the same time again.
   asio::awaitable<void> route(std::shared_ptr<ByteStream> stream);
   // Reads the proxy's header, and counts the connection as one of the address in it. False: the stream is closed.
   asio::awaitable<bool> read_proxy_header(ByteStream& stream);

@@ -65,7 +65,7 @@ ContentCodingName name_of(ContentCoding coding) {
 std::vector<ContentCoding> accepted_codings(std::string_view accept_encoding) {
   constexpr std::array kCodings{ContentCoding::brotli, ContentCoding::gzip, ContentCoding::identity};
   std::array<std::optional<double>, kCodings.size()> weights;
-  // Is the weight of "*", which stands for every coding that the field does not name.
+  // The weight of "*", which stands for every coding that the field does not name.
   std::optional<double> other;
   while (!accept_encoding.empty()) {
     std::string_view item = take(accept_encoding, ',');
@@ -80,7 +80,8 @@ std::vector<ContentCoding> accepted_codings(std::string_view accept_encoding) {
   }
   for (std::size_t i = 0; i + 1 < kCodings.size(); ++i)
     if (!weights[i]) weights[i] = other.value_or(0);
-  const double plain = weights.back().value_or(0);  // unnamed: the last choice
+  // A client that does not name `identity` takes plain bytes last.
+  const double plain = weights.back().value_or(0);
   std::vector<ContentCoding> accepted;
   for (std::size_t i = 0; i + 1 < kCodings.size(); ++i)
     // A client that prefers plain bytes gets them. At the same weight the compressed copy is smaller.

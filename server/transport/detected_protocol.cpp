@@ -5,6 +5,7 @@
 namespace hairnet::server {
 namespace {
 
+// The type of TLS' first record, a handshake.
 constexpr std::uint8_t kTlsHandshake = 0x16;
 // Record versions are 3.1 to 3.4 for all versions of TLS.
 constexpr std::uint8_t kTlsMajor = 3;

@@ -28,8 +28,10 @@ constexpr std::chrono::seconds kConnectTimeout{3}, kAnswerTimeout{10};
 // At most this many idle connections to one endpoint wait for the next call; further ones are closed after their
 // answer.
 constexpr std::size_t kIdleMax = 4;
+// A longer password, or file, is refused: the settings name a wrong file.
 constexpr std::size_t kPasswordBytesMax = 1024, kPasswordFileBytesMax = 65'536;
 
+// The error that the directory hears of. `is_connected`: the connection stood before the error.
 EtcdError error_of(const Error& error, bool is_connected) {
   if (!is_connected) return EtcdError::unreachable;
   if (error == beast::error::timeout) return EtcdError::timeout;
@@ -62,6 +64,7 @@ Result<std::shared_ptr<asio::ssl::context>> make_client_context(const EtcdOption
 // Coroutines share it, so a call under way outlives the client and finds `sink` null.
 struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
   using Request = http::request<http::string_body>;
+  // A call under way.
   struct Open {
     // Null until the call has a connection.
     std::shared_ptr<HttpPeer> peer;
@@ -69,8 +72,11 @@ struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
 
   explicit Impl(IoLoop& loop) : executor(loop.core().serial) {}
 
+  // Carries one call from its connection to the sink's answer or error.
   asio::awaitable<void> run(EtcdCall call);
+  // Gives the sink the lines of a watch until it ends.
   asio::awaitable<void> read_stream(std::uint64_t id, std::shared_ptr<HttpPeer> peer);
+  // Sends a request and reads its whole answer, within kAnswerTimeout.
   asio::awaitable<Error> exchange(HttpPeer& peer, const Request& request,
                                   http::response_parser<http::string_body>& parser);
   asio::awaitable<bool> authenticate(HttpPeer& peer, const EtcdEndpoint& endpoint);
@@ -92,6 +98,7 @@ struct EtcdClient::Impl : std::enable_shared_from_this<Impl> {
   // The calls under way, by their number.
   std::map<std::uint64_t, Open> open;
   std::shared_ptr<asio::ssl::context> tls;
+  // The user of etcd and its password, empty without one, and the token that etcd has given for them.
   std::string user, password, token;
   // etcd has refused the user, and the log has said so.
   bool is_user_refused = false;

@@ -23,10 +23,11 @@ constexpr std::size_t kBodyBytesMax = 4096;
 constexpr std::size_t kReadBytesMax = 16 << 10;
 // A file leaves in pieces of this size, so its length costs no memory, and a slow reader holds one piece.
 constexpr std::size_t kFilePieceBytes = std::size_t{64} << 10;
+// The page that tells how to connect by WebTransport (QuicListener::page).
 constexpr std::string_view kWebTransportPage = "/wt.json";
 // Pages of allowed origins may request this path, with a token.
 constexpr std::string_view kRoomPage = "/room";
-// A connection that receives pages at its limit waits this long.
+// A connection that has received its share of bytes looks again after this time (page_bytes_per_s).
 constexpr std::chrono::milliseconds kRateWait{10};
 
 using Request = WebSocketConnection::Request;
@@ -233,7 +234,8 @@ class HttpConnection {
     if (body_follows) piece += response.body;
     std::uint64_t left = body_follows && response.body.empty() ? response.file_bytes : 0;
     for (std::uint64_t offset = 0;;) {
-      if (left > 0) {  // the first piece leaves with the header
+      // The first piece of a file leaves together with the header.
+      if (left > 0) {
         const std::size_t before = piece.size();
         piece.resize(before + std::min<std::uint64_t>(left, kFilePieceBytes));
         const std::size_t count =
@@ -259,6 +261,7 @@ class HttpConnection {
     }
   }
 
+  // Waits until the connection may receive this many bytes of pages.
   asio::awaitable<void> wait_for_rate(std::size_t bytes) {
     // A piece larger than the bucket would wait forever.
     const double counted = std::min(static_cast<double>(bytes), options_->page_bytes_per_s);
@@ -270,6 +273,7 @@ class HttpConnection {
     }
   }
 
+  // Returns the response that refuses the request's Host; none: the host is allowed.
   std::optional<HttpResponse> refuse_host(const Request& request) {
     const std::string_view host = view(request[http::field::host]);
     // A client without a Host is no browser: those always name one.
@@ -280,6 +284,7 @@ class HttpConnection {
     return refusal(421, "this server has no such name; its setting transport.hosts lists them");
   }
 
+  // Returns the response that refuses to open a WebSocket; none: the upgrade may go on.
   std::optional<HttpResponse> refuse_upgrade(const Request& request) {
     if (!websocket::is_upgrade(request)) {
       HttpResponse response = refusal(426, "here is a WebSocket");
@@ -301,6 +306,7 @@ class HttpConnection {
     return std::nullopt;
   }
 
+  // Makes the connection a WebSocket with a session. HTTP ends here.
   asio::awaitable<void> upgrade(const Request& request) {
     // Bytes behind the request belong to the WebSocket.
     stream_->put_back({static_cast<const std::uint8_t*>(buffer_.data().data()), buffer_.size()});

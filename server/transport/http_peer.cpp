@@ -63,8 +63,8 @@ asio::awaitable<Error> HttpPeer::connect(const std::string& host, std::uint16_t 
   if (!socket_.tls) co_return Error();
   Error wrong;
   // The server may have several certificates, and chooses by this name (SNI), which must not be an address (RFC 6066).
-  if (asio::ip::make_address(host, wrong); wrong)  // a name, not a number
-    SSL_set_tlsext_host_name(socket_.tls->native_handle(), host.c_str());
+  // An error means that the host is a name and not an address.
+  if (asio::ip::make_address(host, wrong); wrong) SSL_set_tlsext_host_name(socket_.tls->native_handle(), host.c_str());
   socket_.tls->set_verify_mode(asio::ssl::verify_peer);
   // Without this callback any certificate of a known authority would pass, also one of another host.
   socket_.tls->set_verify_callback(asio::ssl::host_name_verification(host));

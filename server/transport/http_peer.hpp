@@ -20,8 +20,8 @@ class HttpPeer {
   HttpPeer(const SerialExecutor& executor, asio::ssl::context* tls, std::size_t buffer_bytes_max)
       : socket_(executor, tls), buffer_(buffer_bytes_max) {}
 
-  // `timeout` is for all of it but finding the addresses of a name. Connects, and with TLS verifies that the
-  // certificate is of `host`. Call it once, before the other operations.
+  // Connects, and with TLS verifies that the certificate is of `host`. `timeout` bounds all of this but the look-up of
+  // a name. Call it once, before the other operations.
   asio::awaitable<Error> connect(const std::string& host, std::uint16_t port, std::chrono::milliseconds timeout);
 
   // The next four carry one operation at a time each, and return its error; an expired time is beast::error::timeout.

@@ -14,7 +14,7 @@ struct HttpResponse {
   std::string body;
   // The size of a body that is sent from a file, instead of `body`.
   std::uint64_t file_bytes = 0;
-  // Their headers, when not empty.
+  // The values of the header fields with these names; an empty one leaves its field out.
   std::string etag = {}, location = {}, upgrade = {}, content_encoding = {}, vary = {}, allow_origin = {};
 };
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kHostBytesMax = 255;
 
-// Only these characters: the host becomes a part of the header Host and of log lines.
+// A host has only these characters, because it becomes a part of the header Host and of log lines.
 bool is_host(std::string_view host) {
   const auto is_letter = [](char c) {
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '.' || c == '-' ||

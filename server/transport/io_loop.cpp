@@ -13,7 +13,8 @@
 namespace hairnet::server {
 namespace {
 
-// A longer pause saves more wake-ups and delays each pose by more; a millisecond is small beside a tick.
+// run() waits this long between two wake-ups, so that messages gather. A longer pause saves more wake-ups and delays
+// each pose by more; a millisecond is small beside a tick.
 constexpr std::chrono::milliseconds kBetweenWakes{1};
 
 // A task that finds no memory is cut short; the loop goes on.
@@ -25,6 +26,7 @@ void run_task(const std::function<void()>& task) {
   }
 }
 
+// Runs the task once a period, without end.
 asio::awaitable<void> repeat(std::chrono::nanoseconds period, std::function<void()> task) {
   asio::steady_timer timer(co_await asio::this_coro::executor);
   while (true) {
@@ -35,6 +37,7 @@ asio::awaitable<void> repeat(std::chrono::nanoseconds period, std::function<void
   }
 }
 
+// Runs the task at each signal of core.signals, until the loop ends.
 void wait_for_signal(IoLoopCore& core, const std::shared_ptr<std::function<void()>>& task) {
   // Each signal needs a new wait; a second Ctrl-C must reach the program, too.
   core.signals.async_wait(asio::bind_executor(core.serial, [&core, task](const boost::system::error_code& error, int) {

@@ -27,11 +27,13 @@ constexpr std::string_view kNoWebTransport = "{\"port\":0,\"path\":\"\",\"hashes
 // While too many connections arrive, the listener asks this often whether it may accept again.
 constexpr std::chrono::milliseconds kPause{10};
 
+// An address and a port as a person writes them.
 std::string shown(const std::string& address, std::uint16_t port) {
   const bool is_v6 = address.find(':') != std::string::npos;
   return (is_v6 ? "[" + address + "]" : address) + ":" + std::to_string(port);
 }
 
+// Opens the port at one address. Zero lets the system pick a port.
 boost::system::error_code listen(tcp::acceptor& acceptor, const std::string& text, std::uint16_t port) {
   boost::system::error_code error;
   const auto address = unmapped(asio::ip::make_address(text == "localhost" ? "127.0.0.1" : text, error));
@@ -55,6 +57,7 @@ std::string reason_of(const boost::system::error_code& error) {
   return error.message();
 }
 
+// Accepts connections at one address until the acceptor is closed.
 asio::awaitable<void> accept(std::shared_ptr<ConnectionRouter> router, std::shared_ptr<tcp::acceptor> acceptor) {
   asio::steady_timer retry(acceptor->get_executor());
   while (acceptor->is_open()) {

@@ -7,12 +7,14 @@ namespace {
 
 constexpr std::string_view kHttp = "http://", kHttps = "https://";
 
+// The text with the capital letters of ASCII made small: names of hosts have no others.
 std::string lowered(std::string_view text) {
   std::string out(text);
   std::ranges::transform(out, out.begin(), [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
   return out;
 }
 
+// Removes the suffix if the text has it.
 void drop_suffix(std::string& text, std::string_view suffix) {
   if (text.ends_with(suffix)) text.resize(text.size() - suffix.size());
 }

@@ -14,7 +14,7 @@ asio::ip::address unmapped(const asio::ip::address& address);
 // provider gives each customer a /64 at least, so limits by single IPv6 addresses would limit nobody.
 std::uint64_t address_number(const asio::ip::address& address);
 
-// The same as text: "192.0.2.1", "2001:db8:1:2::/64".
+// The address or network as text: "192.0.2.1", "2001:db8:1:2::/64".
 std::string network_of(const asio::ip::address& address);
 
 // "address:port" for the log.

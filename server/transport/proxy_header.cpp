@@ -18,9 +18,10 @@ constexpr std::string_view kTextSignature = "PROXY ";
 // The specification bounds a line of version 1, with its end, by this.
 constexpr std::size_t kTextBytesMax = 107;
 constexpr std::string_view kBinarySignature{"\r\n\r\n\0\r\nQUIT\n", 12};
-// Signature, version and command, family and protocol, length of the rest.
+// The fixed part of version 2: 12 bytes of signature, one of version and command (4 bits each), one of family and
+// protocol (4 bits each), and two with the length of the rest.
 constexpr std::size_t kBinaryBytes = 16;
-// Two addresses and two ports.
+// Two addresses and two ports: 2 * 4 + 2 * 2 bytes, or 2 * 16 + 2 * 2.
 constexpr std::size_t kV4Bytes = 12, kV6Bytes = 36;
 
 // Compares only as many bytes as have come, so a header that comes byte by byte is incomplete and not malformed.
@@ -42,7 +43,8 @@ bool parse_port(std::string_view text, std::uint16_t& port) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-// The line without its end. "TCP4" or "TCP6", the addresses of source and destination, their ports.
+// Reads a line of version 1 without its end: "TCP4" or "TCP6", the addresses of source and destination, their ports.
+// Returns the source.
 std::optional<tcp::endpoint> parse_text_peer(std::string_view line) {
   const std::string_view family = take_word(line);
   const std::string source(take_word(line)), destination(take_word(line));
@@ -89,6 +91,7 @@ ProxyHeader parse_binary(std::span<const std::uint8_t> first) {
   const auto addresses = first.first(bytes).subspan(kBinaryBytes);
   // LOCAL is the proxy's own connection, as for a check of health: it has no other peer.
   if (command == 0) return {Status::complete, bytes};
+  // The family is IPv4 (1) or IPv6 (2), the protocol a stream (1).
   constexpr std::size_t kTcpV4 = 0x11, kTcpV6 = 0x21;
   if (family == kTcpV4 && addresses.size() >= kV4Bytes)
     return {Status::complete, bytes, endpoint_of<asio::ip::address_v4>(addresses)};

@@ -19,9 +19,9 @@ struct ProxyHeader {
     complete,
   };
   Status status = Status::incomplete;
-  // A complete header has this many.
+  // The length of a complete header.
   std::size_t bytes = 0;
-  // None stands for the proxy's own connection, or one that is not of TCP.
+  // The client's address. None: the connection is the proxy's own, or is not of TCP.
   std::optional<asio::ip::tcp::endpoint> peer = {};
 };
 

@@ -34,21 +34,26 @@ class QuicListener final : public std::enable_shared_from_this<QuicListener>, pr
   // JSON that a page needs to connect: the port, the path, and the hashes of the certificates if no authority has
   // signed them. `host` is that of the request for it.
   [[nodiscard]] std::string page(std::string_view host) const;
-  // See Listener; 0: none.
+  // The UDP port that pages name; see Listener::set_public_port(). 0: that of the socket.
   void set_public_port(std::uint16_t port) { public_port_ = port; }
   [[nodiscard]] std::uint16_t port() const { return sockets_.front()->port(); }
 
  private:
   QuicListener(SerialExecutor executor, std::shared_ptr<ConnectionRouter> router, std::uint16_t tcp_port);
+  // Binds the sockets and makes the endpoint with its certificates.
   Result<void> open(std::uint16_t udp_port);
+  // Gives the packets of one socket to the endpoint until shut().
   asio::awaitable<void> receive(std::shared_ptr<UdpSocket> socket);
   // Replaces the server's own certificates in time, for the object's life.
   asio::awaitable<void> renew_certificates();
   // Asks for one flush() after the handlers that are ready, however often it is called before.
   void want_flush();
+  // Lets the endpoint send, and sets timer_ to the time at which it is due again.
   void flush();
+  // Sends bursts by the socket of their local address.
   void send(std::span<const quic::Burst> bursts);
 
+  // These functions implement quic::Gate (server/quic/endpoint.hpp).
   bool may_begin(std::int64_t now_ns) override;
   std::shared_ptr<void> admit(const quic::Address& remote, std::int64_t now_ns) override;
   int on_request(const quic::Address& remote, const http3::Request& request) override;
@@ -62,6 +67,7 @@ class QuicListener final : public std::enable_shared_from_this<QuicListener>, pr
   std::optional<quic::OwnCertificates> own_;
   // Null once shut.
   std::unique_ptr<quic::Endpoint> endpoint_;
+  // timer_ wakes flush(), renewal_ wakes renew_certificates().
   asio::steady_timer timer_, renewal_;
   // timer_ is due at this time; the largest number says that it waits for nothing.
   std::int64_t timer_ns_ = std::numeric_limits<std::int64_t>::max();

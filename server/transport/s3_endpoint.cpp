@@ -7,6 +7,7 @@
 namespace hairnet::server {
 namespace {
 
+// The longest path of a bucket with its prefix, and the longest name of a region.
 constexpr std::size_t kPathBytesMax = 512, kRegionBytesMax = 64;
 
 // A signature covers the path as it is encoded. These characters are the same encoded and plain, so no encoder is

@@ -38,7 +38,9 @@ http::verb verb_of(agones::Request::Method method) {
 struct SidecarClient::Impl {
   Impl(SerialExecutor its_executor, std::uint16_t its_port) : executor(std::move(its_executor)), port(its_port) {}
 
+  // Carries one call to the end of its answer.
   asio::awaitable<void> run(std::uint64_t id, agones::Request asked);
+  // Tells the sink of a call that has failed, unless it was cancelled.
   void fail(std::uint64_t id, SidecarError error) {
     if (open.erase(id) > 0 && sink) sink->on_error(id, error, channel::monotonic_ns());
   }
@@ -46,6 +48,7 @@ struct SidecarClient::Impl {
   SerialExecutor executor;
   std::uint16_t port;
   agones::SidecarSink* sink = nullptr;
+  // The calls under way, by their numbers, each with its connection.
   std::map<std::uint64_t, std::shared_ptr<beast::tcp_stream>> open;
 };
 

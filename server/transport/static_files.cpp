@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/assert.hpp"
+#include "server/files/descriptor.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -23,6 +24,7 @@ constexpr std::size_t kDepthMax = 16;
 // The type of unknown files: a browser then stores the file and runs nothing.
 constexpr std::string_view kUnknownType = "application/octet-stream";
 
+// The types of files by their endings.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kTypes{{
     {".html", "text/html; charset=utf-8"},
     {".js", "text/javascript; charset=utf-8"},
@@ -57,6 +59,7 @@ std::string_view type_of(std::string_view name) {
   return found == kTypes.end() ? kUnknownType : found->second;
 }
 
+// The value of a hexadecimal digit, or -1.
 int hex_value(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'a' && c <= 'f') return c - 'a' + 10;
@@ -91,27 +94,11 @@ std::string etag_of(const struct stat& status, std::string_view ending) {
   return text.data();
 }
 
-class Descriptor {
- public:
-  explicit Descriptor(int value) : value_(value) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { reset(-1); }
-  void reset(int value) {
-    if (value_ >= 0) ::close(value_);
-    value_ = value;
-  }
-  [[nodiscard]] int value() const { return value_; }
-  int release() { return std::exchange(value_, -1); }
-
- private:
-  int value_;
-};
-
-// O_NONBLOCK: opening a pipe without a writer would block.
+// Opens a name in the folder and reads its status. O_NONBLOCK: opening a pipe without a writer would block. O_NOFOLLOW:
+// a symbolic link is refused.
 bool open_and_stat(int folder, const std::string& name, Descriptor& opened, struct stat& status) {
   opened.reset(::openat(folder, name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
-  return opened.value() >= 0 && ::fstat(opened.value(), &status) == 0;
+  return opened && ::fstat(opened.get(), &status) == 0;
 }
 
 }  // namespace
@@ -168,12 +155,12 @@ StaticFind StaticFiles::find(std::string_view path, StaticFile& file, const std:
     const std::string name(rest.substr(0, slash));
     // This refuses "..", hidden files and "//" alike.
     if (name.empty() || name.starts_with('.')) return StaticFind::not_found;
-    const int from = folder.value() >= 0 ? folder.value() : folder_;
+    const int from = folder ? folder.get() : folder_;
     if (slash != std::string_view::npos) {
       // O_NOFOLLOW refuses a symbolic link in each step, also one that somebody makes during the walk. A check of the
       // whole path before opening it would lose that race.
       folder.reset(::openat(from, name.c_str(), O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
-      if (folder.value() < 0) return StaticFind::not_found;
+      if (!folder) return StaticFind::not_found;
       rest.remove_prefix(slash + 1);
       continue;
     }
@@ -219,7 +206,8 @@ bool decode_path(std::string_view path, std::string& decoded) {
       const int high = hex_value(path[i + 1]), low = hex_value(path[i + 2]);
       if (high < 0 || low < 0) return false;
       c = static_cast<char>(high * 16 + low);
-      if (c == '/') return false;  // a name cannot contain one
+      // An encoded slash is refused, because the name of a file cannot contain one.
+      if (c == '/') return false;
       i += 2;
     }
     // A backslash separates folders for some programs that read the same address.

@@ -36,7 +36,7 @@ void TcpConnection::start(PacketSink* sink) {
 }
 
 asio::awaitable<void> TcpConnection::read() {
-  // Not cleared, so that the system provides memory only for the used part.
+  // The buffer is not cleared, so that the system provides memory only for the used part.
   std::size_t buffer_bytes = 0;
   std::unique_ptr<std::uint8_t[]> buffer;
   while (!shut_) {

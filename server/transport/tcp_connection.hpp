@@ -27,6 +27,7 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   // close() or PacketSink::on_closed.
   void start(PacketSink* sink);
 
+  // These functions implement Connection (server/session/connection.hpp).
   void mark_joined() override;
   void send(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] bool writable() const override { return !closing_ && unsent_.bytes < PacketQueue::kBytesMax; }
@@ -36,8 +37,10 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   [[nodiscard]] std::string_view transport() const override { return stream_->is_tls() ? "tls" : "tcp"; }
 
  private:
+  // The two coroutines of the connection. write() waits for send() or close().
   asio::awaitable<void> read();
   asio::awaitable<void> write();
+  // Writes all of sending_.
   asio::awaitable<boost::system::error_code> write_out();
   // A packet counts when its last byte was given to the system; `packet_count` may be 0 for a part of one.
   void count_written(std::size_t bytes, std::size_t packet_count);
@@ -59,7 +62,8 @@ class TcpConnection final : public Connection, public std::enable_shared_from_th
   std::vector<asio::const_buffer> gathered_;
   // sending_ is being written.
   bool is_writing_ = false;
-  // mark_joined() was called; close() was called, so nothing more is queued; the socket is closed.
+  // is_joined_: mark_joined() was called. closing_: close() was called, so nothing more is queued. shut_: the socket is
+  // closed.
   bool is_joined_ = false, closing_ = false, shut_ = false;
 };
 

@@ -25,6 +25,7 @@ int no_passphrase(char*, int, int, void*) {
 // the handshake goes on.
 int choose_http11(SSL*, const unsigned char** out, unsigned char* out_length, const unsigned char* in,
                   unsigned int in_length, void*) {
+  // A list of protocols as ALPN has it: each name follows its length, here 8.
   static constexpr unsigned char kOurs[] = {8, 'h', 't', 't', 'p', '/', '1', '.', '1'};
   unsigned char* chosen = nullptr;
   const int found = SSL_select_next_proto(&chosen, out_length, kOurs, sizeof(kOurs), in, in_length);
@@ -32,6 +33,8 @@ int choose_http11(SSL*, const unsigned char** out, unsigned char* out_length, co
   return found == OPENSSL_NPN_NEGOTIATED ? SSL_TLSEXT_ERR_OK : SSL_TLSEXT_ERR_NOACK;
 }
 
+// Warns of a certificate whose time is over or has not begun. The server starts all the same, since its clock may be
+// wrong.
 void warn_of_dates(SSL_CTX* context, const std::string& path) {
   const X509* certificate = SSL_CTX_get0_certificate(context);
   if (X509_cmp_current_time(X509_get0_notAfter(certificate)) < 0)
@@ -43,6 +46,7 @@ void warn_of_dates(SSL_CTX* context, const std::string& path) {
 }  // namespace
 
 std::string unreadable_pem(const std::string& path) {
+  // A larger file is no PEM file.
   constexpr std::size_t kPemBytesMax = std::size_t{16} << 20;
   const Result<std::string> text = read_text_file(path, kPemBytesMax);
   if (!text) return text.error();

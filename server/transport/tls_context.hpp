@@ -10,16 +10,17 @@
 
 namespace hairnet::server {
 
-// The server side of TLS 1.2 and later. The error for unusable files is one line. An expired certificate only causes a
-// warning, since a clock may be wrong. The files are read once.
+// Makes the server side of TLS 1.2 and later. The error for unusable files is one line. An expired certificate only
+// causes a warning, since a clock may be wrong. The files are read once.
 Result<std::shared_ptr<asio::ssl::context>> make_tls_context(const TlsFiles& files);
 
-// The client side of it. The server's certificate must follow from one of the file `ca`, or of the system's when `ca`
-// is empty; the caller has names verified. `whose`: the server, in words for errors.
+// Makes the client side of TLS 1.2 and later. The server's certificate must follow from one in the file `ca`, or from
+// the system's authorities when `ca` is empty. The caller has the name verified. `whose` is the server in words, for
+// errors.
 Result<std::shared_ptr<asio::ssl::context>> make_client_tls_context(const std::string& ca, std::string_view whose);
 
-// Why OpenSSL could not read the PEM file, which also could be a pipe that blocks; empty: it can. OpenSSL's own
-// messages about this are hard to read.
+// Returns why OpenSSL could not read the PEM file; empty: it can. A pipe, which would block, counts as unreadable.
+// OpenSSL's own messages about this are hard to read.
 std::string unreadable_pem(const std::string& path);
 
 // The newest error of OpenSSL in words, which is then forgotten.

@@ -25,7 +25,7 @@ struct TransportCounters : CounterSet {
                                  "Connections whose protocol is known, by transport."};
   Counter connections_opened_websocket{*this, "connections_opened", "transport", "websocket"};
   Counter connections_opened_webtransport{*this, "connections_opened", "transport", "webtransport"};
-  // Their first request was accepted.
+  // A connection counts here when its first request was accepted.
   Counter connections_opened_http{*this, "connections_opened", "transport", "http"};
   Counter connections_tls{*this, "connections_tls",
                           "Connections inside TLS, which also count as one of their transport."};
@@ -78,7 +78,7 @@ struct TransportCounters : CounterSet {
   Counter websockets_closed_malformed{*this, "websockets_closed", "reason", "malformed"};
   Counter websockets_closed_timeout{*this, "websockets_closed", "reason", "timeout"};
 
-  // Is a set of its own, which metrics lists apart.
+  // The counters of QUIC are a set of their own, which app/metrics lists apart.
   quic::QuicCounters quic;
 };
 

@@ -18,7 +18,7 @@ class UdpSocket {
  public:
   using OnPacket = std::function<void(const quic::Path&, std::uint8_t ecn, std::span<const std::uint8_t>)>;
 
-  // Binds it; or returns one line. `address` as for Listener.
+  // Binds a socket to the address, which is as for Listener. The error is one line.
   static Result<std::unique_ptr<UdpSocket>> open(SerialExecutor executor, const asio::ip::address& address,
                                                  std::uint16_t port);
 
@@ -38,6 +38,7 @@ class UdpSocket {
 
  private:
   explicit UdpSocket(SerialExecutor executor);
+  // Asks the system for each packet's local address and ECN bits, and for UDP_SEGMENT.
   void set_options(bool is_v6);
 
   // The memory of the system calls, which is reused from call to call.

@@ -23,6 +23,7 @@ WebSocketConnection::WebSocketConnection(std::shared_ptr<ByteStream> stream, con
                                          TransportCounters& counters)
     : stream_(std::move(stream)),
       socket_(*stream_),
+      // The timer never fires: send() wakes the writer by cancelling it.
       wake_writer_(stream_->get_executor(), asio::steady_timer::time_point::max()),
       counters_(&counters) {
   socket_.binary(true);
@@ -65,7 +66,8 @@ asio::awaitable<void> WebSocketConnection::read() {
     }
     counters_->bytes_read.add(count);
     counters_->received_bytes_websocket.add(count);
-    if (!sink_) {  // closing: read and drop everything until the peer's own end
+    // The connection closes, so everything is read and dropped until the peer's own end.
+    if (!sink_) {
       message_.consume(message_.size());
     } else if (!socket_.got_binary()) {
       // Text is refused at its first piece, before the rest of the message has come.
@@ -158,7 +160,7 @@ void WebSocketConnection::close_with(websocket::close_code code, std::string_vie
   if (closing_) return;
   closing_ = true;
   sink_ = nullptr;
-  // A close frame holds 125 bytes: 2 of the code, and the reason.
+  // A close frame has at most 125 bytes: 2 of the code, and the reason, which is cut at 100.
   close_reason_ = {code, beast::string_view(reason.data(), std::min<std::size_t>(reason.size(), 100))};
   if (!is_joined_ && !stream_->move_to(Admission::Place::leaving)) {
     counters_->connections_cut_leaving.add();

@@ -18,6 +18,7 @@ namespace hairnet::server {
 // executor, a reader and a writer, keep the object alive until both have ended.
 class WebSocketConnection final : public Connection, public std::enable_shared_from_this<WebSocketConnection> {
  public:
+  // The path of the upgrade request, and the subprotocol that a client may offer.
   static constexpr std::string_view kPath = "/ws";
   static constexpr std::string_view kSubprotocol = "hairnet";
   // After close(), the packets that wait have this long to be sent, and the peer's close frame to come.
@@ -32,6 +33,7 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
   // Begins to read and write. `sink` is null when the connection was refused and has been closed.
   void start(PacketSink* sink);
 
+  // These functions implement Connection (server/session/connection.hpp).
   void mark_joined() override;
   void send(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] bool writable() const override { return !closing_ && unsent_.bytes < PacketQueue::kBytesMax; }
@@ -41,14 +43,16 @@ class WebSocketConnection final : public Connection, public std::enable_shared_f
   [[nodiscard]] std::string_view transport() const override { return stream_->is_tls() ? "wss" : "ws"; }
 
  private:
+  // The two coroutines of the connection. write() waits for send() or close().
   asio::awaitable<void> read();
   asio::awaitable<void> write();
   // Sends sending_, a message for each packet, in as few system calls as their size allows.
   asio::awaitable<boost::system::error_code> write_out();
+  // Gives the message that was read to the sink.
   void deliver();
   // Lets the writer send what waits, and then a close frame. Does not tell the sink.
   void close_with(websocket::close_code code, std::string_view reason);
-  // Counts why the reader ended, and returns it in words for the log.
+  // Counts the reason why the reader has ended, and returns this reason in words for the log.
   std::string_view count_end(const boost::system::error_code& error);
   // The peer or the network has ended the connection: tells the sink once.
   void report_closed(std::string_view reason);

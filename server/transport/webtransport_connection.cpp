@@ -17,6 +17,7 @@ WebTransportConnection::WebTransportConnection(quic::Connection& quic, std::stri
       ticket_(std::move(ticket)),
       counters_(&counters),
       on_work_(std::move(on_work)),
+      // Until the session has joined, only packets up to this size are read.
       splitter_(kHelloPacketBytesMax) {}
 
 void WebTransportConnection::mark_joined() {
@@ -113,6 +114,7 @@ void WebTransportConnection::on_sent(std::size_t bytes) {
   counters_->sent_bytes_webtransport.add(bytes);
 }
 
+// The QUIC connection is about to be destroyed, so nothing may use it any more.
 void WebTransportConnection::on_closed(std::string_view error, std::int64_t now_ns) {
   quic_ = nullptr;
   ticket_ = nullptr;

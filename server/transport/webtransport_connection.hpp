@@ -16,7 +16,7 @@
 
 namespace hairnet::server {
 
-// Counts a QUIC connection as one of the port's for as long as it lives.
+// Counts a QUIC connection as one of the port's connections for as long as the ticket lives.
 struct QuicTicket {
   explicit QuicTicket(Admission::Ticket entered, TransportCounters& to) : ticket(std::move(entered)), counters(&to) {
     counters->connections_accepted.add();
@@ -43,6 +43,8 @@ class WebTransportConnection final : public Connection, public quic::SessionSink
   // `sink` is null when the connection was refused and has been closed.
   void start(PacketSink* sink) { sink_ = sink; }
 
+  // These functions implement Connection (server/session/connection.hpp). Without `quic_` the session has ended, and
+  // they do nothing.
   void mark_joined() override;
   void send(std::vector<std::uint8_t> packet) override;
   [[nodiscard]] std::size_t datagram_bytes_max() const override;

@@ -29,6 +29,7 @@ def blender(*arguments):
 def first_row(path):
     """The triples in the first row of a .npy file of float32."""
     data = path.read_bytes()
+    # A file of this format begins with ten bytes, and the last two of them give the length of the header that follows.
     begin = 10 + int.from_bytes(data[8:10], "little")
     shape = [int(one) for one in re.search(rb"'shape': \((.*?)\)", data[:begin])[1].split(b",") if one.strip()]
     values = array.array("f", data[begin:begin + 4 * math.prod(shape[1:])])
@@ -51,6 +52,8 @@ class Near:
         return tuple(int(x // self.CELL_M) for x in point)
 
     def distance(self, point):
+        # Only pieces in this cell and its neighbours are looked at. A point without any there counts as CELL_M away,
+        # which is more than NEAR_M.
         i, j, k = self.cell(point)
         pieces = [piece for u in (-1, 0, 1) for v in (-1, 0, 1) for w in (-1, 0, 1)
                   for piece in self.cells.get((i + u, j + v, k + w), ())]
@@ -116,6 +119,8 @@ class Blender(unittest.TestCase):
     def test_the_body_is_the_head_at_rest_in_metres(self):
         lines = [line.split() for line in (self.out / "body.obj").read_text().splitlines()]
         vertices = [tuple(map(float, line[1:])) for line in lines if line[0] == "v"]
+        # The sphere of make_scene.py has 48 segments and 32 rings, so 31 rings of vertices and two poles. Its centre is
+        # 159 cm above the floor and its top 11 cm higher.
         self.assertEqual(len(vertices), 48 * 31 + 2)
         centre = [(min(axis) + max(axis)) / 2 for axis in zip(*vertices)]
         for found, expected in zip(centre, (0, 0, 1.59)):
@@ -131,6 +136,8 @@ class Blender(unittest.TestCase):
         imported = [tuple(a - b for a, b in zip(point, lift)) for point in first_row(points)]
         strands = [[self.to_head(x) for x in strand] for group in self.expected["hairs"].values() for strand in group]
         # The groom has the strands in this order, root first. Where curves are sampled by both, their ends alone are alike.
+        # Particle hairs and straight locks have fewer than 20 points, which both programs have alike. The eight curved
+        # locks have more.
         exact = [strand for strand in strands if len(strand) < 20]
         self.assertEqual(len(exact), 450 + 40 + 4)
         particles = [x for strand in strands[:490] for x in strand]
@@ -145,11 +152,15 @@ class Blender(unittest.TestCase):
 
     def test_the_menu_exports_children_as_rendered_and_leaves_the_scene_as_it_was(self):
         facts = json.loads((self.folder / "rendered/hairnet.json").read_text())
+        # Each of the 150 hairs of the scalp is drawn as 3 children in the viewport and as 7 in a rendered image.
         self.assertEqual([one["strands"] for one in facts["groups"]], [7 * 150, 40, 6, 6])
+        # The state after the export: the frame, whether the armature is posed, the children in the viewport, and the
+        # display step.
         self.assertEqual(self.expected["state"], [20, "POSE", 3, 4])
         self.assertEqual(self.import_by(facts["command_line"]).returncode, 0)
 
     def test_bad_input_is_one_line_and_writes_nothing(self):
+        # The lines are in the order of the calls in refusals() of make_scene.py.
         said = ["there is no object \"Nobody\"", "object \"Lamp\" has no hair", "there is no object \"Nobody\"",
                 "no armature has a bone \"Nobody\"", "cannot write to", "particle system \"None\" of \"Bald\" is empty",
                 "particle system \"None\" of \"Bald\" is empty", "\"Scalp\" of \"Head\" is hidden", "the scene has no hair"]

@@ -48,6 +48,7 @@ def add_armature():
     nod = rig.pose.bones["mixamorig:Head"]
     nod.rotation_mode = "XYZ"
     nod.rotation_euler = (0.5, 0.2, 0.3)
+    # The armature is at its place in frame 1, and 30 cm beside it in frame 20, in which the scene is saved.
     rig.keyframe_insert("location", frame=1)
     rig.location = (30, 0, 0)
     rig.keyframe_insert("location", frame=20)
@@ -65,6 +66,7 @@ def add_head(rig, materials):
         head.data.materials.append(material)
     everything, scalp = head.vertex_groups.new(name="mixamorig:Head"), head.vertex_groups.new(name="scalp")
     everything.add(range(len(head.data.vertices)), 1, "REPLACE")
+    # Hair grows on the upper part of the head alone.
     scalp.add([v.index for v in head.data.vertices if v.co.z > 0.8], 1, "REPLACE")
     head.parent = rig
     head.modifiers.new("Armature", "ARMATURE").object = rig
@@ -103,6 +105,7 @@ def add_locks(rig, head, materials):
     for material in materials:
         locks.data.materials.append(material)
     for number in range(4):
+        # The value 0 makes a Catmull-Rom curve of a line.
         locks.data.attributes["curve_type"].data[number].value = 0
     slots = locks.data.attributes.new("material_index", "INT", "CURVE")
     for number in range(12):

@@ -21,7 +21,7 @@ struct CutOff {
 struct NodeTrajectory {
   double tick_s = 0;
   std::vector<std::vector<Vec3f>> ticks;
-  // Is the measured mean time of a tick.
+  // The measured mean time of a tick.
   double tick_us = 0;
 };
 

@@ -13,6 +13,8 @@ namespace {
 // As an upper limit of a count this leaves out no stiffener.
 constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
 
+// Builds a level with so many nodes on each axis. Where the hair has more stiffeners, the build merges them until the
+// counts are reached.
 std::shared_ptr<const Level> build(const Groom& groom, int nodes, std::size_t spring_count,
                                    std::size_t attachment_count) {
   return build_level(groom, {{nodes, nodes, nodes}, spring_count, attachment_count});
@@ -31,6 +33,7 @@ struct Truth {
   double motion_m = 0;
 };
 
+// Refuses a clip in which nothing moves, since errors are relative to the motion.
 Result<Truth> find_truth(const Level& level, const Clip& clip, const StrandPoints& strands) {
   const auto trajectory = integrate(level, clip);
   if (!trajectory) return Refusal(trajectory.error());
@@ -40,6 +43,7 @@ Result<Truth> find_truth(const Level& level, const Clip& clip, const StrandPoint
   return truth;
 }
 
+// The distance of a level's strand points from the reference's, as a share of the motion.
 Result<Distance> relative_distance(const Level& level, const Clip& clip, const StrandPoints& strands,
                                    const Truth& truth) {
   const auto trajectory = integrate(level, clip);
@@ -48,6 +52,8 @@ Result<Distance> relative_distance(const Level& level, const Clip& clip, const S
   return Distance{metres.rms / truth.motion_m, metres.p95 / truth.motion_m};
 }
 
+// The mean distance over random subsets of all stiffeners, with the same counts as the merged model: what decimation
+// would be without any merging.
 Result<Distance> random_distance(const Clip& clip, const StrandPoints& strands, const Truth& truth,
                                  const DecimationRow& row, std::size_t seed_count) {
   Distance mean;

@@ -23,7 +23,7 @@ inline constexpr double kMerged_rms_aim = 0.10, kRandom_ratio_aim = 2, kRandom_r
 
 struct DecimationOptions {
   std::size_t point_count_max = 10'000;
-  // Count the random subsets at the target and elsewhere.
+  // The numbers of random subsets at the target and elsewhere.
   std::size_t target_seed_count = 5;
   std::size_t other_seed_count = 1;
 };
@@ -34,11 +34,11 @@ struct DecimationRow {
   int lattice_nodes = 0;  // an axis
   std::size_t spring_count = 0, attachment_count = 0;
   std::size_t spring_count_all = 0, attachment_count_all = 0;
-  // Is the RMS distance of the reference from rigid motion.
+  // The RMS distance of the reference from rigid motion.
   double motion_m = 0;
   // The random one is a mean over the seeds.
   Distance merged, random;
-  // Is the distance of a model with all stiffeners, 1 % stiffer. It says how far a small error is carried.
+  // The distance of a model with all stiffeners, 1 % stiffer. It says how far a small error is carried.
   std::optional<double> stiffer_rms;
 };
 

@@ -14,6 +14,7 @@ std::string text(const char* format, auto... values) {
   return line;
 }
 
+// The mean of the rows of all hairstyles and motions with the same lattice and the same number of springs.
 struct Mean {
   std::size_t count = 0;
   Distance merged, random;
@@ -34,6 +35,7 @@ Mean mean_of(const std::vector<DecimationRow>& rows, int nodes, std::size_t spri
   return mean;
 }
 
+// `random / merged` says how many times more a random choice of stiffeners errs than merging them.
 std::string means_table(const DecimationReport& report) {
   std::string table =
       "| lattice | springs + attachments | merged RMS | p95 | random RMS | p95 | random / merged |\n"
@@ -50,6 +52,7 @@ std::string means_table(const DecimationReport& report) {
   return table;
 }
 
+// One row for each hairstyle and motion at the target: those rows have a figure `stiffer_rms`.
 std::string target_table(const DecimationReport& report) {
   std::string table =
       "| hairstyle | motion | all | motion, mm | merged RMS | p95 | random RMS | ratio | all, 1 % stiffer |\n"
@@ -82,6 +85,8 @@ constexpr double kLeft = 60, kRight = 620, kTop = 30, kBottom = 360;
 struct Axes {
   double error_max = 0;
   [[nodiscard]] double x(std::size_t count) const {
+    // The x axis is logarithmic, from the least to the largest of kSpringCounts. The y axis is the error as a share of
+    // the motion.
     const double first = std::log2(200.0), last = std::log2(1600.0);
     return kLeft + 20 + (kRight - kLeft - 40) * (std::log2(static_cast<double>(count)) - first) / (last - first);
   }
@@ -94,6 +99,8 @@ std::string line_of(const Axes& axes, std::span<const std::pair<std::size_t, dou
   return line + "\"/>\n";
 }
 
+// A line for each 10 % of error, and a label for each count: springs + attachments, of which there are a quarter as
+// many.
 std::string grid_of(const Axes& axes) {
   std::string grid;
   for (double error = 0; error <= axes.error_max + 1e-9; error += 0.1) {
@@ -160,6 +167,7 @@ std::string plot_of(const DecimationReport& report) {
       axes.error_max = std::max(axes.error_max, mean_of(report.rows, nodes, count).random.rms);
     }
   }
+  // The y axis ends at the next 10 % above the largest error.
   axes.error_max = 0.1 * std::max(1.0, std::ceil(10 * axes.error_max));
   std::string plot =
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 400\" font-family=\"sans-serif\" "

@@ -29,6 +29,8 @@ DirectStep::DirectStep(const Level& level)
       matrix_(level.rest.size(), {&level.springs, &level.attachments}),
       load_(level.rest.size()) {}
 
+// The terms of each node: mass, ether, gravity and drag. Gravity counts as a difference from that of the design, in
+// whose shape it has acted already. `u` is the velocity of the air.
 void DirectStep::add_nodes(const StepInput& input, const WorldLattice& lattice) {
   const double h = input.step_s;
   const Mat3 R = input.to.head().rotation.toRotationMatrix();
@@ -48,6 +50,7 @@ void DirectStep::add_nodes(const StepInput& input, const WorldLattice& lattice) 
   }
 }
 
+// Springs (eq. 3). `eps` is the weighted sum of the nodes, the vector between the spring's ends, and `e` its direction.
 void DirectStep::add_springs(const StepInput& input, const WorldLattice& lattice) {
   const double h = input.step_s;
   const Stiffeners& springs = level_.springs;
@@ -63,6 +66,7 @@ void DirectStep::add_springs(const StepInput& input, const WorldLattice& lattice
   }
 }
 
+// Attachments (eq. 4) pull the weighted sum of nodes to where it is in the rigid shape, which moves with the head.
 void DirectStep::add_attachments(const StepInput& input, const WorldLattice& lattice) {
   const double h = input.step_s;
   const Stiffeners& attachments = level_.attachments;
@@ -83,6 +87,7 @@ void DirectStep::add_attachments(const StepInput& input, const WorldLattice& lat
   }
 }
 
+// Contacts push along the skin's normal only. Each node takes the share of its weight.
 void DirectStep::add_contacts(const StepInput& input, const WorldLattice& lattice) {
   const double h = input.step_s;
   const ContactPoints& points = level_.contacts;
@@ -98,6 +103,8 @@ void DirectStep::add_contacts(const StepInput& input, const WorldLattice& lattic
   }
 }
 
+// Solves (M - h df/dP' - h^2 df/dP) dP' = h (f + h df/dP P') for the change of velocity dP', and then moves the nodes
+// by h P'.
 bool DirectStep::step(const StepInput& input, WorldLattice& lattice) {
   matrix_.set_zero();
   std::ranges::fill(load_, Vec3::Zero());

@@ -25,9 +25,9 @@ class DirectStep {
 
   const Level& level_;
   std::vector<double> spring_weights_, attachment_weights_;
-  // Is the matrix of the implicit step, M - h df/dp' - h^2 df/dp.
+  // The matrix of the implicit step, M - h df/dp' - h^2 df/dp.
   NodeMatrix matrix_;
-  // Is its right side, h (f + h df/dp P').
+  // The right side of the system, h (f + h df/dp P').
   std::vector<Vec3> load_;
 };
 

@@ -73,6 +73,7 @@ class LearntCharacter {
   bool has_begun_ = false, covered_ = true;
 };
 
+// Modes are orthonormal, so this is the square of the hair's RMS distance.
 double distance_m2(std::span<const float> a, std::span<const float> b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += std::pow(static_cast<double>(a[i] - b[i]), 2);
@@ -91,6 +92,8 @@ Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, con
   for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = world.add({subject.levels, kLevels[i], clip.poses[0]});
   LearntCharacter learnt(hair, modes.basis), joiner(hair, modes.basis);
   learnt.step(clip.poses[0], wind.velocity(clip.poses[0].head().position, 0));
+  // A second character, `joiner`, begins in the middle of the clip, as a client that comes late does. Its hair must
+  // come to that of the first.
   const std::size_t join_tick = clip.tick_count() / 2;
   const auto joined_ticks = static_cast<std::size_t>(kJoin_s * kRate_hz);
 
@@ -165,7 +168,7 @@ Json run_clip(const fidelity::ModesSubject& subject, const LearntHair& hair, con
   return row;
 }
 
-// Holds the median times of a character and tick.
+// The median times of a character and tick.
 struct Times {
   double learnt_us = 0, low_us = 0;
 };

@@ -41,6 +41,7 @@ struct Distances {
   void add(const std::vector<Vec3f>& from, const std::vector<Vec3f>& to) {
     for (std::size_t i = 0; i < from.size(); ++i) mm.push_back(1e3f * (to[i] - from[i]).norm());
   }
+  // Reorders `mm`, which is not sorted before.
   double quantile(double q) {
     if (mm.empty()) return 0;
     const auto at = mm.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(mm.size() - 1));
@@ -49,12 +50,14 @@ struct Distances {
   }
 };
 
+// How far the strand points go at the switch itself, in the tick after it, and in the tick before it for comparison.
 struct Row {
   Distances jump, after, before;
 };
 // The keys are the level before, the level after, and whether the head is tilted or moving.
 using Rows = std::map<std::tuple<std::string, std::string, std::string>, Row>;
 
+// The strand points that a level's lattice gives, for any of the levels.
 class Hair {
  public:
   Hair(const Groom& groom, const LevelSet& levels) : groom_(groom) {
@@ -76,7 +79,8 @@ class Hair {
   std::vector<Vec3f> grid_;
 };
 
-// Switches in `world` and steps once, at a moment when `before` were the points of the tick before.
+// Switches the level in `world`, and steps once to the pose `next`. `before` are the strand points of the tick before;
+// the distances go into `row`.
 void switch_level(World& world, CharacterId id, LevelIndex to, const Pose& next, Hair& hair,
                   const std::vector<Vec3f>& before, Row& row) {
   const std::vector<Vec3f> at = hair.points(world.lattice(id));
@@ -95,7 +99,7 @@ void at_rest(const std::shared_ptr<const LevelSet>& levels, LevelIndex from, Lev
   def.tick_s = 1 / kRate_hz;
   World world(def);
   const CharacterId id = world.add({levels, from, tilted});
-  // Gives the hair at most 30 s to fall asleep.
+  // The hair has at most 30 s to fall asleep.
   for (int tick = 0; tick < 30 * kRate_hz && !world.lattice(id).asleep; ++tick) world.step();
   switch_level(world, id, to, tilted, hair, hair.points(world.lattice(id)), row);
 }

@@ -42,19 +42,21 @@ struct Options {
 struct Run {
   std::vector<Pose> poses;
   std::vector<std::vector<float>> coefficients;
-  // Sums squares of the hair's displacements over frames, as the next three sum squares of errors.
+  // The sum of the squares of the hair's displacements over frames. The next three are sums of squares of errors.
   double motion_m2 = 0;
-  // Is what no coefficient shows.
+  // The part of the hair that no coefficient shows.
   double outside_m2 = 0;
-  // Is the error of each level as its lattice moves the hair.
+  // The error of each level as its lattice moves the hair.
   std::array<double, 4> moved{};
-  // Is the error of each level through its map.
+  // The error of each level through its map.
   std::array<double, 4> learnt{};
   // The order is high: nodes, modes; low: nodes, modes; then the same after the push.
   std::array<double, 2 * kDepthCases> deep_percent{};
 
   [[nodiscard]] double percent(double error_m2) const { return 100 * std::sqrt(error_m2 / motion_m2); }
   [[nodiscard]] double rms_mm() const { return 1e3 * std::sqrt(motion_m2 / static_cast<double>(poses.size())); }
+  // The error when only the first `count` coefficients are sent: modes are orthogonal, so the squares of the others add
+  // to the error.
   [[nodiscard]] double first_percent(std::size_t count) const {
     double error_m2 = outside_m2;
     for (const std::vector<float>& c : coefficients)
@@ -69,6 +71,7 @@ Run run_clip(const fidelity::ModesSubject& subject, const fidelity::Clip& clip) 
   def.tick_s = 1 / clip.rate_hz;
   World world(def);
   std::array<CharacterId, 4> ids;
+  // The four levels with a lattice: high, medium, low and ether.
   for (std::size_t i = 0; i < 4; ++i) ids[i] = world.add({subject.levels, static_cast<LevelIndex>(i), clip.poses[0]});
   fidelity::HairDepth depth(subject, kDepthCases);
   Run run;
@@ -119,6 +122,7 @@ struct Sizes {
   double error_percent = 0, count = 0, hair_bytes = 0, pose_bytes = 0;
 };
 
+// Encodes all frames of a clip with this tolerance, and decodes them again.
 Sizes code(const Run& run, const codec::CoefficientCode& code, float tolerance_m) {
   Sizes sizes;
   double error_m2 = run.outside_m2;

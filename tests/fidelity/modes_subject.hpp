@@ -27,7 +27,7 @@ struct ModesSubject {
   Groom groom;
   std::shared_ptr<const LevelSet> levels;
   StrandSample strands;
-  // Are measured for depth in the skin; head space, m.
+  // The points that are measured for depth in the skin; head space, m.
   std::vector<Vec3f> points;
   std::vector<float> blend;
   std::shared_ptr<const Modes> modes;

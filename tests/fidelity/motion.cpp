@@ -32,6 +32,8 @@ Result<void> measure(const MotionFigureFlags& flags, std::vector<MotionFigures>&
       const auto motion = load_motion(motion_name, subject.groom.body);
       if (!motion) return Refusal(motion.error());
       const bool hangs = std::ranges::find(kPostures, motion_name) != std::end(kPostures);
+      // A motion into a posture is played once and stops there, so that the hair comes to rest in it. All other motions
+      // are repeated.
       const Motion played = hangs ? stopped(*motion, kPosture_s, flags.duration_s) : looped(*motion, flags.duration_s);
       const Clip clip = make_clip(played, flags.rate_hz, flags.duration_s);
       const std::string stage = groom_name + ", " + motion_name;

@@ -21,6 +21,7 @@ constexpr double kEaseUpright_s = 0.5;
 // point's jump.
 constexpr double kReachTips_s = 0.33;
 
+// Keeps the largest value with its time.
 void raise(Worst& worst, double value, double time_s) {
   if (value > worst.value) worst = {value, time_s};
 }
@@ -38,6 +39,7 @@ class RigidProbePoints {
     std::vector<double>& now_m = last_m_[tick_++ % last_m_.size()];
     for (std::size_t i = 0; i < strands.probe_points.size(); ++i) {
       const Vec3 now = head.point(strands.points[strands.probe_points[i]].cast<double>());
+      // This is the second difference of the place, which is the acceleration times the square of the tick.
       now_m[i] = (now - 2 * before_[i] + before_that_[i]).norm();
       before_that_[i] = before_[i];
       before_[i] = now;
@@ -94,6 +96,7 @@ class Run {
     }
   }
 
+  // Measures depth and lengths at a tick.
   void look(const BentBody& body, double time_s) {
     const double share = deep_.share(body, at_spots(stretched_));
     figures_.deep_share += share;
@@ -152,13 +155,14 @@ class Run {
   StrandLengths drawn_lengths_;
   DeepPoints deep_;
   int looks_ = 0;
-  // Are in head space: `stretched_` as FFD has them, `points_` as they are drawn, `points_before_` a tick earlier.
+  // Points in head space: `stretched_` as FFD has them, `points_` as they are drawn, `points_before_` a tick earlier.
   std::vector<Vec3f> grid_, stretched_, points_, points_before_;
-  // Are where the probe points were at the last tick and at the one before it, world.
+  // The places of the probe points at the last tick and at the one before it, world.
   std::vector<Vec3> before_, before_that_;
   std::vector<float> jumps_m_, lengths_, drawn_;
 };
 
+// The poses after the clip: upright within kEaseUpright_s, and then still for `rest_after_s`.
 std::vector<Pose> poses_to_rest(const Pose& last, double rate_hz, double rest_after_s) {
   std::vector<Pose> poses;
   const auto count = static_cast<std::size_t>(std::ceil((kEaseUpright_s + rest_after_s) * rate_hz));

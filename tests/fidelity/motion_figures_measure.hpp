@@ -14,20 +14,20 @@
 
 namespace hairnet::fidelity {
 
-// The largest of a figure, and when it was, in seconds from the motion's start.
+// The largest value of a figure, and its time, in seconds from the motion's start.
 struct Worst {
   double value = 0, time_s = 0;
 };
 
 // Measures of the hair after the head is upright and still again. Points are strand points.
 struct RestFigures {
-  // Is the speed of the fastest point.
+  // The speed of the fastest point.
   double speed_m_per_s = 0;
-  // Is the share of points more than kTooDeep_m deeper in the body than designed.
+  // The share of points more than kTooDeep_m deeper in the body than designed.
   double deep_share = 0;
-  // Are distances of points from the design.
+  // The distances of points from the design.
   double rms_m = 0, p99_m = 0;
-  // Is the share of points where the lattice is turned inside out: det(dx/dX) < 0.
+  // The share of points where the lattice is turned inside out: det(dx/dX) < 0.
   double inverted_share = 0;
 };
 
@@ -35,31 +35,31 @@ struct RestFigures {
 struct MotionFigures {
   std::string groom, motion;
   LevelIndex level = LevelIndex::high;
-  // Is the mean over ticks of the share of points more than kTooDeep_m deeper in the body than designed.
+  // The mean over ticks of the share of points more than kTooDeep_m deeper in the body than designed.
   double deep_share = 0;
-  // Is the same in the worst tick.
+  // The same share in the worst tick.
   Worst deep{};
-  // Divide a strand's length in the lattice by its design's, over strands and ticks.
+  // The length of a strand in the lattice over that of its design, over all strands and ticks.
   double length_p50 = 1, length_p99 = 1;
   Worst length{1, 0};
-  // Divides likewise, for a strand as it is drawn (core/ffd/strand_lengths.hpp).
+  // The same ratio of a strand as it is drawn (core/ffd/strand_lengths.hpp).
   double drawn_p99 = 1;
   // A jump is |x(t) - 2 x(t-1) + x(t-2)| of a point in the world, beyond that of the same point of the design moving
   // rigidly with the head.
   double jump_p999_m = 0;
   Worst jump_m{};
-  // Is the median angle of the lower halves of strands from vertical.
+  // The median angle of the lower halves of strands from vertical.
   double hanging_rad = std::numeric_limits<double>::quiet_NaN();
-  // Is empty when it was not asked for.
+  // It is empty when it was not asked for.
   std::optional<RestFigures> rest{};
 };
 
 struct MotionFigureOptions {
-  // Acts during the motion; it is calm after it.
+  // The gravity and the wind during the motion. After the motion the air is still.
   Environment environment{};
-  // Is the time upright and still after the motion, before the rest is measured; zero leaves it out.
+  // The time upright and still after the motion, before the rest is measured; zero leaves it out.
   double rest_after_s = 5;
-  // Says at about how many of the hairstyle's points depth and jumps are measured.
+  // The approximate number of the hairstyle's points at which depth and jumps are measured.
   std::size_t point_count = 4000;
 };
 

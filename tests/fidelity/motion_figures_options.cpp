@@ -16,6 +16,7 @@ constexpr std::string_view kFooter = R"(Examples:
   hairnet-fidelity motion --groom made:bob --motion made:glide --motion made:lift --level low --rate 90
 )";
 
+// The hairstyles of a run without --groom: two real ones and one that this program makes.
 const std::vector<std::string> kGrooms{"harolongo", "sintel", "made:long_straight"};
 
 using Names = std::vector<std::string>;
@@ -34,6 +35,7 @@ std::vector<LevelIndex> levels_of(const Names& names) {
   std::vector<LevelIndex> levels;
   for (const std::string& name : names) {
     const auto known = std::ranges::find(kLevelNames, name);
+    // kLevelNames has more names than there are lattices: "learnt" and "rigid" hair has no level of its own to measure.
     if (known - kLevelNames.begin() >= static_cast<std::ptrdiff_t>(kLevelSpecs.size()))
       throw CLI::ValidationError("--level", "'" + name + "' is not one of high, medium, low, ether");
     levels.push_back(static_cast<LevelIndex>(known - kLevelNames.begin()));
@@ -70,6 +72,7 @@ void complete(MotionFigureFlags& flags) {
   if (!flags.level_names.empty()) flags.levels = levels_of(flags.level_names);
   if (const std::string error = validate(flags.wind); !error.empty()) throw CLI::ValidationError("wind", error);
   flags.measure.environment.wind = WindField(flags.wind);
+  // The default sets leave out real data where it is absent. Names that the user has given stay.
   const auto is_real = [](const std::string& name) { return !name.starts_with("made:"); };
   if (flags.grooms.empty()) {
     flags.grooms = kGrooms;

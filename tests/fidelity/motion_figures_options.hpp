@@ -11,7 +11,7 @@ namespace hairnet::fidelity {
 
 struct MotionFigureFlags {
   std::vector<std::string> grooms, motions, level_names;
-  // Names a set of motions.
+  // The name of a set of motions.
   std::string set = "everyday";
   Wind wind;
   std::vector<LevelIndex> levels{LevelIndex::high, LevelIndex::low};

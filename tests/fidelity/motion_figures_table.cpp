@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-// A figure of a run as a column of the table, and as it is called in JSON.
+// A figure of a run as a column of the table. `key` is its name in JSON. The table shows the value times `scale` with
+// `digits` decimals; JSON has the value itself.
 struct Column {
   const char *title, *key;
   double scale;
@@ -50,6 +51,7 @@ constexpr std::array<Column, 16> kColumns{{
      [](const MotionFigures& r) { return at_rest(r, &RestFigures::inverted_share); }},
 }};
 
+// Times of worst values have no mean, so rows of several runs leave them out.
 bool is_time(const Column& column) {
   return std::string_view(column.key).ends_with("_s") && std::string_view(column.title) == "at s";
 }
@@ -74,7 +76,7 @@ std::string cell(const Column& column, double value) {
   return std::isnan(value) ? " |" : text;
 }
 
-// `of` the values of the runs that have one.
+// A row of the table: for each column `of`, such as the mean, of the values of the runs that have one.
 template <class Of>
 std::string row(const std::vector<const MotionFigures*>& runs, Of of) {
   std::string text;
@@ -97,6 +99,7 @@ double worst(const std::vector<double>& values) {
   return *std::ranges::max_element(values);
 }
 
+// Rows with the mean and the worst over all motions of a set, for each level that has at least two runs.
 std::string set_rows(std::span<const MotionFigures> all, const char* set, std::span<const std::string_view> motions) {
   std::string text;
   for (const std::string_view level : kLevelNames) {
@@ -132,6 +135,8 @@ nlohmann::ordered_json motion_figure_json(std::span<const MotionFigures> all) {
   return rows;
 }
 
+// Commands that draw the worst ticks, so that a person can look at them. Only hairstyles and motions of our own can be
+// drawn anywhere.
 std::string picture_commands(std::span<const MotionFigures> all, double duration_s) {
   std::string text;
   const auto add = [&](std::string_view level, const char* what, Worst MotionFigures::*figure) {

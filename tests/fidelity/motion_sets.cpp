@@ -22,7 +22,7 @@ RigidTransform footing(const Pose& pose) {
 // The difference between the next round of a motion and the motion: its place, and the part that is eased out.
 struct Round {
   RigidTransform place;
-  // Holds one for each bone, in the bone's own space.
+  // One entry for each bone, in the bone's own space.
   std::array<RigidTransform, kBoneCount> left_over;
   double seam_s = kSeam_s;
 };

@@ -67,15 +67,15 @@ Run run_clip(const std::shared_ptr<const LevelSet>& levels, const Modes& modes, 
 }
 
 struct Figures {
-  // Is in percent of the motion.
+  // The errors in percent of the motion.
   double error_percent = 0;
-  // Is the change of speed from picture to picture beyond the true one, in percent of the RMS speed.
+  // The change of speed from picture to picture beyond the true one, in percent of the RMS speed.
   double jolt_percent = 0;
-  // Is the largest jolt in one picture.
+  // The largest jolt in one picture.
   double worst_jolt_mm = 0;
   double delay_ms = 0;
 
-  // Means over the seeds; the worst of all.
+  // Adds the figures of one of kSeeds seeds. The sums become means over the seeds, and the worst jolt of all stays.
   Figures& operator+=(const Figures& other) {
     error_percent += other.error_percent / kSeeds;
     jolt_percent += other.jolt_percent / kSeeds;
@@ -91,6 +91,7 @@ double square(const std::vector<float>& a, const std::vector<float>& b) {
   return sum;
 }
 
+// The coefficients of the hair as it was simulated at `time_ns`, counted from the clip's begin.
 std::vector<float> true_at(const Run& run, std::int64_t time_ns) {
   // Between two pictures the truth is interpolated linearly.
   const double at = std::clamp(static_cast<double>(time_ns) / static_cast<double>(kPicture_ns), 0.0,
@@ -102,6 +103,8 @@ std::vector<float> true_at(const Run& run, std::int64_t time_ns) {
   return c;
 }
 
+// Sends a clip's frames over a network that loses some of them and delays each, plays them out as a client does, and
+// compares each picture with the truth at the time that it shows.
 Figures play(const Run& run, const std::shared_ptr<const link::KnownBasis>& basis, const Options& o,
              double loss_percent, unsigned seed) {
   std::mt19937_64 random(seed);
@@ -130,6 +133,7 @@ Figures play(const Run& run, const std::shared_ptr<const link::KnownBasis>& basi
     const auto time_ns = static_cast<std::int64_t>(i) * kPicture_ns;
     coming.push_back({frame, time_ns, time_ns + kLatency_ns + static_cast<std::int64_t>(1e6 * jitter_ms)});
   }
+  // Jitter lets frames overtake each other.
   std::sort(coming.begin(), coming.end(), [](const Coming& a, const Coming& b) { return a.arrival_ns < b.arrival_ns; });
   std::size_t next = 0;
   double error_m2 = 0, motion_m2 = 0, jolt_m2 = 0, speed_m2 = 0, delay_ns = 0;

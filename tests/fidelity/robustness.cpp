@@ -48,9 +48,9 @@ struct Trial {
   std::string groom, level, what;
   std::size_t steps = 0, lattices_reset = 0, not_finite = 0;
   double farthest_m = 0, bound_m = 0;
-  // Is the time until it fell asleep; negative when it never did.
+  // The time until the hair fell asleep, s; negative when it never did.
   double rest_s = -1;
-  // Is the distance of the farthest node from the design then.
+  // The distance of the farthest node from the design then.
   double off_m = 0;
   bool is_folded = false;
   bool passed = false;
@@ -59,6 +59,7 @@ struct Trial {
 class Tester {
  public:
   Tester(std::string name, const std::shared_ptr<const LevelSet>& levels, LevelIndex level)
+      // The zeros are those of a new trial; -1 says that the hair has not fallen asleep yet.
       : trial_{std::move(name),
                std::string(kLevelNames[static_cast<std::size_t>(level)]),
                "",
@@ -94,7 +95,8 @@ class Tester {
     trial_.not_finite += !std::isfinite(farthest);
     trial_.bound_m = std::max(trial_.bound_m, double{lattice.model->displacement_max_m});
     trial_.farthest_m = std::max(trial_.farthest_m, farthest);
-    // displacement_max_m bounds each node; 1e-4 of it allows for the rounding of floats.
+    // A step scales a lattice down that has a node farther than displacement_max_m, so none may be farther; 1e-4 of it
+    // allows for the rounding of floats.
     within_bound_ = within_bound_ && farthest <= 1.0001 * double{lattice.model->displacement_max_m};
   }
 

@@ -12,13 +12,13 @@ namespace hairnet::fidelity {
 
 // Whole strands that represent a hairstyle; each part of it has its share.
 struct StrandSample {
-  // Are the design's, head space, m.
+  // The points of the design, head space, m.
   std::vector<Vec3f> points;
-  // Holds one for each point.
+  // One entry for each point.
   std::vector<float> blend;
   // Strand s has points [begin[s], begin[s + 1]).
   std::vector<std::uint32_t> begin{0};
-  // Holds one for each strand.
+  // One entry for each strand.
   std::vector<double> length_m;
   // Index `point_count` points or so, spread over the strands.
   std::vector<std::uint32_t> probe_points;

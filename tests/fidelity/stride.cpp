@@ -67,6 +67,8 @@ NodeTrajectory run_world(const std::shared_ptr<const LevelSet>& levels, LevelInd
       for (std::size_t i = 0; i < now.size(); ++i) shown.back()[i] = last[i] + share * (now[i] - last[i]);
     }
   }
+  // The lead-in brings the hair from rest into the motion, and does not count. A turn that is still under way at the
+  // end leaves its ticks out.
   trajectory.ticks.assign(shown.begin() + static_cast<std::ptrdiff_t>(std::min(clip.lead_in_ticks, shown.size())),
                           shown.end());
   trajectory.tick_us = 1e-3 * static_cast<double>(spent_ns) / (kCrowd * static_cast<double>(clip.tick_count()));
@@ -74,6 +76,8 @@ NodeTrajectory run_world(const std::shared_ptr<const LevelSet>& levels, LevelInd
 }
 
 struct Sum {
+  // Sums over the cases of one row: the error against small steps, the error against a step at every tick, and the
+  // microseconds of a character and a tick.
   double from_small = 0, from_full = 0, us = 0;
   int count = 0;
 };

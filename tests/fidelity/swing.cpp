@@ -87,7 +87,9 @@ struct Swing {
   double frequency_hz = 0, damping_ratio = 0;
 };
 
-// Uses the first extremum after the head has stopped and the one after it, each of a parabola through three samples.
+// Returns the frequency and the damping of the hair's swing, from samples that are `interval_s` apart. It uses the
+// first extremum after the head has stopped and the one after it; a parabola through three samples gives the time and
+// value of each.
 Swing measured(const std::vector<double>& aside_m, double interval_s) {
   struct Extremum {
     double time_s, value_m;
@@ -109,6 +111,8 @@ Swing measured(const std::vector<double>& aside_m, double interval_s) {
   return {0.5 / half_s, decrement / std::sqrt(1 + decrement * decrement)};
 }
 
+// Moves the head and measures the swing. `as_asked` keeps the full viscosity (with_numerical_damping); without it the
+// solver's own damping is subtracted from it.
 Swing swing(const Groom& groom, const Level& level, double rate_hz, int substeps, int iterations, bool as_asked) {
   const double step_s = 1 / (rate_hz * substeps);
   Level run_level = as_asked ? with_numerical_damping(level, step_s) : level;
@@ -139,6 +143,7 @@ struct Options {
   std::string json;
 };
 
+// Prints a row with its difference from `truth`, the undecimated model.
 void add_row(Json& rows, const std::string& groom, const std::string& what, double rate_hz, int substeps,
              const Swing& s, const Swing& truth) {
   std::printf("%-18s %-24s %3.0f Hz x %d   %5.2f Hz %+5.0f %%   zeta %.3f %+.3f\n", groom.c_str(), what.c_str(),

@@ -22,6 +22,8 @@ Result<Trajectory> integrate(const Level& level, const Clip& clip) {
     input.from = clip.poses[tick - 1];
     input.to = clip.poses[tick];
     input.step_s = tick_s;
+    // A teleport is a jump of the head that its own velocity does not explain. It resets hair, so a clip with one would
+    // not measure the solver.
     const Vec3 before = tick > 1 ? head_velocity(clip.poses[tick - 2], input.from, tick_s) : Vec3::Zero();
     if (is_teleport(input.from, input.to, tick_s, before)) return Refusal(where + "a teleport");
     if (!solver.step(input, lattice)) return Refusal(where + "the step has no finite solution");
@@ -66,6 +68,7 @@ Distance distance(const std::vector<Vec3f>& points, const std::vector<Vec3f>& tr
     sum += squares[i];
   }
   if (squares.empty()) return {};
+  // The distance that 95 % of the points do not exceed.
   const auto p95 = squares.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(squares.size() - 1));
   std::ranges::nth_element(squares, p95);
   return {std::sqrt(sum / static_cast<double>(points.size())), std::sqrt(*p95)};

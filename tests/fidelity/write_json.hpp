@@ -5,7 +5,7 @@
 
 namespace hairnet::fidelity {
 
-// Says on stderr why a section ends. The exit status.
+// Says on stderr why a section ends, and returns the exit status.
 int fail(const std::string& reason);
 
 // Writes a table's rows to `path`, unless that is empty. The exit status: that of fail() when it cannot.

@@ -15,6 +15,9 @@ namespace {
 
 class Client {
  public:
+  // The bits of `byte`: 0 to 2 are the length of the pieces, 16 bytes to 2 KiB; bit 3 is the prologue; bit 4 resumes.
+  // The client has a groom to upload, a character to add and a groom to fetch (hash 9), so that any answer of the
+  // server meets a request.
   explicit Client(std::uint8_t byte)
       : piece_bytes_(std::size_t{16} << (byte & 7)), prologue_((byte & 8) != 0), resumed_((byte & 16) != 0), core_({}) {
     core_.offer_groom(link_groom(), std::make_shared<const std::vector<std::uint8_t>>(200'000));

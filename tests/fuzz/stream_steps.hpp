@@ -36,7 +36,7 @@ inline std::vector<StreamStep> read_stream_steps(std::span<const std::uint8_t> i
   return steps;
 }
 
-// Says which streams have ended. QUIC passes nothing on behind the end of a stream, so the fuzzer must not either.
+// The streams that have ended. QUIC passes nothing on behind the end of a stream, so the fuzzer must not either.
 using EndedStreams = std::map<std::int64_t, bool>;
 
 // Does a common step. `piece_bytes`: how many bytes of a stream come at a time.

@@ -8,6 +8,7 @@
 #include "client/tools/command_line/parse.hpp"
 #include "schema/channel/token.hpp"
 #include "schema/codec/frame.hpp"
+#include "schema/codec/hand_code.hpp"
 #include "schema/http3/control_stream.hpp"
 #include "schema/wire/basis_file.hpp"
 #include "schema/wire/frame_datagram.hpp"
@@ -189,6 +190,16 @@ void add_learnt_seeds(Folder& folder) {
         wire::unpack(wire::encode_learnt(support::random_learnt_hair(6, hidden, 4)), wire::kPackedLearnt).value());
 }
 
+void add_hand_seeds(Folder& folder) {
+  wire::RandomMessages random(6);
+  for (int n = 0; n < 8;) {
+    const std::vector<Hand> hands = random.hands();
+    if (hands.empty()) continue;
+    folder.add(codec::encode_hands(hands));
+    ++n;
+  }
+}
+
 // Steps as http3_connection.cpp reads them.
 void add_http3_step(Bytes& steps, unsigned kind, unsigned stream, const Bytes& bytes) {
   steps.push_back(static_cast<std::uint8_t>(kind | stream / 2 << 3));
@@ -287,7 +298,7 @@ int write_seeds(const std::filesystem::path& root) {
   Folder tokens(root / "token"), links(root / "link_core");
   Folder http3(root / "http3_connection"), http3_sessions(root / "http3_session");
   Folder frames(root / "frame"), bases(root / "basis_file"), learnt(root / "learnt_file");
-  Folder archives(root / "alembic");
+  Folder archives(root / "alembic"), hands(root / "hands");
   add_alembic_seeds(archives);
   add_packet_seeds(packets, streams);
   add_frame_datagram_seeds(packets);
@@ -296,10 +307,11 @@ int write_seeds(const std::filesystem::path& root) {
   add_link_seeds(links);
   add_mode_seeds(frames, bases);
   add_learnt_seeds(learnt);
+  add_hand_seeds(hands);
   add_http3_seeds(http3);
   add_http3_session_seeds(http3_sessions);
   for (const Folder* folder : {&packets, &streams, &grooms, &levels, &recordings, &tokens, &links, &frames, &bases,
-                               &learnt, &http3, &http3_sessions, &archives})
+                               &learnt, &http3, &http3_sessions, &archives, &hands})
     if (folder->failed()) return 1;
   return 0;
 }

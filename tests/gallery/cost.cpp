@@ -193,6 +193,7 @@ Result<void> print_draw_cost(const Hairstyle& style, int width_px, int height_px
   for (Way& way : ways) way.detail.follow_hair_count = 0;
   ways[1].detail.quadratic = 0;
   ways[3].detail.follow_hair_count = 2;
+  // A tolerance of 1 m chooses the coarsest of the lists of indices.
   ways[4].detail.tolerance_m = 1;
   for (const Way& way : ways) {
     character.detail = way.detail;

@@ -119,6 +119,7 @@ Result<render::Image> frames_sheet(render::Renderer& renderer, const Hairstyle& 
   for (const Row& row : *rows) {
     for (std::size_t i = 0; i < row.moments.size(); ++i) {
       const draw::ShownCharacter character = shown(groom, row.moments[i]);
+      // The camera stands 25 degrees to the left of the face, so that one side of the hair shows as well.
       const draw::Camera camera = camera_about(character.pose.head().position, *style.groom, 25);
       Result<render::Image> tile = renderer.draw({&character, 1}, camera, {}, size_px, size_px * 5 / 4);
       if (!tile) return tile;

@@ -21,6 +21,7 @@ struct Options {
   int size_px = 300;
 };
 
+// Draws one file for each hairstyle, and prints its path as soon as it is written.
 Result<void> draw_hairstyles(const Options& options, render::Renderer& renderer) {
   for (std::size_t i = 0; i < options.grooms.size(); ++i) {
     const Result<Hairstyle> style = load_hairstyle(options.grooms[i]);
@@ -55,6 +56,7 @@ Result<void> draw_crowd(const Options& options, render::Renderer& renderer) {
     styles.push_back(std::move(*style));
   }
   render::StageStatistics statistics;
+  // The arguments are 100 characters, and the width and height of the picture in pixels.
   const Result<render::Image> picture = crowd_picture(renderer, styles, 100, 1280, 720, statistics);
   if (!picture) return Refusal(picture.error());
   std::printf(
@@ -80,6 +82,7 @@ Result<void> draw_frames(const Options& options, render::Renderer& renderer) {
   return {};
 }
 
+// Prints figures and draws no file. The picture of print_draw_cost has 960 times 540 pixels.
 Result<void> measure_cost() {
   for (const char* name : {"made:long_straight", "made:long_curly"}) {
     const Result<Hairstyle> style = load_hairstyle(name);

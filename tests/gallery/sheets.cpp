@@ -71,6 +71,7 @@ Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& 
   if (!moments) return Refusal(moments.error());
   const std::size_t groom = renderer.stage().add_groom(*style.groom);
   std::vector<render::Image> tiles;
+  // Each distance is about twice the one before, from a portrait to a head of a few pixels.
   for (const double scale : {0.6, 1.0, 2.0, 4.0, 8.0, 16.0}) {
     draw::ShownCharacter character = shown(groom, moments->front());
     const draw::Camera camera = camera_about(character.pose.head().position, *style.groom, 30, scale);
@@ -102,6 +103,7 @@ Result<render::Image> detail_sheet(render::Renderer& renderer, const Hairstyle& 
 
 Result<render::Image> wind_sheet(render::Renderer& renderer, const Hairstyle& style, int size_px) {
   Wind wind;
+  // A fresh breeze from the side, with gusts. The first time is before it acts on the hair for long.
   wind.mean_m_per_s = Vec3(-5, 0, 2);
   wind.gust_ratio = 0.5;
   wind.turbulence_rms_m_per_s = 1;
@@ -153,6 +155,7 @@ Result<render::Image> crowd_picture(render::Renderer& renderer, const std::vecto
   Vec3 middle = Vec3::Zero();
   for (const draw::ShownCharacter& one : crowd) middle += one.pose.head().position / static_cast<double>(count);
   draw::Camera camera;
+  // The camera looks from above and in front at all rows.
   camera.target = middle - Vec3(0, 0.3, 1.5);
   camera.eye = middle + Vec3(0, 2.1, 7.4);
   camera.fov_deg = 36;

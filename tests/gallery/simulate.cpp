@@ -38,6 +38,7 @@ Result<std::vector<Moment>> simulate_motion(const Hairstyle& style, const std::s
   const Result<Motion> loaded = fidelity::load_motion(motion, style.groom->body);
   if (!loaded) return Refusal(loaded.error());
   const double last_s = times_s.empty() ? 0 : times_s.back();
+  // A clip begins with a lead-in at rest, so times before 0 show the hair at rest.
   const fidelity::Clip clip = fidelity::make_clip(*loaded, kRate_hz, last_s + 1 / kRate_hz);
   WorldDef def;
   def.tick_s = 1 / kRate_hz;
@@ -47,6 +48,7 @@ Result<std::vector<Moment>> simulate_motion(const Hairstyle& style, const std::s
   std::vector<Moment> moments;
   for (std::size_t tick = 0; moments.size() < times_s.size(); ++tick) {
     const double time_s = (static_cast<double>(tick) - static_cast<double>(clip.lead_in_ticks)) / kRate_hz;
+    // Sums of times round, so a time that is a tick's may be a little later than the tick.
     while (moments.size() < times_s.size() && times_s[moments.size()] <= time_s + 1e-9)
       moments.push_back(moment_of(world.lattice(id)));
     world.set_pose(id, clip.poses[std::min(tick + 1, clip.poses.size() - 1)]);
@@ -64,6 +66,7 @@ draw::ShownCharacter shown(std::size_t groom, const Moment& moment) {
 }
 
 Vec3f hair_colour(std::size_t number) {
+  // Brown, light brown, black, red, hazel and grey.
   static const std::array<Vec3f, 6> kColours{Vec3f(0.16f, 0.07f, 0.03f),  Vec3f(0.45f, 0.27f, 0.12f),
                                              Vec3f(0.03f, 0.022f, 0.02f), Vec3f(0.30f, 0.08f, 0.025f),
                                              Vec3f(0.24f, 0.13f, 0.06f),  Vec3f(0.35f, 0.33f, 0.32f)};

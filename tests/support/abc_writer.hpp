@@ -14,12 +14,14 @@
 // Writes small Alembic archives of any shape, also of shapes that no program writes.
 namespace hairnet::test {
 
-// Writes the container of an archive, whose groups and data refer to parts that were written before. A reference is an
-// offset; its highest bit marks data.
+// Writes Ogawa, the container of an Alembic archive: groups, which list their children, and data. Children are
+// written before their group. A reference is an offset in the file, and its highest bit marks data.
 class OgawaWriter {
  public:
   static constexpr std::uint64_t kEmptyData = std::uint64_t{1} << 63;
 
+  // The header: "Ogawa", a byte that says that the file is complete, the version 1 in two bytes, and the offset of
+  // the root, which finish() sets.
   OgawaWriter() {
     for (const unsigned char c : {'O', 'g', 'a', 'w', 'a'}) u8(c);
     u8(0xff);
@@ -27,6 +29,7 @@ class OgawaWriter {
     u8(1);
     u64(0);
   }
+  // Both append to the file, and return the reference to what they wrote.
   std::uint64_t data(std::span<const std::byte> bytes) {
     if (bytes.empty()) return kEmptyData;
     const std::uint64_t at = bytes_.size();
@@ -41,11 +44,12 @@ class OgawaWriter {
     for (const std::uint64_t child : children) u64(child);
     return at;
   }
-  // Overwrites 8 bytes.
+  // Overwrites the 8 bytes at an offset, so that a test can damage a count or a reference.
   void set(std::uint64_t at, std::uint64_t value) {
     for (std::size_t i = 0; i < 8; ++i) bytes_[at + i] = static_cast<std::byte>(value >> (8 * i));
   }
   [[nodiscard]] std::uint64_t size() const { return bytes_.size(); }
+  // Returns the whole file with this root. The writer is empty afterwards.
   std::vector<std::byte> finish(std::uint64_t root) {
     set(8, root);
     return std::move(bytes_);
@@ -77,6 +81,7 @@ inline AbcBytes sample_key() {
 }
 
 template <class Number>
+// Returns a sample as an archive stores it: its key and then its values.
 AbcBytes sample_of(const std::vector<Number>& values) {
   AbcBytes bytes = sample_key();
   for (const Number value : values) append_number(bytes, value);
@@ -88,10 +93,12 @@ template <class Number>
 constexpr unsigned type_of() {
   if constexpr (std::is_same_v<Number, double>) return 11;
   if constexpr (std::is_same_v<Number, float>) return 10;
+  // The smallest integers have the types 1 (unsigned) and 2 (signed); each doubling of the size adds 2.
   constexpr unsigned kOf8 = std::is_signed_v<Number> ? 2 : 1;
   return kOf8 + 2 * static_cast<unsigned>(std::bit_width(sizeof(Number)) - 1);
 }
 
+// A property of an object: numbers or texts that may change with time, or a compound of other properties.
 struct AbcProp {
   std::string name, metadata;
   // 0 is a compound of other properties, 1 a scalar, 2 an array.
@@ -130,6 +137,7 @@ AbcProp attribute(const std::string& name, const std::string& scope, const std::
   return prop;
 }
 
+// Makes a property that holds other properties.
 inline AbcProp compound(const std::string& name, std::vector<AbcProp> children) {
   return {name, {}, 0, 0, 0, 0, {}, 0, 0, 0, std::move(children)};
 }
@@ -144,6 +152,7 @@ AbcProp indexed(const std::string& name, const std::string& scope, const std::ve
   return prop;
 }
 
+// Makes an attribute of texts, each with a zero behind it. Type 12 is text.
 inline AbcProp texts(const std::string& name, const std::string& scope, const std::vector<std::string>& values) {
   AbcProp prop{name, "geoScope=" + scope, 2, 12, 1, 0, {sample_key()}, 1, 0, 0, {}};
   for (const std::string& value : values) {
@@ -153,12 +162,14 @@ inline AbcProp texts(const std::string& name, const std::string& scope, const st
   return prop;
 }
 
+// An object of the archive's tree. Its metadata names its schema, such as curves or a transform.
 struct AbcObj {
   std::string name, metadata;
   std::vector<AbcProp> properties;
   std::vector<AbcObj> children;
 };
 
+// An archive as a tree of objects, with the numbers of its header.
 struct AbcFile {
   // The library is Alembic 1.8.5.
   std::uint32_t file_version = 0, library_version = 10805;
@@ -171,6 +182,7 @@ struct AbcFile {
   AbcObj top;
 };
 
+// Writes an AbcFile into an archive. `file` must outlive the writer.
 class AbcWriter {
  public:
   explicit AbcWriter(const AbcFile& file) : file_(file) {}
@@ -200,6 +212,8 @@ class AbcWriter {
   }
 
  private:
+  // Writes a property's samples; those of an array are followed by its dimensions, which are empty. Returns the
+  // reference.
   std::uint64_t property(const AbcProp& prop) {
     if (prop.kind == 0) return properties(prop.children);
     std::vector<std::uint64_t> words;
@@ -244,6 +258,7 @@ class AbcWriter {
     append_text(headers, words);
   }
 
+  // Writes properties, and behind them their headers, as an archive does. Returns the reference of the group.
   std::uint64_t properties(const std::vector<AbcProp>& list) {
     std::vector<std::uint64_t> words;
     AbcBytes headers;
@@ -264,6 +279,7 @@ class AbcWriter {
       headers.push_back(std::byte{0xff});
       append_words(child.metadata, headers);
     }
+    // Behind the headers stand two hashes of 16 bytes, which the reader does not look at.
     headers.insert(headers.end(), 32, std::byte{0x33});
     words.push_back(out_.data(headers));
     return out_.group(words);
@@ -278,6 +294,8 @@ struct AbcBasis {
   std::uint8_t type = 1, wrap = 0, basis = 0;
 };
 
+// Makes an object of curves. `counts` has the points of each curve, and each entry of `points` is a sample: x, y, z
+// of all points. `more` and `arbitrary` are further properties of the geometry and attributes of the artist.
 inline AbcObj curves(const std::string& name, const std::vector<std::int32_t>& counts,
                      const std::vector<std::vector<float>>& points, AbcBasis basis = {}, std::vector<AbcProp> more = {},
                      std::vector<AbcProp> arbitrary = {}) {
@@ -310,6 +328,7 @@ inline AbcObj xform(const std::string& name, const std::vector<std::uint8_t>& op
           std::move(children)};
 }
 
+// Makes an object of another schema, such as a mesh or a camera, without content.
 inline AbcObj object_of(const std::string& name, const std::string& schema) {
   return {name, "schema=" + schema, {}, {}};
 }
@@ -320,7 +339,7 @@ inline AbcBytes abc_file(std::vector<AbcObj> objects) {
   return AbcWriter(file).write();
 }
 
-// Strands of three points each in a row, which all start at y = 0 and go up.
+// Returns strands of three points each, in a row along x, which start at y = 0 and go up.
 inline std::vector<float> row_of_strands(std::size_t count) {
   std::vector<float> points;
   for (std::size_t s = 0; s < count; ++s) {

@@ -11,6 +11,7 @@
 // space.
 namespace hairnet::support {
 
+// Adds a strand, and the groups up to its own where the groom lacks them.
 inline void add(Groom& groom, const std::vector<Vec3f>& strand, StrandProperties properties = {}) {
   if (groom.group_names.size() <= properties.group) groom.group_names.resize(properties.group + 1u, "group");
   groom.add_strand(strand, properties);
@@ -87,16 +88,26 @@ inline Groom make_head_of_hair(int strand_count, unsigned seed = 1) {
 // Makes a groom with every unusual kind of strand that a valid groom may hold, beside 40 ordinary strands.
 inline Groom make_odd_groom() {
   Groom groom = make_head_of_hair(40);
-  add(groom, {});                                             // empty
-  add(groom, {{0.01f, 0.02f, 0.03f}});                        // a single point
-  add(groom, std::vector<Vec3f>(5, Vec3f(0.02f, 0.05f, 0)));  // coincident points
-  add(groom, {{0, 0.09f, 0}, {1e-7f, 0.09f, 0}});             // hardly any length
-  add(groom, curl({0.1f, 0.05f, 0}, 0.03f, 0.2f, 8, 200));    // tight curl
-  add(groom, curl({0, 0.1f, 0.1f}, 0.02f, 0, 1, 32));         // a closed ring: root and tip are one point
-  add(groom, straight({0, 0.08f, -0.1f}, {0, 0, -1}, 0.15f, 2), {.rooted = false});  // starts in mid-air
-  add(groom, straight({-0.08f, 0, 0}, {0, 1, 0}, 0.2f, 1));                          // stands up, one long segment
-  add(groom, straight({0.05f, 0, 0}, {1, 1, 1}, 0.004f, 3));                         // inside one cell
-  add(groom, {{0, 0.1f, 0}, {0, -0.1f, 0}, {0, 0.1f, 0}, {0, -0.1f, 0}});            // turns back on itself
+  // This strand has no point.
+  add(groom, {});
+  // This strand is a single point.
+  add(groom, {{0.01f, 0.02f, 0.03f}});
+  // All points of this strand lie in one place.
+  add(groom, std::vector<Vec3f>(5, Vec3f(0.02f, 0.05f, 0)));
+  // This strand has a length of 0.1 um, below kLengthMin, 10 um.
+  add(groom, {{0, 0.09f, 0}, {1e-7f, 0.09f, 0}});
+  // This is a tight curl of eight turns.
+  add(groom, curl({0.1f, 0.05f, 0}, 0.03f, 0.2f, 8, 200));
+  // This is a closed ring, whose root and tip are one point.
+  add(groom, curl({0, 0.1f, 0.1f}, 0.02f, 0, 1, 32));
+  // This strand starts in mid-air.
+  add(groom, straight({0, 0.08f, -0.1f}, {0, 0, -1}, 0.15f, 2), {.rooted = false});
+  // This strand stands up and is one long segment.
+  add(groom, straight({-0.08f, 0, 0}, {0, 1, 0}, 0.2f, 1));
+  // This strand lies within one cell of the lattice.
+  add(groom, straight({0.05f, 0, 0}, {1, 1, 1}, 0.004f, 3));
+  // This strand turns back on itself.
+  add(groom, {{0, 0.1f, 0}, {0, -0.1f, 0}, {0, 0.1f, 0}, {0, -0.1f, 0}});
   return groom;
 }
 

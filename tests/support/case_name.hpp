@@ -26,6 +26,7 @@ template <class Value>
 Named(const char*, Value) -> Named<Value>;
 
 template <class Value>
+// Returns the text of a value, or of several values of a tuple with "_" between them.
 std::string case_text(const Value& value) {
   if constexpr (std::convertible_to<Value, std::string_view>) {
     // GoogleTest would print quotes around the text.

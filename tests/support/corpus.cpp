@@ -30,6 +30,8 @@ struct RealGroom {
   std::string_view name;
   StrandDecoder* decode;
   std::vector<std::string> files;
+  // The axis that is up, the axis that the face looks along, and the metres of a unit of the file. The head joint stays
+  // open: it comes from the body or the roots.
   Placement placement;
   // The file of the body. Without one a skull is fitted to the roots of the hair.
   std::string body;
@@ -37,6 +39,8 @@ struct RealGroom {
 };
 
 const std::vector<RealGroom>& real_grooms() {
+  // The files of yuksel and ponytail state no unit. The widths of their scalps give about 3.3 mm and a tenth of an
+  // inch (SOURCES.md in the data folder).
   static const std::vector<RealGroom> grooms{{"yuksel",
                                               decode_yuksel_hair,
                                               {"hair/yuksel_straight/straight.hair"},
@@ -99,6 +103,7 @@ Result<Motion> import_deepmimic(std::string_view name, const Body& body) {
   if (!bytes) return of(file, bytes.error());
   const Result<DeepMimicClip> clip = decode_deepmimic_clip(as_text(*bytes), kDeepMimicRate_hz);
   if (!clip) return of(file, clip.error());
+  // The people of DeepMimic look along +x (deepmimic_clip.hpp), and Hairnet's along +z.
   BvhImport import;
   import.face = Axis::plus_x;
   auto imported = decode_bvh(bvh_text(*clip), import, &body);
@@ -147,9 +152,11 @@ Result<Motion> load_motion(std::string_view name, const Body& body) {
 }
 
 Clip make_clip(const Motion& motion, double rate_hz, double duration_s) {
+  // The 1e-9 takes away rounding, which would otherwise add a tick to a whole number of ticks.
   Clip clip{motion.name, rate_hz, {}, static_cast<std::size_t>(std::ceil(kLeadIn_s * rate_hz - 1e-9))};
   const Pose first = motion.sample(0);
   for (std::size_t i = 0; i < clip.lead_in_ticks; ++i) {
+    // ease() leaves upright(first) at 0 s and reaches the motion's first pose at kLeadIn_s.
     clip.poses.push_back(rounded_to_wire(ease(upright(first), first, static_cast<double>(i) / rate_hz, kLeadIn_s)));
   }
   const double end_s = std::min(duration_s, motion.duration_s());

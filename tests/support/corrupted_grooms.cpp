@@ -15,6 +15,8 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
+// What the decoder says (schema/wire/packing.cpp). kOtherSize: unpacking gives another size than the file states.
+// kImpossibleSize: no stream of these bytes can unpack to that size.
 constexpr const char* kOtherSize = "its stream is not as long as it says";
 constexpr const char* kImpossibleSize = "its stream cannot be as long as it says";
 
@@ -93,6 +95,7 @@ void add_streams(const Bytes& good, std::vector<CorruptedGroom>& all) {
     all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), kOtherSize});
   for (const std::size_t size : {std::size_t{0}, std::size_t{200'000'000}})
     all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), kImpossibleSize});
+  // These sizes are more than a groom may have, and must be refused before memory is taken for them.
   for (const std::size_t size : {kGroomBytesMax + std::size_t{1}, std::size_t{0xFFFFFFFF}})
     all.push_back({"unpacks to " + std::to_string(size) + " bytes", file.with_size(size), "bytes when unpacked"});
   const auto add = [&](const char* name, const char* error, auto corrupt) {
@@ -115,11 +118,16 @@ void add_streams(const Bytes& good, std::vector<CorruptedGroom>& all) {
 void add_numbers(const Groom& groom, const Bytes& table, std::vector<CorruptedGroom>& all) {
   const EncodedPoints points = encode_points(groom.points, point_runs(groom));
   const Bytes tied = encode_indices(tied_points(groom));
+  // shorten() lowers the vector's size, which stands in the four bytes before the vector. refer() changes the
+  // reference of one run.
   const auto shorten = [](std::size_t bytes) {
     return [bytes](Bytes& in, std::size_t at) { put_u32(in, at - 4, u32_at(in, at - 4) - bytes); };
   };
   const auto refer = [](std::size_t run, std::uint8_t folded) {
     return [=](Bytes& in, std::size_t at) {
+      // A run has a reference of 3 bytes, and the references lie by byte: all low bytes first, then the middle ones,
+      // then the high ones. `folded` becomes the low byte: 2 means one run before, 4 two runs before, and 1 one run
+      // after.
       const std::size_t run_count = u32_at(in, at - 4) / 3;
       in[at + run] = folded;
       in[at + run_count + run] = in[at + 2 * run_count + run] = 0;

@@ -10,7 +10,8 @@ namespace hairnet::wire {
 struct CorruptedGroom {
   std::string name;
   std::vector<std::uint8_t> file;
-  std::string error;  // part of what the C++ decoder says
+  // A part of what the C++ decoder says.
+  std::string error;
 };
 
 // Whole buffers whose packed stream or whose numbers are wrong, each in one way.

@@ -12,8 +12,8 @@ namespace {
 
 using nlohmann::json;
 
-// A frame has a duration, the root's place, and a rotation for each joint: one angle for a hinge, a quaternion for the
-// others.
+// A frame has a duration (1 number), the root's position (3) and a rotation for each of the 13 joints: one angle for
+// each of the 4 hinges, and a quaternion for the other 9.
 constexpr std::size_t kFrameNumbers = 44;
 // The limits refuse damaged files: no frame lasts longer, and no clip is so far away.
 constexpr double kFrameMax_s = 10;
@@ -57,6 +57,7 @@ struct OffNorms {
 std::optional<Quat> read_rotation(const double* wxyz, OffNorms& off) {
   const Quat rotation(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
   const double norm = rotation.norm();
+  // A quaternion whose length is not near 1 is no rotation but damage.
   if (!(norm > 1e-3 && norm < 1e3)) return {};
   off.add(norm);
   return rotation.normalized();
@@ -115,7 +116,7 @@ DeepMimicFrame between(const DeepMimicFrame& a, const DeepMimicFrame& b, double 
 }
 
 std::vector<DeepMimicFrame> resample(const std::vector<TimedFrame>& timed, double rate_hz) {
-  // A last step that rounding alone keeps out of the clip is still of it.
+  // The 1e-3 adds the last step where only rounding keeps it out of the clip.
   const auto step_count = static_cast<std::size_t>(timed.back().time_s * rate_hz + 1e-3);
   std::vector<DeepMimicFrame> frames;
   frames.reserve(step_count + 1);

@@ -31,15 +31,19 @@ enum class DeepMimicJoint : std::uint8_t {
 inline constexpr std::size_t kDeepMimicJointCount = 13;
 
 struct DeepMimicFrame {
-  Vec3 root = Vec3::Zero();                            // m, y up, facing +x
-  std::array<Quat, kDeepMimicJointCount> rotations{};  // relative to the parent
+  // The position of the root joint, m, with y up and the face towards +x.
+  Vec3 root = Vec3::Zero();
+  // Each joint's rotation relative to its parent.
+  std::array<Quat, kDeepMimicJointCount> rotations{};
 };
 
 // A clip at a constant rate.
 struct DeepMimicClip {
   double rate_hz = 60;
-  std::vector<DeepMimicFrame> frames;  // at least one
-  std::vector<std::string> warnings;   // plain sentences
+  // There is at least one frame.
+  std::vector<DeepMimicFrame> frames;
+  // Plain sentences about what was mended.
+  std::vector<std::string> warnings;
 };
 
 // The JSON of a clip, whose frames may last differently long, resampled: positions linearly, rotations by slerp.

@@ -57,6 +57,7 @@ inline void expect_equal(const LevelSet& a, const LevelSet& b) {
     expect_equal(a.levels[from], b.levels[from]);
     for (std::size_t to = 0; to < a.levels.size(); ++to) {
       if (from == to) continue;
+      // The rest positions stand in for displacements, since a map takes any vectors.
       std::vector<Vec3f> of_a(a.levels[to].rest.size()), of_b(of_a.size());
       a.maps[from][to]->apply(a.levels[from].rest, of_a);
       b.maps[from][to]->apply(a.levels[from].rest, of_b);

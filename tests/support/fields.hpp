@@ -6,8 +6,9 @@
 #include "schema/wire/messages.hpp"
 #include "schema/wire/recording.hpp"
 
-// The fields of everything that goes over the wire or into a file, in the order of their structs. With them tests
-// compare, draw and print a struct without a list of its fields: a new message needs one line here.
+// The fields of everything that goes over the wire or into a file, in the order of their structs. Tests compare,
+// draw and print a struct with this list, so a new struct needs one line here, and a new field one word. equal(),
+// RandomMessages and others read the list through for_each_field().
 namespace hairnet {
 
 BOOST_DESCRIBE_STRUCT(RigidTransform, (), (rotation, position))
@@ -84,7 +85,9 @@ BOOST_DESCRIBE_STRUCT(SetLevel, (), (character, level))
 BOOST_DESCRIBE_STRUCT(RemoveCharacter, (), (character))
 BOOST_DESCRIBE_STRUCT(PoseSample, (), (character, sequence, capture_time_ns, teleport, pose))
 BOOST_DESCRIBE_STRUCT(HandsSample, (), (sequence, capture_time_ns, hands))
-BOOST_DESCRIBE_STRUCT(PoseBatch, (), (poses, hands))
+BOOST_DESCRIBE_STRUCT(EarlierPose::Bone, (), (turn, move))
+BOOST_DESCRIBE_STRUCT(EarlierPose, (), (captured_before_ns, character, sequence_before, bones))
+BOOST_DESCRIBE_STRUCT(PoseBatch, (), (poses, earlier, hands))
 BOOST_DESCRIBE_STRUCT(SetTouch, (), (character, audience, chosen))
 BOOST_DESCRIBE_STRUCT(TakeHold, (), (member, hand, place, radius_m))
 BOOST_DESCRIBE_STRUCT(LetGo, (), (member, hand, release))

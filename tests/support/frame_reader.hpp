@@ -20,7 +20,7 @@ namespace hairnet {
 struct ReadFrame {
   std::uint64_t tick = 0;
   std::int64_t sample_time_ns = 0;
-  // The frame without its content, whose bytes are not kept.
+  // The frame without its content, whose bytes do not outlive the batch.
   wire::Frame frame;
   Pose pose;
   // In metres; empty means that the hair is at rest, or that the reader does not know the modes.
@@ -56,6 +56,7 @@ class FrameReader {
   }
 
  private:
+  // Returns why the frame cannot be read, or an empty string.
   std::string read_frame(const wire::Frame& frame, ReadFrame& out) {
     const auto groom = grooms_.find(frame.member);
     if (groom == grooms_.end()) return "a frame of an unknown member";
@@ -75,7 +76,9 @@ class FrameReader {
   }
 
   ModesOf modes_of_;
+  // The groom of each member.
   std::map<std::uint32_t, wire::GroomHash> grooms_;
+  // The grooms whose basis the server has announced.
   std::set<wire::GroomHash> announced_;
 };
 

@@ -10,7 +10,8 @@
 
 namespace hairnet::http3 {
 
-// Stores what a Connection asks for and tells.
+// Stands in for the QUIC connection below a server's http3::Connection (its header says what each call means), and
+// stores every call for the test.
 class RecordingOwner final : public Owner {
  public:
   void send(StreamId stream, std::span<const std::uint8_t> bytes, bool is_last) override {
@@ -54,16 +55,24 @@ class RecordingOwner final : public Owner {
     ++ends;
   }
 
-  // Answers every request.
+  // The status that answers every request. A test sets another one to refuse the session.
   int status = 200;
+  // The number of all calls, so that a test can expect that nothing has happened.
   std::size_t calls = 0;
+  // By stream: all bytes that the connection has sent there.
   std::map<StreamId, Bytes> sent;
+  // The streams that the connection has ended.
   std::set<StreamId> ended;
+  // The streams that the connection has stopped reading or has reset, with the error code of each.
   std::map<StreamId, ErrorCode> stopped, resets;
+  // The code of the last call of fail().
   std::optional<ErrorCode> failure;
+  // The numbers of calls of fail() and of on_session_end().
   int failures = 0, ends = 0;
   std::vector<Request> requests;
+  // The stream of the session's channel, once it is open.
   std::optional<StreamId> channel;
+  // All bytes of the channel.
   Bytes received;
   std::vector<Bytes> datagrams;
 };

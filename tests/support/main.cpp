@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kMost_s = 20;
 
-// These take longer, or come so near to it that a slower machine exceeds it. Why they do is in tests/README.md.
+// These take longer, or come so near to it that a slower machine exceeds it. tests/README.md says why most of them do.
 constexpr std::string_view kLongCases[] = {
     "RealData.four_hairstyles_dance_through_a_socket_and_come_to_rest_near_their_design",
     "BuildLevels.can_be_cancelled_at_every_call",
@@ -41,6 +41,7 @@ double seconds(const timeval& time) {
 
 double processor_time_s() {
   double sum = 0;
+  // The children are the programs that a case has run and waited for.
   for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
     rusage usage{};
     getrusage(who, &usage);

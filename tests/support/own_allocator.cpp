@@ -13,6 +13,8 @@ std::atomic<std::size_t> failing_bytes = std::numeric_limits<std::size_t>::max()
 
 namespace {
 
+// Returns a block, or null when this allocation has to fail or memory is short. An alignment of 0 means that of
+// malloc.
 void* try_once(std::size_t bytes, std::size_t alignment) {
   const bool is_its_turn = until_failure != kNever && --until_failure == 0;
   if (is_its_turn) until_failure = kNever;
@@ -26,11 +28,14 @@ void* try_once(std::size_t bytes, std::size_t alignment) {
   ++allocation_count;
   const std::size_t held = held_bytes += malloc_usable_size(block);
   std::size_t peak = peak_bytes;
+  // Another thread may raise the peak meanwhile; then `peak` gets its value and the comparison is repeated.
   while (held > peak && !peak_bytes.compare_exchange_weak(peak, held)) {
   }
   return block;
 }
 
+// Does what the standard demands of operator new: it calls the new-handler after each failure, and throws when there
+// is none.
 void* allocate(std::size_t bytes, std::size_t alignment) {
   while (true) {
     if (void* const block = try_once(bytes, alignment)) return block;

@@ -15,17 +15,19 @@ namespace hairnet::quic {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// 127.0.0.1, or another address of 127.0.0.0/8.
+// Returns an address of the loopback, 127.0.0.`last`. Different last numbers make different clients, or one that has
+// moved.
 Address loopback(std::uint16_t port, std::uint8_t last = 1);
 
-// The client's end of a QUIC connection that stores what it is told: for tests. It takes every certificate.
+// The client's end of a QUIC connection, without sockets: a test passes its packets on, and sets its clock. It
+// accepts every certificate, keeps itself alive with no pings, and stores what it receives.
 class QuicClient : private link::QuicEvents {
  public:
   using Options = link::QuicOptions;
 
   QuicClient(const Path& path, std::int64_t now_ns, const Options& options = {});
 
-  // The packets that it wants to send, each once.
+  // Returns the packets that the connection wants to send now. Each is returned once.
   std::vector<Bytes> write(std::int64_t now_ns);
   void receive(std::span<const std::uint8_t> packet, std::int64_t now_ns);
   void poll(std::int64_t now_ns) { connection_->poll(now_ns); }
@@ -35,23 +37,28 @@ class QuicClient : private link::QuicEvents {
   void send(std::int64_t stream, const Bytes& bytes, bool is_last = false) {
     connection_->send(stream, bytes, is_last);
   }
-  void stop(std::int64_t stream) { connection_->stop_reading(stream, {}); }  // its bytes are not wanted
+  // Asks the server to send no more on a stream.
+  void stop(std::int64_t stream) { connection_->stop_reading(stream, {}); }
   void send_datagram(Bytes bytes) { connection_->send_datagram(std::move(bytes)); }
-  // Control stream, CONNECT, channel. The channel's number is returned.
+  // Sends the control stream and a CONNECT request for a WebTransport session. Returns the session's stream.
   std::int64_t open_session(std::string_view authority = "localhost:7420", std::string_view path = "/ws",
                             std::string_view origin = "");
+  // Opens the session's channel, its first two-way stream, and returns its number.
   std::int64_t open_channel(std::int64_t session);
   void close(std::int64_t now_ns) { connection_->close(http3::ErrorCode::no_error, "", now_ns); }
-  void go_silent() { is_silent_ = true; }  // sends nothing more
+  // From now on no packet is sent or received, as when a cable is pulled.
+  void go_silent() { is_silent_ = true; }
 
   [[nodiscard]] const Path& path() const { return connection_->path(); }
   [[nodiscard]] bool is_ready() const { return connection_->is_ready(); }
-  // The code of a QUIC library that ended it; 0: none did.
+  // Returns the error of ngtcp2 that ended the connection; 0 means none.
   [[nodiscard]] int error() const { return connection_->error(); }
   [[nodiscard]] const std::string& reason() const { return connection_->reason(); }
   [[nodiscard]] ngtcp2_connection_close_error close_error() const { return connection_->close_error(); }
 
-  std::map<std::int64_t, Bytes> received;  // by stream
+  // By stream: the bytes that came. All are taken at once, so the server's window is always open.
+  std::map<std::int64_t, Bytes> received;
+  // By stream: true once the server has ended it.
   std::map<std::int64_t, bool> ended;
   std::vector<Bytes> datagrams;
 

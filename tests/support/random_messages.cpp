@@ -15,6 +15,8 @@ std::int64_t RandomMessages::time_ns() {
 }
 
 std::string RandomMessages::text() {
+  // These characters take one to four bytes in UTF-8. Forty of them stay within the limits of every text, tags
+  // included (kTagBytesMax, 256).
   static const std::array<const char*, 5> kCharacters{"a", "?", "\u00e9", "\u6bdb", "\U0001F487"};
   std::string text;
   for (std::size_t n = integer(0, 40); n > 0; --n) text += kCharacters[integer(0, kCharacters.size() - 1)];
@@ -58,6 +60,8 @@ Pose RandomMessages::pose() {
 std::vector<Hand> RandomMessages::hands() {
   std::vector<Hand> hands;
   std::size_t next = integer(0, 5);
+  // Numbers of shapes ascend from hand to hand and stay below kHandShapesMax. A hand that is 9 km away is within
+  // kHandPlaceMax_m (core/touch/hand.hpp).
   while (next < kHandShapesMax && coin()) {
     Hand& hand = hands.emplace_back(Hand{static_cast<std::uint8_t>(next), place(coin() ? 2.f : 9000.f), coin()});
     for (std::size_t n = integer(1, std::min<std::size_t>(kHandShapesMax - next, 7)); n > 0; --n) {
@@ -89,7 +93,7 @@ void RandomMessages::draw(RoomProps& room) {
   room.all = coin();
 }
 
-// A random partition into active and trimmed nodes, each trimmed one of up to three active ones.
+// The nodes are active or trimmed at random, and each trimmed one follows up to three active ones.
 LevelGeometry RandomMessages::geometry() {
   LevelGeometry g;
   g.lattice.origin = vector(1);
@@ -116,7 +120,9 @@ Frame RandomMessages::frame(std::vector<std::uint8_t>& content) {
   f.discontinuous = coin();
   f.asleep = coin();
   f.evaluated = f.level == LevelIndex::learnt && coin();
+  // Strides are 1, 2 or 4 ticks (is_stride(), schema/limits.hpp).
   f.step_stride = static_cast<std::uint8_t>(1 << integer(0, 2));
+  // No decoder reads the content here: a packet carries it as plain bytes.
   content = bytes(integer(0, 300));
   f.content = content;
   return f;
@@ -132,6 +138,7 @@ FrameBatch RandomMessages::frame_batch() {
   for (std::size_t n = integer(0, 6); n > 0; --n) {
     std::vector<std::uint8_t> content;
     Frame f = frame(content);
+    // Members ascend, by small steps and by such as take a varint of several bytes.
     f.member = member += static_cast<std::uint32_t>(integer(1, coin() ? 3 : 0x0fffffff));
     begins.push_back(storage->size());
     storage->insert(storage->end(), content.begin(), content.end());
@@ -139,6 +146,7 @@ FrameBatch RandomMessages::frame_batch() {
     batch.frames.push_back(f);
   }
   for (std::size_t i = 0; i < begins.size(); ++i) {
+    // The spans are set last, because `storage` moves its bytes while it grows.
     const std::size_t end = i + 1 < begins.size() ? begins[i + 1] : storage->size();
     batch.frames[i].content = std::span(*storage).subspan(begins[i], end - begins[i]);
   }
@@ -149,6 +157,7 @@ FrameBatch RandomMessages::frame_batch() {
 
 HairState RandomMessages::hair_state() {
   HairState state;
+  // The step is at most kHairStateStepMax_m, 1 mm. There are three integers for each active node.
   state.step_m = static_cast<float>(real(1e-5, 1e-3));
   state.displacements.resize(3 * integer(1, 60));
   for (std::int16_t& d : state.displacements) d = static_cast<std::int16_t>(integer(0, 0xffff));
@@ -185,6 +194,18 @@ void RandomMessages::draw(Hello& hello) {
 void RandomMessages::draw(GroomOffer& offer) {
   offer = {hash(), integer(1, ~std::uint64_t{0})};
 }
+void RandomMessages::draw(PoseBatch& batch) {
+  draw(batch.poses);
+  draw(batch.hands);
+  // An earlier pose belongs to a pose of the batch, and its sequence differs from that pose's.
+  for (std::size_t n = batch.poses.empty() ? 0 : integer(0, 6); n > 0; --n) {
+    EarlierPose& earlier = batch.earlier.emplace_back();
+    draw(earlier.bones);
+    earlier.character = batch.poses[integer(0, batch.poses.size() - 1)].character;
+    earlier.captured_before_ns = static_cast<std::uint32_t>(integer(0, 1'000'000'000));
+    earlier.sequence_before = static_cast<std::uint16_t>(integer(1, 65'535));
+  }
+}
 void RandomMessages::draw(Welcome& w) {
   draw(w.protocol_version);
   draw(w.session);
@@ -205,9 +226,11 @@ void RandomMessages::draw(Welcome& w) {
   for (ServerAt& other : w.others) draw(other);
 }
 void RandomMessages::draw(GroomData& data) {
+  // The chunk of up to 2000 bytes that begins at up to 3000 lies within the groom's 5000 bytes.
   data = {hash(), 5000, integer(0, 3000), bytes(integer(0, 2000))};
 }
 void RandomMessages::draw(ServerAt& server) {
+  // A name, an IPv4 and an IPv6 address.
   constexpr const char* kHosts[] = {"hair-3.example.org", "192.0.2.7", "2001:db8::1"};
   server = {kHosts[integer(0, 2)], static_cast<std::uint16_t>(integer(1, 65535))};
 }
@@ -243,6 +266,7 @@ void RandomMessages::draw(T& value) {
 Message RandomMessages::message(std::size_t kind) {
   Message message;
   const auto draw_kind = [&]<std::size_t... I>(std::index_sequence<I...>) {
+    // Only the alternative with the index `kind` is made and drawn.
     (void)((kind == I && (draw(message.emplace<I>()), true)) || ...);
   };
   draw_kind(std::make_index_sequence<kMessageKinds>());
@@ -298,6 +322,7 @@ Groom RandomMessages::groom(std::size_t strand_count) {
   for (std::size_t v = 0; v < vertex_count; ++v) {
     g.body.mesh.vertices.push_back(vector(1));
     const auto share = static_cast<float>(real(0, 1));
+    // The weights of a vertex add up to 1.
     g.body.bone_weights.push_back({share, 0, 1 - share, 0, 0});
   }
   const auto corner = [&] { return static_cast<std::uint32_t>(integer(0, vertex_count - 1)); };
@@ -319,6 +344,7 @@ void RandomMessages::add_features(Groom& g) {
     return all;
   };
   const auto colour = [&] { return Vec3f(vector(1).cwiseAbs()); };
+  // Only the second group has a root blend. Both coordinates of its two points rise, as validate() demands.
   if (coin()) g.root_blends = {{}, {{{number(0.1, 1), number(0, 0.5)}, {number(1.1, 9), number(0.5, 1)}}}};
   for (std::uint32_t s = 0; s < g.strand_count(); s += 3)
     g.clumps.push_back({s, static_cast<std::uint16_t>(integer(0, 9)), number(0, 0.01), number(0, 0.01)});
@@ -398,7 +424,8 @@ RecordedTick RandomMessages::recorded_tick() {
   return t;
 }
 
-// Its numbers are exact only as doubles.
+// Draws a body for recordings, which store doubles. Its numbers are not rounded to floats, so a recording that
+// rounded them would show.
 TouchBody RandomMessages::touch_body(std::uint8_t number) {
   TouchBody body{{u32(), number}, capsule(real(0, 1), real(0.01, 1)), {}, coin(), coin()};
   body.shape.is_inside_out = coin();
@@ -412,6 +439,8 @@ void RandomMessages::add_touch(RecordedTick& t) {
   for (std::size_t n = integer(0, 3); n > 0; --n) {
     TouchRule rule{static_cast<TouchAudience>(integer(0, 3))};
     for (std::size_t i = integer(0, 4); i > 0; --i) rule.chosen.push_back(u32());
+    // The decoder of recordings refuses a list of sessions that does not ascend, and bodies that do not ascend by
+    // their keys.
     std::ranges::sort(rule.chosen);
     t.touch_rules.push_back({u64(), rule});
   }
@@ -425,6 +454,7 @@ void RandomMessages::add_touch(RecordedTick& t) {
   for (std::size_t n = integer(0, 3); n > 0; --n)
     t.releases.push_back({u64(), key(), static_cast<Release>(integer(0, 2))});
   for (std::size_t n = integer(0, 3); n > 0; --n)
+    // A third of the unit cube keeps the place near the hand.
     t.grabs.push_back({u64(), {key(), vector(1).cast<double>() / 3, real(0, kGrabRadiusMax_m)}});
 }
 

@@ -9,14 +9,16 @@
 
 namespace hairnet::wire {
 
-// Valid messages, grooms and entries of random content, the same for the same seed.
+// Draws valid messages, grooms and recording entries of random content. The same seed gives the same content with
+// the same standard library.
 class RandomMessages {
  public:
   explicit RandomMessages(std::uint64_t seed) : random_(seed) {}
 
-  // Makes one of the kind at this index of Message.
+  // Makes a message of the kind at this index of Message (schema/wire/messages.hpp).
   Message message(std::size_t kind);
   Envelope envelope(std::size_t kind) { return {time_ns(), message(kind)}; }
+  // Makes a lattice of 2 to 6 nodes on each axis, each node active or trimmed at random.
   LevelGeometry geometry();
   // Makes a frame of member 0. The frame's content points into `content`, which must outlive it.
   Frame frame(std::vector<std::uint8_t>& content);
@@ -24,7 +26,7 @@ class RandomMessages {
   HairState hair_state();
   Observe observe();
   Pose pose();
-  // The numbers are rounded as those of hands that were sent.
+  // The coordinates are rounded as those of hands that were sent, so encoding them again loses nothing.
   std::vector<Hand> hands();
   Material material();
   MaterialScale material_scale();
@@ -46,9 +48,11 @@ class RandomMessages {
   std::uint32_t u32() { return static_cast<std::uint32_t>(integer(0, 0xFFFFFFFF)); }
   std::uint64_t u64() { return integer(0, ~std::uint64_t{0}); }
   GroomHash hash();
+  // Draws a level from the finest to `last`.
   LevelIndex level(LevelIndex last = LevelIndex::rigid);
+  // Draws each coordinate from [-most, most].
   Vec3f vector(float most);
-  // All numbers are floats.
+  // Draws a rotation of up to 3 rad, and a position of up to max_m on each axis. The position's numbers are floats.
   RigidTransform place(float max_m);
   std::vector<std::uint8_t> prop_numbers();
   // Adds threads, cards, cloths, knots, clumps and root blends.
@@ -68,6 +72,7 @@ class RandomMessages {
   void draw(TouchAudience& audience) { audience = static_cast<TouchAudience>(integer(0, 3)); }
   void draw(Release& release) { release = static_cast<Release>(integer(0, 2)); }
   void draw(std::vector<Hand>& any) { any = hands(); }
+  void draw(PoseBatch& batch);
   void draw(Prop& prop);
   void draw(SetProps& set);
   void draw(RoomProps& room);

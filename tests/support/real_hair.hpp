@@ -19,7 +19,8 @@ struct RealHair {
   friend void PrintTo(const RealHair& hair, std::ostream* out) { *out << hair.name; }
 };
 
-// The styles are straight and long, tied back, wavy to curly, and layered.
+// The styles are straight and long, tied back, wavy to curly, and layered. The placement holds the axis that is up,
+// the axis of the face, and the metres of a unit.
 inline const RealHair kRealHair[] = {
     {"straight", "hair/yuksel_straight/straight.hair", decode_yuksel_hair, {Axis::plus_z, Axis::plus_y, 0.0033, {}}},
     {"tail", "hair/amd_ponytail/tail.tfx", decode_tressfx, {Axis::plus_y, Axis::minus_z, 0.00254, {}}},
@@ -27,6 +28,7 @@ inline const RealHair kRealHair[] = {
     {"layered", "hair/sintel/SintelHairOriginal-sintel_hair.16points.tfx", decode_tressfx, {}},
 };
 
+// Imports a hairstyle without its body, so a skull is fitted to the roots. The error is one line.
 inline Result<Groom> import_real(const RealHair& hair) {
   auto strands = hair.decode(file_bytes(shared_data() / hair.path));
   if (!strands) return Refusal(strands.error());

@@ -81,12 +81,15 @@ std::string wrong_with(const Request& request, const S3ServerDef& def) {
     if ((";" + signed_names + ";").find(";" + std::string(needed) + ";") == std::string::npos) return "AccessDenied";
   }
   std::ostringstream canonical;
+  // The canonical request has the method, the path, an empty query, the signed fields, their names and the body's
+  // hash, each on its own line.
   canonical << std::string(request.method_string()) << '\n' << std::string(request.target()) << "\n\n";
   std::istringstream names(signed_names);
   for (std::string name; std::getline(names, name, ';');) canonical << name << ':' << field(request, name) << '\n';
   canonical << '\n' << signed_names << '\n' << payload_hash;
   const std::string scope = parts[2].str() + "/" + parts[3].str() + "/s3/aws4_request";
   const std::string text = "AWS4-HMAC-SHA256\n" + date + "\n" + scope + "\n" + hex(sha256(canonical.str()));
+  // The signing key is derived from the secret in four steps: date, region, service and a fixed text.
   const std::string key = hmac(hmac(hmac(hmac("AWS4" + def.secret, parts[2]), parts[3]), "s3"), "aws4_request");
   return hex(hmac(key, text)) == parts[5] ? "" : "SignatureDoesNotMatch";
 }
@@ -137,11 +140,13 @@ asio::awaitable<void> S3Server::Impl::open(Tcp::socket socket) {
   if (!error) co_await serve(stream);
 }
 
-// Answers that are no HTTP, or not all of it. False: there is none of that kind.
+// Sends an answer that is no HTTP or is incomplete, for the kinds of behaviour that want one. Returns false, and
+// sends nothing, for all other kinds.
 template <class Stream>
 asio::awaitable<bool> S3Server::Impl::misbehave(Stream& stream, S3Behaviour behaviour) {
   std::string text;
   if (behaviour == S3Behaviour::silent) {
+    // An hour is longer than any test. The loop is stopped when the server is destroyed.
     asio::steady_timer timer(loop, std::chrono::hours(1));
     co_await timer.async_wait(kAwaitable);
     co_return true;
@@ -155,6 +160,8 @@ asio::awaitable<bool> S3Server::Impl::misbehave(Stream& stream, S3Behaviour beha
   co_return true;
 }
 
+// Answers the requests of one connection, one after the other, until the client leaves or the behaviour ends it.
+// `Stream` is a socket, or TLS over one.
 template <class Stream>
 asio::awaitable<void> S3Server::Impl::serve(Stream& stream) {
   beast::flat_buffer buffer;
@@ -182,6 +189,7 @@ asio::awaitable<void> S3Server::Impl::serve(Stream& stream) {
 }
 
 Response S3Server::Impl::answer(const Request& request, S3Behaviour behaviour) const {
+  // These refusals come before the check of the signature, so that they do not depend on it.
   if (behaviour == S3Behaviour::denied) return error_of(http::status::forbidden, "AccessDenied");
   if (behaviour == S3Behaviour::error) return error_of(http::status::internal_server_error, "InternalError");
   if (behaviour == S3Behaviour::no_bucket) return error_of(http::status::not_found, "NoSuchBucket");
@@ -205,6 +213,7 @@ Response S3Server::Impl::answer(const Request& request, S3Behaviour behaviour) c
   const auto object = server->objects_.find(name);
   if (object == server->objects_.end()) return error_of(http::status::not_found, "NoSuchKey");
   std::string body(object->second.begin(), object->second.end());
+  // HTTP is correct here, so only a check of the object's own hash finds the wrong byte.
   if (behaviour == S3Behaviour::lying && !body.empty()) body[body.size() / 2] ^= 1;
   return answer_of(http::status::ok, body);
 }

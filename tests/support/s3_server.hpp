@@ -11,27 +11,41 @@
 
 namespace hairnet::support {
 
-// How the server answers: correctly, with the HTTP status behind the name, or in the wrong way that is described there.
+// How the server answers requests. Each value but `right` is a failure that a client of S3 must survive.
 enum class S3Behaviour : std::uint8_t {
   right,
-  denied,           // 403
-  error,            // 500
-  redirect,         // 301
-  no_bucket,        // 404 that is no missing object
-  silent,           // no answer
-  too_large,        // announces more bytes than any object has
-  truncated,        // ends the connection in the middle of the body
-  lying,            // other bytes than those of the object
-  no_http,          // an answer in another language
-  closes_idle,      // right, but ends each connection after its answer, without a word
-  refuses_at_once,  // 403 before the request's body, and ends the connection
-  endless_error,    // 500 with a long body
+  // The answer is 403 AccessDenied.
+  denied,
+  // The answer is 500 InternalError.
+  error,
+  // The answer is 301, with a location on another host.
+  redirect,
+  // The answer is 404 NoSuchBucket. A client must not take it for a missing object, which is 404 NoSuchKey.
+  no_bucket,
+  // The request is read, and no answer follows.
+  silent,
+  // The answer announces 1 TB, which is more than any object has.
+  too_large,
+  // The connection ends after 3 of the 100 bytes that the answer announces.
+  truncated,
+  // One bit of the object's middle byte is wrong.
+  lying,
+  // The answer is the greeting of a mail server.
+  no_http,
+  // The answer is right, but the connection ends after it, without "Connection: close".
+  closes_idle,
+  // The answer is 403 before the request's body is read, and the connection ends.
+  refuses_at_once,
+  // The answer is 500 and announces 1 GB of body, of which 3 bytes come.
+  endless_error,
 };
 
 struct S3ServerDef {
   std::string bucket = "bucket", access = "test-access", secret = "test-secret", region = "us-east-1";
-  std::string certificate = {}, key = {};  // PEM files; empty: no TLS
-  std::uint16_t port = 0;                  // 0: any free one
+  // Paths of PEM files. Without them the server speaks plain HTTP.
+  std::string certificate = {}, key = {};
+  // A fixed port lets a test stop a server and start another one at the same address. Zero means any free port.
+  std::uint16_t port = 0;
 };
 
 // As much of S3 as a store of objects needs, in memory, on a port of the loopback and a thread of its own. It checks
@@ -50,11 +64,15 @@ class S3Server {
   [[nodiscard]] std::map<std::string, std::vector<std::uint8_t>> objects() const;
   void set_object(const std::string& name, std::vector<std::uint8_t> bytes);
 
+  // The test's thread may change the behaviour at any time; it holds from the next request on.
   std::atomic<S3Behaviour> behaviour = S3Behaviour::right;
+  // The counts since the start. `gets`, `heads` and `puts` leave out requests that `refuses_at_once` has answered.
   std::atomic<std::size_t> connections = 0, gets = 0, heads = 0, puts = 0;
+  // The number of requests that wrong_with() (s3_server.cpp) has refused.
   std::atomic<std::size_t> wrong_signatures = 0;
 
  private:
+  // The sockets and their event loop, which `thread_` runs.
   struct Impl;
   S3ServerDef def_;
   std::unique_ptr<Impl> impl_;

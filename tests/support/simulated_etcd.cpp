@@ -29,6 +29,7 @@ std::string coded(const std::string& text) {
   std::string base64(sodium_base64_encoded_len(text.size(), sodium_base64_VARIANT_ORIGINAL), '\0');
   sodium_bin2base64(base64.data(), base64.size(), reinterpret_cast<const unsigned char*>(text.data()), text.size(),
                     sodium_base64_VARIANT_ORIGINAL);
+  // The encoder counts and writes a final zero byte.
   base64.pop_back();
   return base64;
 }
@@ -39,7 +40,7 @@ std::int64_t whole(const nlohmann::json& object, const char* name) {
   return std::stoll(object.at(name).get<std::string>());
 }
 
-// In etcd's way: numbers are text, and zero is left out.
+// Sets a number as etcd writes it: as text, and left out when it is zero.
 void set(nlohmann::json& object, const char* name, std::int64_t number) {
   if (number != 0) object[name] = std::to_string(number);
 }
@@ -56,6 +57,7 @@ SimulatedEtcd::Answer SimulatedEtcd::refuse(int status, int code, const std::str
   return {status, Json{{"error", error}, {"message", error}, {"code", code}}.dump()};
 }
 
+// The paths are those of etcd's JSON gateway, and a body is one JSON object.
 SimulatedEtcd::Answer SimulatedEtcd::handle(const std::string& path, const std::string& body, std::int64_t now_ns) {
   HAIRNET_ASSERT(!is_down_);
   advance(now_ns);
@@ -80,6 +82,7 @@ SimulatedEtcd::Answer SimulatedEtcd::handle(const std::string& path, const std::
       renew(lease->second, now_ns);
       ttl = R"(,"TTL":")" + std::to_string(lease->second.ttl_s) + "\"";
     }
+    // An answer without a TTL tells the client that the lease has gone.
     return {200, R"({"result":{"header":)" + header() + R"(,"ID":")" + std::to_string(id) + "\"" + ttl + "}}\n"};
   }
   if (path == "/v3/lease/timetolive") {
@@ -87,6 +90,7 @@ SimulatedEtcd::Answer SimulatedEtcd::handle(const std::string& path, const std::
     const auto lease = leases_.find(id);
     const bool is_gone = lease == leases_.end();
     Json answer{{"header", Json::parse(header())}, {"ID", std::to_string(id)}};
+    // The TTL is the remaining time in whole seconds, and -1 for a lease that has gone.
     set(answer, "TTL", is_gone ? -1 : std::max<std::int64_t>((lease->second.ends_ns - now_ns) / kSecond_ns, 0));
     return {200, answer.dump()};
   }
@@ -120,7 +124,7 @@ SimulatedEtcd::Json SimulatedEtcd::found(const Json& range) const {
   const std::int64_t limit = whole(range, "limit"), at = whole(range, "revision");
   Json answer = Json::object();
   std::int64_t count = 0;
-  // Old states are not kept: a page of an older revision shows the newest state, without what came later.
+  // Only the newest state is stored: a page of an older revision shows it without what came later.
   for (const auto& [key, entry] : entries_) {
     if (end.empty() ? key != begin : key < begin || key >= end) continue;
     if (at != 0 && entry.mod_revision > at) continue;
@@ -141,6 +145,8 @@ SimulatedEtcd::Json SimulatedEtcd::found(const Json& range) const {
   return answer;
 }
 
+// Runs the operations of `success` when all comparisons hold, and those of `failure` otherwise. Only comparisons of
+// a key's create_revision are simulated, where 0 means that the key does not exist.
 SimulatedEtcd::Answer SimulatedEtcd::txn(const Json& request) {
   bool holds = true;
   for (const Json& compare : request.at("compare")) {
@@ -205,6 +211,8 @@ void SimulatedEtcd::tell(const std::string& key, const std::string& event) {
     if (key >= watch.begin && key < watch.end) watch.on_line(line);
 }
 
+// Sends the changes since `start_revision` at once. If some of them are forgotten, the watch is cancelled and gets
+// the number 0.
 std::uint64_t SimulatedEtcd::watch(const std::string& body, OnLine on_line) {
   const Json request = Json::parse(body).at("create_request");
   const Watch watch{plain(request, "key"), plain(request, "range_end"), std::move(on_line)};

@@ -21,8 +21,10 @@ class SimulatedEtcd {
     int status = 200;
     std::string body;
   };
+  // Gets one line of JSON, as etcd streams it to a watch.
   using OnLine = std::function<void(std::string)>;
 
+  // The seed draws how late the keys of each lease vanish.
   explicit SimulatedEtcd(std::uint64_t seed = 1) : random_(seed) {}
 
   // Answers a request that is not a watch.
@@ -37,10 +39,12 @@ class SimulatedEtcd {
   void go_down();
   void come_up(std::int64_t now_ns);
   [[nodiscard]] bool is_down() const { return is_down_; }
-  // Call it while etcd is down. The disk is lost: etcd begins again without keys and leases, at the first revision.
+  // Loses the disk: etcd begins again without keys and leases, at the first revision. Call it while etcd is down.
   void lose_data();
   // Makes etcd forget the history up to the newest revision: watches and lists that begin earlier fail.
   void compact() { compacted_ = revision_; }
+  // These three act as another client of etcd would, without a request. remove() and end_lease_of() do nothing for a
+  // key that does not exist.
   void remove(const std::string& key);
   void put(const std::string& key, const std::string& value);
   void end_lease_of(const std::string& key);
@@ -55,16 +59,21 @@ class SimulatedEtcd {
   [[nodiscard]] std::int64_t revision() const { return revision_; }
 
  private:
+  // The private functions follow etcd's API: range() reads keys, txn() runs a transaction, tell() sends a change to
+  // all watches of its key, and revoke() ends a lease and erases its keys.
   using Json = nlohmann::json;
+  // A key's value, and what etcd stores with it: the revisions of its creation and last change, the count of its
+  // changes since its creation, and its lease, where 0 means none.
   struct Entry {
     std::string value;
     std::int64_t create_revision = 0, mod_revision = 0, version = 0, lease = 0;
   };
-  // `ends_ns` is the end of the lease; its keys vanish at `revoked_ns`.
+  // From `ends_ns` on the lease cannot be renewed; its keys vanish at `revoked_ns`, up to expiry_lag_s_max later.
   struct Lease {
     std::int64_t ttl_s = 0, ends_ns = 0, revoked_ns = 0;
   };
   struct Watch {
+    // The keys in [begin, end) are watched.
     std::string begin, end;
     OnLine on_line;
   };

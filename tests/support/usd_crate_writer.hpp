@@ -12,6 +12,7 @@
 // types are those of the format: 3 is an int, 11 a token, 46 time samples, 48 a vector of doubles.
 namespace hairnet::test {
 
+// Returns the lowest bytes of a number, little endian.
 inline std::string in_bytes(std::uint64_t value, int count) {
   std::string text;
   for (int i = 0; i < count; ++i, value >>= 8) text.push_back(static_cast<char>(value));
@@ -29,10 +30,12 @@ inline std::string lz4_literals(const std::string& text) {
   return block + text;
 }
 
+// Returns a text behind its size in 8 bytes.
 inline std::string with_size(const std::string& text) {
   return in_bytes(text.size(), 8) + text;
 }
 
+// Returns a text as the format packs it: a size, a zero (one LZ4 block), and the block.
 inline std::string packed_table(const std::string& text) {
   return with_size(std::string(1, '\0') + lz4_literals(text));
 }
@@ -64,12 +67,15 @@ class CrateWriter {
   // `minor` is the version of the file, 0.minor. The header has 88 bytes, which file() fills in.
   explicit CrateWriter(int minor) : minor_(minor), data_(88, '\0') {}
 
+  // Return the index of a text in the file's list of tokens or strings, to which they add it.
   std::uint64_t token(std::string_view text) { return index_in(tokens_, std::string(text)); }
   std::uint64_t string(std::string_view text) { return index_in(strings_, static_cast<std::uint32_t>(token(text))); }
 
   // A value is one number: bit 63 says that it is an array, bit 62 that it is inlined, bit 61 that it is compressed.
   // The type begins at bit 48; below it is the value itself, or where its bytes are in the file.
   static std::uint64_t inlined(std::uint64_t type, std::uint64_t payload) { return 1ULL << 62 | type << 48 | payload; }
+  // token_value() is inlined; stored() and array() write bytes into the file and refer to them. Arrays have their
+  // rank before version 0.5, and a count of 8 bytes from 0.7 on.
   std::uint64_t token_value(std::string_view text) { return inlined(11, token(text)); }
   std::uint64_t stored(std::uint64_t type, const std::string& bytes) {
     const std::uint64_t at = data_.size();
@@ -80,6 +86,7 @@ class CrateWriter {
     const std::string rank = minor_ < 5 ? in_bytes(1, 4) : "";
     return 1ULL << 63 | (is_packed ? 1ULL << 61 : 0) | stored(type, rank + in_bytes(count, minor_ < 7 ? 4 : 8) + bytes);
   }
+  // From version 0.5 on, the format packs arrays of 16 and more integers.
   std::uint64_t integers(const std::vector<std::int64_t>& values) {
     if (minor_ >= 5 && values.size() >= 16) return array(3, values.size(), packed_integers(values), true);
     std::string bytes;
@@ -96,6 +103,7 @@ class CrateWriter {
     for (const std::string& word : words) bytes += in_bytes(token(word), 4);
     return array(11, words.size(), bytes);
   }
+  // Makes time samples: a list of times, and a list of values that were made before.
   std::uint64_t samples(const std::vector<std::pair<double, std::uint64_t>>& samples) {
     std::string times = in_bytes(samples.size(), 8), values = in_bytes(samples.size(), 8);
     for (const auto& [time, value] : samples) {
@@ -118,6 +126,7 @@ class CrateWriter {
     sets_.push_back(-1);
   }
 
+  // Returns the whole file: the header, the values, and the six sections by which a reader finds everything.
   [[nodiscard]] std::string file() {
     std::string all_tokens, values, strings = in_bytes(strings_.size(), 8);
     for (const std::string& word : tokens_) all_tokens += word + '\0';
@@ -136,6 +145,8 @@ class CrateWriter {
       std::size_t next = i + 1;
       while (next < nodes_.size() && nodes_[next].depth > nodes_[i].depth) ++next;
       const bool has_child = next > i + 1, has_sibling = next < nodes_.size() && nodes_[next].depth == nodes_[i].depth;
+      // A jump says how the tree goes on after a path: -2 ends it, -1 has a child, 0 has a sibling, and a positive
+      // number has both and is the distance to the sibling.
       jumps.push_back(has_child ? (has_sibling ? static_cast<std::int64_t>(next - i) : -1) : (has_sibling ? 0 : -2));
     }
     const std::string count = in_bytes(nodes_.size(), 8);
@@ -164,6 +175,7 @@ class CrateWriter {
   };
 
   template <class Value>
+  // Returns the index of a value in a list, to which it is added where it is new.
   static std::uint64_t index_in(std::vector<Value>& values, Value value) {
     const auto known = std::ranges::find(values, value);
     if (known != values.end()) return static_cast<std::uint64_t>(known - values.begin());

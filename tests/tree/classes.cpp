@@ -27,6 +27,7 @@ std::vector<std::string> classes_in_several_files(const fs::path& root,
     if (!fs::exists(root / top)) continue;
     for (auto it = fs::recursive_directory_iterator(root / top); it != fs::recursive_directory_iterator(); ++it) {
       const fs::path path = it->path().lexically_relative(root);
+      // The folder has TypeScript, and the packages of its tests.
       if (path == "client/web") it.disable_recursion_pending();
       if (path.extension() != ".cpp") continue;
       std::ifstream source(it->path());

@@ -31,6 +31,7 @@ std::size_t comment_column(const std::string& line) {
 }  // namespace
 
 std::vector<std::string> comments_that_begin_with_a_preposition(const fs::path& root) {
+  // The first class of characters is that of the markers of comments: //, /*, ///, //!, ///<.
   static const std::regex kFragment("^[/*!<]+ *(of|that|from|to) ");
   std::vector<std::string> errors;
   for (const char* top : {"core", "schema", "server", "client", "tests"}) {

@@ -39,7 +39,8 @@ bool has_anchor(const fs::path& page, const std::string& anchor) {
 struct Tree {
   fs::path root;
   std::set<std::string> files;  // relative
-  // Whether some file or folder is `name`, from the page's folder, from the root, or as the end of a path.
+  // Returns whether some file or folder is `name`, seen from the page's folder `from` or from the root, or as the end
+  // of a path: a page may name `room.cpp` without its folder.
   [[nodiscard]] bool has(const fs::path& from, std::string name) const {
     while (name.ends_with('/')) name.pop_back();
     if (fs::exists(root / from / name) || fs::exists(root / name)) return true;
@@ -52,6 +53,8 @@ struct Tree {
 }  // namespace
 
 std::vector<std::string> broken_links(const fs::path& root, const std::set<std::string>& words) {
+  // kLink finds the target of ](target), kCode the text in backquotes, kScheme an address such as https:..., and kPath
+  // a file's name within such a text, by its extension.
   static const std::regex kLink("\\]\\(([^)\\s]+)\\)"), kCode("`([^`]+)`"), kScheme("[a-z]+:.*"),
       kPath("[\\w./-]*[\\w-]\\.(hpp|cpp|ts|mjs|md|fbs|glsl|vert|frag|cmake|toml|yml|jpg|webp|svg|csv|html)\\b");
   Tree tree{root, {}};
@@ -82,6 +85,7 @@ std::vector<std::string> broken_links(const fs::path& root, const std::set<std::
       const auto error = [&](const std::string& what) {
         errors.push_back(page.lexically_relative(root).generic_string() + ':' + std::to_string(number) + ": " + what);
       };
+      // Blocks of code are left out: they show commands and other programs' files.
       if (line.starts_with("```")) fenced = !fenced;
       if (fenced) continue;
       for (std::sregex_iterator it(line.begin(), line.end(), kLink), end; it != end; ++it) {
@@ -96,9 +100,12 @@ std::vector<std::string> broken_links(const fs::path& root, const std::set<std::
       }
       for (std::sregex_iterator it(line.begin(), line.end(), kCode), end; it != end; ++it) {
         const std::string code = (*it)[1];
+        // Patterns such as `*.cpp` name no single file, and options such as `--config=x.toml` name a file of the
+        // reader's.
         if (code.find('*') != std::string::npos || code.find("--") != std::string::npos) continue;
         for (std::sregex_iterator p(code.begin(), code.end(), kPath); p != end; ++p) {
           const std::string path = p->str();
+          // Absolute paths and paths that leave the tree are those of other machines.
           if (!path.starts_with('/') && !path.starts_with("..") && !words.contains(path) && !tree.has(folder, path))
             error("no file " + path);
         }

@@ -36,7 +36,8 @@ class Writer {
   Bytes bytes_;
 };
 
-// Asserts that what it is asked for is there: our own program has written it.
+// Reads what a Writer has written. It asserts that what it is asked for is there, since the bytes come from our own
+// program. The spans that it returns point into the bytes that it reads.
 class Reader {
  public:
   explicit Reader(std::span<const std::uint8_t> bytes) : rest_(bytes) {}
@@ -59,6 +60,8 @@ class Reader {
   std::span<const std::uint8_t> rest_;
 };
 
+// One call of the functions under test: `kind` says which function (groom, basis, learnt, session, levels), and `input`
+// is the bytes that it gets.
 struct Case {
   std::string kind, name;
   std::span<const std::uint8_t> input;

@@ -10,6 +10,16 @@
 namespace hairnet::same_bits {
 namespace {
 
+// The texture of nodes may have this many rows, more than a few characters need.
+constexpr std::size_t kNodeRowsMax = 2048;
+// Where a record has its lattice, in texels 16 to 18, and its 256 coefficients, in texels 21 to 84
+// (client/shaders/character.glsl). Counted in floats, of which a texel has four.
+constexpr std::size_t kTexelFloats = 4, kLatticeAt = 16 * kTexelFloats, kLatticeFloats = 3 * kTexelFloats,
+                      kCoefficientsAt = 21 * kTexelFloats, kCoefficients = 256;
+// The offsets of a character's hair lie on a grid of 8 x 8 x 8 points, with four halfs for each point.
+constexpr std::size_t kSwingHalfs = 4 * 8 * 8 * 8;
+
+// Adds an own character with this groom file. The caller frees `groom`, which is set here.
 void add(std::span<const std::uint8_t> file, hairnet_room* room, hairnet_groom*& groom) {
   std::array<char, 200> error;
   const hairnet_error loaded = hairnet_groom_load(file.data(), file.size(), &groom, error.data(), error.size());
@@ -19,6 +29,7 @@ void add(std::span<const std::uint8_t> file, hairnet_room* room, hairnet_groom*&
   HAIRNET_ASSERT(added == HAIRNET_OK);
 }
 
+// Does what the step says (StepKind in session.hpp) by the functions of hairnet.h.
 void take(const Step& step, hairnet_room* room, hairnet_groom*& groom) {
   switch (step.kind) {
     case StepKind::pass:
@@ -42,7 +53,8 @@ void take(const Step& step, hairnet_room* room, hairnet_groom*& groom) {
   }
 }
 
-// What a GPU gets of everyone who is shown, in all pictures.
+// Collects what a GPU gets of everyone who is shown, in all pictures: which bases are summed up, the records, and how
+// hair moves.
 class Pictures {
  public:
   Pictures() {
@@ -66,6 +78,8 @@ class Pictures {
       one.scene = scene;
       one.index = static_cast<std::uint32_t>(i);
       one.record = static_cast<std::uint32_t>(drawn.size() - 1);
+      // header_session.mjs must set the same numbers. The negative scale mirrors the character and makes it larger by
+      // half; the others are those of a usual hairstyle in a small picture.
       one.scale = -1.5f;
       one.strand_count = 5000;
       one.strand_width_m = 4e-4f;
@@ -77,16 +91,19 @@ class Pictures {
     hairnet_choose_details(drawn.data(), drawn.size(), 1);
     hairnet_picture_data data;
     const hairnet_error written =
-        hairnet_picture_write(picture_, drawn.data(), drawn.size(), HAIRNET_SUM_BY_GPU, 2048, &data);
+        hairnet_picture_write(picture_, drawn.data(), drawn.size(), HAIRNET_SUM_BY_GPU, kNodeRowsMax, &data);
     HAIRNET_ASSERT(written == HAIRNET_OK);
     for (std::size_t n = 0; n < data.source_count; ++n) {
       const hairnet_source& source = data.sources[n];
       for (const std::size_t number : {std::size_t{source.basis}, source.index, source.first, source.end})
         sources.push_back(static_cast<std::uint32_t>(number));
     }
-    const std::span records(data.records, 4 * HAIRNET_RECORD_TEXELS * data.record_count);
-    for (std::size_t at = 0; at < records.size(); at += 4 * HAIRNET_RECORD_TEXELS) {
-      const auto lattice = records.subspan(at + 64, 12), coefficients = records.subspan(at + 84, 256);
+    // Lattices and coefficients must be equal in every bit; of the rest, with its roundings, only the sum counts.
+    constexpr std::size_t kRecordFloats = kTexelFloats * HAIRNET_RECORD_TEXELS;
+    const std::span records(data.records, kRecordFloats * data.record_count);
+    for (std::size_t at = 0; at < records.size(); at += kRecordFloats) {
+      const auto lattice = records.subspan(at + kLatticeAt, kLatticeFloats),
+                 coefficients = records.subspan(at + kCoefficientsAt, kCoefficients);
       lattices.insert(lattices.end(), lattice.begin(), lattice.end());
       lattices.insert(lattices.end(), coefficients.begin(), coefficients.end());
     }
@@ -94,11 +111,13 @@ class Pictures {
     hairnet_motions announced;
     const hairnet_error moved = hairnet_picture_motions(picture_, drawn.data(), drawn.size(), &announced);
     HAIRNET_ASSERT(moved == HAIRNET_OK);
-    swing.insert(swing.end(), announced.swing, announced.swing + 4 * 512 * announced.count);
+    swing.insert(swing.end(), announced.swing, announced.swing + kSwingHalfs * announced.count);
     for (std::size_t n = 0; n < announced.count; ++n)
       for (const double number : announced.motions[n].before) sum += number;
   }
 
+  // What all pictures have had so far. `sum` adds up all numbers of the records, and of the transforms of the picture
+  // before.
   std::vector<std::uint32_t> sources;
   std::vector<float> lattices;
   std::vector<std::uint16_t> swing;

@@ -8,10 +8,12 @@
 
 namespace hairnet::same_bits {
 
-// What functions give, a line each. A line is a name and a hash, which must be equal everywhere; or "~" with a bound, a
-// name and numbers, which the sines and exponentials of a C library make a little different.
+// Collects what functions give, a line each. equal() writes a name, a count and a hash, which must be equal everywhere.
+// near() writes "~", a bound, a name and the numbers themselves, which the sines and exponentials of a C library make a
+// little different: compare.mjs allows them to differ by the bound.
 class Results {
  public:
+  // Begins each further line with the kind and the name of a case.
   void begin_case(std::string_view kind, std::string_view name) {
     case_ = std::string(kind) + " " + std::string(name) + ": ";
   }

@@ -23,6 +23,8 @@
 namespace hairnet::same_bits {
 namespace {
 
+// The coordinates are from -size to size. Each is drawn in a statement of its own, since the order in which arguments
+// are evaluated differs between compilers.
 Vec3f vector(Random& random, float size) {
   const auto number = [&] { return size * static_cast<float>(random.symmetric()); };
   const float x = number(), y = number(), z = number();
@@ -35,7 +37,8 @@ std::vector<Vec3f> vectors(Random& random, std::size_t count, float size) {
   return all;
 }
 
-// A lattice about the points.
+// A lattice about the points, with 6 x 7 x 5 nodes, so that a mix-up of axes shows. Flat hair gets cells of at least 1
+// cm.
 Lattice lattice_about(std::span<const Vec3f> points) {
   Vec3f low = points[0], high = points[0];
   for (const Vec3f& point : points) {
@@ -59,7 +62,8 @@ std::vector<Member> column(const std::vector<Element>& elements, Member Element:
   return out;
 }
 
-// Light is a byte, which now and then is the next one: about it, only the mean is compared.
+// The light of a vertex is a byte for each of several directions, and a byte is now and then the next one. So only the
+// mean over all vertices is compared: with 0.05, one vertex in twenty may have such a byte.
 template <class Vertex>
 void light_of(std::string_view what, const std::vector<Vertex>& vertices, Results& out) {
   double sum = 0;
@@ -69,6 +73,7 @@ void light_of(std::string_view what, const std::vector<Vertex>& vertices, Result
   out.near(0.05, std::string("light of ") + std::string(what), {&mean, 1});
 }
 
+// Compares what a page draws: strands, hair cards, fabric and the body.
 void geometry_of(const Groom& groom, Results& out) {
   const draw::GroomGeometry geometry = draw::make_groom_geometry(groom);
   out.equal("points of strands", geometry.strand_points.rest);
@@ -117,6 +122,7 @@ void of_groom(std::span<const std::uint8_t> file, Results& out) {
 
   const Lattice lattice = lattice_about(groom->points);
   Random random(1);
+  // Each node moves by up to 3 cm on each axis, as much as hair may swing.
   const std::vector<Vec3f> nodes = vectors(random, lattice.node_count(), 0.03f);
   std::vector<Vec3f> points(groom->points.size()), directions(groom->points.size());
   for (const FfdKind kind : {FfdKind::linear, FfdKind::quadratic}) {
@@ -143,6 +149,7 @@ void of_basis(std::span<const std::uint8_t> file, Results& out) {
 
   codec::EncodedFrame frame;
   const codec::CoefficientCode code(hair->basis.deviation_m);
+  // Step 0 is the finest error of coefficients, and step 3 an error eight times as large.
   for (const unsigned step : {0u, 3u}) {
     codec::encode_frame(rigid_pose({Quat(0.5, -0.5, 0.5, 0.5), Vec3(1, 1.5, -2)}), &code, coefficients, step, frame);
     out.equal("frame", frame.bytes);
@@ -152,6 +159,8 @@ void of_basis(std::span<const std::uint8_t> file, Results& out) {
     out.equal("coefficients of the frame", decoded.coefficients);
   }
 
+  // Points are pushed to 6 mm outside of the skin. The 200 points of each field lie up to 16 cells from its corner on
+  // each axis, inside its grid and far outside.
   const SkinPush push(hair->skin, 0.006f);
   out.equal("nodes of the skin", push.nodes());
   std::vector<Vec3f> points;
@@ -205,6 +214,7 @@ void of_world(std::span<const std::uint8_t> file, const wire::GroomHash& groom, 
     characters.push_back(world.add({decoded.levels, level, moved_pose(0), 0}));
   std::vector<double> still, windy;  // displacements, m
   for (int tick = 1; tick < 60; ++tick) {
+    // The first half second is in still air, and the second in wind with gusts. Each is compared at its last tick.
     if (tick == 30) {
       Wind wind;
       wind.mean_m_per_s = Vec3(2, 0, 1);
@@ -231,7 +241,7 @@ void of_world(std::span<const std::uint8_t> file, const wire::GroomHash& groom, 
 
 std::string results_of(std::span<const std::uint8_t> cases) {
   Results out;
-  // Names the last groom, whose levels follow.
+  // The hash of the last groom, whose levels follow.
   wire::GroomHash groom{};
   for (Reader from(cases); !from.is_at_end();) {
     const Case one = take_case(from);

@@ -4,6 +4,8 @@
 
 namespace hairnet::same_bits {
 
+// A step is its kind (1 byte), its time (8 bytes) and a block: the length (4 bytes) and the bytes. header_session.mjs
+// reads the same layout.
 Bytes written(std::span<const Step> steps) {
   Writer to;
   for (const Step& step : steps) to.put(step.kind).put(step.now_ns).put_block(step.bytes);
@@ -23,6 +25,7 @@ std::vector<Step> read_steps(std::span<const std::uint8_t> bytes) {
   return steps;
 }
 
+// A pose is 7 doubles for each bone: the rotation as x y z w, then the position, m.
 Bytes written(const Pose& pose) {
   Writer to;
   for (const RigidTransform& bone : pose.bones) {
@@ -50,6 +53,8 @@ SessionClient::SessionClient()
 }
 
 std::vector<Bytes> SessionClient::take(const Step& step) {
+  // The order is that of a client's loop: time passes, the connection opens if the core wants one, something arrives or
+  // is asked for, and then the room moves on. Both sides of the comparison must keep to it.
   conversation_->set_now(step.now_ns);
   core_.poll(step.now_ns);
   if (core_.wants_connection()) {
@@ -68,6 +73,7 @@ std::vector<Bytes> SessionClient::take(const Step& step) {
       break;
     }
     case StepKind::pose: {
+      // Own characters are numbered from 1, and the session has one.
       const auto pushed = room_.push(1, read_pose(step.bytes));
       HAIRNET_ASSERT(pushed);
       break;
@@ -86,6 +92,8 @@ std::vector<Bytes> SessionClient::take(const Step& step) {
   return packets;
 }
 
+// Notes the events of this step, and the time, hair and head of every member that is shown. The results are compared as
+// whole lists, so one step that differs makes the comparison fail.
 void SessionClient::record() {
   for (const room::Event& event : room_.take_events()) events_ += room::describe(event) + "\n";
   for (const auto& [number, member] : room_.members()) {
@@ -108,6 +116,7 @@ void SessionClient::write(Results& results) const {
   results.equal("times shown", times_);
   results.equal("coefficients shown", coefficients_);
   results.equal("nodes shown", displacements_);
+  // Heads alone may differ, by 1e-9: interpolated rotations use the sine of the C library.
   results.near(1e-9, "heads shown", poses_);
 }
 

@@ -24,8 +24,12 @@
 namespace hairnet::same_bits {
 namespace {
 
+// The server runs 30 ticks a second, and its clock is 7000 s ahead of the client's, so that a mix-up of the clocks
+// shows.
 constexpr std::int64_t kTick_ns = 33'333'333;
 constexpr std::int64_t kServerAhead_ns = 7'000'000'000'000;
+// The numbers of members as the server gives them: the client's own, one with hair from the server, and one with learnt
+// hair.
 constexpr std::uint32_t kOwnMember = 31, kOther = 40, kLearntMember = 41;
 
 Pose moved_pose(std::uint64_t tick, std::uint32_t member) {
@@ -34,7 +38,8 @@ Pose moved_pose(std::uint64_t tick, std::uint32_t member) {
   return rigid_pose({turn, {0.1 * std::sin(3 * t), 1.6, 0.1 * std::cos(2 * t)}});
 }
 
-// Plays the server of a SessionClient, and keeps the steps.
+// Plays the server of a SessionClient, and stores each step: the client's answers to them decide what the server sends
+// next.
 class Recorder {
  public:
   explicit Recorder(const Bytes& groom) : groom_(groom), basis_(link::small_basis()), code_(basis_.basis.deviation_m) {
@@ -43,6 +48,8 @@ class Recorder {
     learnt_hash_ = file(wire::encode_learnt(support::random_learnt_hair(3)));
   }
 
+  // Five seconds with poses at every second tick. At tick 70 the connection breaks, and the client comes back. One
+  // frame in eleven is missing, so that play-out must bridge gaps.
   std::vector<Step> record() {
     step(StepKind::add, groom_);
     for (std::uint64_t tick = 1; tick < 150; ++tick) {
@@ -104,6 +111,7 @@ class Recorder {
     const wire::GroomHash groom = wire::hash_groom(groom_);
     for (const std::uint32_t member : {kOther, kLearntMember}) {
       send(wire::GroomBasis{groom, basis_hash_});
+      // The 9 is the session of the other members' client, which also sets the wind below.
       send(wire::MemberJoined{member, 9, member, groom, "member " + std::to_string(member)});
     }
     send(wire::GroomLearnt{groom, learnt_hash_});
@@ -115,6 +123,7 @@ class Recorder {
   void send_frames(std::uint64_t tick) {
     wire::FrameBatch batch;
     batch.tick = tick;
+    // Frames show poses that were captured 20 ms earlier.
     batch.sample_time_ns = kServerAhead_ns + now_ns_ - 20'000'000;
     std::vector<Bytes> contents;
     std::vector<std::uint32_t> members;
@@ -127,7 +136,10 @@ class Recorder {
                     std::sin(0.3f * static_cast<float>(tick + member) + static_cast<float>(k)));
       codec::EncodedFrame coded;
       codec::encode_frame(moved_pose(tick, member), &code_, c, 0, coded);
+      // From tick 61 on the client computes the learnt member's hair itself, but for each ninth frame, which has
+      // coefficients.
       const bool is_evaluated = member == kLearntMember && tick > 60 && tick % 9 != 0;
+      // A frame has its first 4 to 12 coefficients, or none where the client computes the hair.
       const auto content = coded.prefix(is_evaluated ? 0 : 4 + tick % 9);
       contents.emplace_back(content.begin(), content.end());
       wire::Frame& frame = batch.frames.emplace_back();

@@ -48,6 +48,8 @@ Groom tiny_groom(unsigned number) {
   Groom groom;
   groom.name = "tiny " + std::to_string(number);
   groom.group_names = {"all"};
+  // The head is an octahedron, and the roots stand on its equator. Each number turns the strands a little, so the files
+  // and their hashes differ.
   const float r = 0.09f;
   groom.body.mesh.vertices = {{r, 0, 0}, {-r, 0, 0}, {0, r, 0}, {0, -r, 0}, {0, 0, r}, {0, 0, -r}};
   groom.body.mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
@@ -110,11 +112,13 @@ std::string Assets::token(bool expired, const std::string& room, const std::stri
   claims.room = room;
   claims.subject = subject;
   claims.moderate = moderates;
+  // The expired token has a time in 2001, and the valid one a time some three thousand years ahead.
   claims.expires_s = expired ? 1'000'000'000 : 100'000'000'000;
   return channel::sign(claims, token_key);
 }
 
 void seed_secrets(std::uint64_t seed) {
+  // The second number chooses a sequence that no other part of a scenario uses.
   secret_random = Random(seed, 99);
 }
 

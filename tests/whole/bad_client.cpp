@@ -99,6 +99,8 @@ void BadClient::hello() {
     hello.secret = welcome_->secret;
   }
   if (plan_.kind == Misbehaviour::wrong_hello) {
+    // The wrong part is the version, the room, the token's time (expired), the token's room, the session or the token
+    // itself.
     switch (random_.next() % 6) {
       case 0:
         hello.protocol_version = static_cast<std::uint16_t>(random_.next());
@@ -124,6 +126,7 @@ void BadClient::hello() {
   send(hello);
 }
 
+// The first action comes 20 ms after the hello. `turn` tells whether the connection is still the same then.
 void BadClient::on_open() {
   const std::uint64_t turn = turn_;
   // Half of these clients send datagrams before any hello.
@@ -193,6 +196,7 @@ void BadClient::on_packet(std::span<const std::uint8_t> packet) {
   }
 }
 
+// Rejoiners and resumers come back within 50 ms, the others within 0.8 s.
 void BadClient::on_closed(const std::string& error) {
   if (is_welcome_) journal_->count(kind_name() + " cut off, " + error);
   connection_.reset();
@@ -297,6 +301,7 @@ void BadClient::send_bad_datagrams() {
   }
 }
 
+// Up to three bits behind the size prefix are changed, so the packet's length stays valid.
 void BadClient::mutate() {
   std::vector<std::uint8_t> packet =
       wire::encode_packet({clock_ns(), messages_.message(random_.next() % wire::kMessageKinds)});
@@ -356,6 +361,8 @@ wire::Message BadClient::random_valid_message() {
   }
 }
 
+// Half of the uploads have one wrong bit, and half stop in the middle. Chunks are a third of the file, or at least 400
+// bytes.
 void BadClient::corrupt_groom() {
   if (!welcome_) return;
   const Assets::GroomFile& groom = assets().grooms[random_.next() % assets().grooms.size()];
@@ -372,6 +379,7 @@ void BadClient::corrupt_groom() {
   }
 }
 
+// The store must not keep the memory, or the turn, of an upload that hardly goes on.
 void BadClient::trickle_groom() {
   if (!welcome_) return;
   if (trickled_.empty() || random_.unit() < 0.2) {
@@ -391,6 +399,7 @@ void BadClient::trickle_groom() {
   send(chunk);
 }
 
+// Nine of ten uploads are rubbish that no build can read, and the others cost much to build (Assets::costly).
 void BadClient::heap_groom() {
   if (!welcome_) return;
   for (std::uint64_t n = up_to(8); n > 0; --n) {

@@ -140,7 +140,8 @@ class BadClient final : public ClientEvents {
   std::optional<wire::Welcome> welcome_;
   // The client breaks no rule after this time.
   std::int64_t until_ns_ = 0;
-  // Changes whenever a connection begins or ends, so that actions that were planned for an earlier one do nothing.
+  // A number that changes whenever a connection begins or ends, so that actions that were planned for an earlier one do
+  // nothing.
   std::uint64_t turn_ = 0;
   // It is true from the welcome on this connection until the server sends a goodbye.
   bool is_welcome_ = false;

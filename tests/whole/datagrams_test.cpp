@@ -38,6 +38,7 @@ class Datagrams : public WholeTest {
   std::unique_ptr<Process> start_load() {
     return start(
         "hairnet-load",
+        // Five clients with two characters each stay for 10 s, of which the last 6 s are measured.
         {"--server", address_, "--transport", "webtransport", "--pose-hz", "30", "--groom", "made:bob", "--stage",
          "steady:10s:clients=5,characters=2,level=low,warm=4s", "--quiet", "--json", path("load.json")},
         "load");
@@ -177,7 +178,7 @@ class Turning {
   }
 
   link::Link link_;
-  // Count the sent poses, the frames with hair, and the later frames without.
+  // The numbers of sent poses, of frames with hair, and of later frames without hair.
   int poses_ = 0, with_hair_ = 0, lost_ = 0;
   bool has_ended_ = false;
   // The arrival of the last frames, and the longest time between two arrivals.

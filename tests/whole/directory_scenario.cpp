@@ -85,6 +85,8 @@ class DirectoryTrial {
       : seed_(seed),
         is_verbose_(is_verbose),
         random_(seed, 77),
+        // In every fourth seed rooms go on without etcd, and in every third one servers are eager; 77 keeps the random
+        // numbers apart from those of the other trials with this seed.
         goes_on_(seed % 4 == 0),
         is_eager_(seed % 3 == 1),
         line_(timeline_, seed) {
@@ -159,6 +161,7 @@ class DirectoryTrial {
 
   void start_server(std::size_t index) {
     server::EtcdDirectoryDef def;
+    // An ID must not be 0, which means no server.
     def.server_id = random_.next() | 1;
     def.address = {.host = fmt::format("server-{}", index), .port = 7420, .page = ""};
     def.fleet = "test";
@@ -192,6 +195,7 @@ class DirectoryTrial {
                                              "lease resumed", "room handed over", "grooms passed on"};
     const char* name = kNames[static_cast<std::size_t>(event.kind)];
     count(name);
+    // FNV-1a's factor. Two runs of a seed must give the same hash, or the seed would not repeat what it has found.
     hash_ = hash_ * 1099511628211u + static_cast<std::uint64_t>(event.claim) + static_cast<std::uint64_t>(event.kind) +
             static_cast<std::uint64_t>(timeline_.now_ns());
     tell(fmt::format("server {} {} {} {} {}", index, name, event.room, event.claim, event.reason));
@@ -207,6 +211,7 @@ class DirectoryTrial {
   void ask(std::size_t room, std::size_t first) {
     FleetHost* host = hosts_[first].get();
     const std::string& name = room_name(room);
+    // A client follows three servers at most, and then asks again later.
     for (int hops = 0; host && !host->is_paused() && hops < 3; ++hops) {
       server::EtcdDirectory& directory = host->directory();
       const Placement placement = directory.where(name, host->own_ns());
@@ -290,7 +295,10 @@ class DirectoryTrial {
     // Where rooms go on without etcd, only faults that all servers see alike are harmless: a server that is cut off
     // alone keeps its rooms while another one claims them. The other faults are replaced by an etcd that is down.
     const int kind = static_cast<int>(random_.unit() * 14);
+    // Kinds below 7 stop servers or etcd, and so do late (11) and damaged (12) answers. After one of them rooms may
+    // stand still for a while.
     if (kind < 7 || kind == 11 || kind == 12) last_fault_ns_ = timeline_.now_ns();
+    // The other faults are a cut (0, 1), a pause with messages that get lost (2, 3), and kinds from 11 on.
     if (goes_on_ && (kind < 2 || (kind < 4 && line_.loss > 0) || kind >= 11)) return etcd_down(end_ns);
     switch (kind) {
       case 0:
@@ -460,6 +468,7 @@ class DirectoryTrial {
     run_until(timeline_.now_ns() + 5 * kSecond_ns);
     if (const std::string error = why_not_settled(); !error.empty()) fault("settled no longer: " + error);
   }
+  // Returns the first room without an owner, or the first server that does not know an owner; empty: all is well.
   std::string why_not_settled() {
     for (std::size_t room = 0; room < room_count_; ++room) {
       const std::string& name = room_name(room);
@@ -477,6 +486,8 @@ class DirectoryTrial {
     return {};
   }
 
+  // Nobody wants a room any more. In the end nothing of the servers may be left in etcd, or the keys of dead rooms
+  // would fill it.
   void leave() {
     std::fill(wanted_.begin(), wanted_.end(), false);
     for (std::size_t room = 0; room < room_count_; ++room)

@@ -83,7 +83,7 @@ class EtcdLineEnd final : public server::EtcdTransport {
   void break_streams();
   [[nodiscard]] bool is_good() const { return cut_ == LineCut::none && late_ns_ == 0; }
 
-  // Is called after each message to the sink; may be empty.
+  // This is called after each message to the sink; may be empty.
   std::function<void()> on_delivered;
 
  private:
@@ -109,10 +109,10 @@ class EtcdLineEnd final : public server::EtcdTransport {
   server::EtcdSink* sink_ = nullptr;
   // Actions on the timeline hold a weak pointer to it, so that they do nothing once this end is destroyed.
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
-  // Holds the calls that the directory waits for.
+  // The calls that the directory waits for.
   std::set<std::uint64_t> open_;
   std::map<std::uint64_t, Stream> streams_;
-  // Holds the messages that arrived during a pause.
+  // The messages that arrived during a pause.
   std::vector<std::function<void()>> waiting_;
   LineCut cut_ = LineCut::none;
   std::int64_t late_ns_ = 0;

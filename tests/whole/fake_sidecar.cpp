@@ -62,6 +62,8 @@ std::size_t FakeSidecar::count(std::string_view text) const {
       std::ranges::count_if(requests_, [text](const std::string& one) { return one.find(text) != std::string::npos; }));
 }
 
+// Answers one connection at a time. While `is_away` is true it closes connections without an answer, as a sidecar that
+// has just started.
 void FakeSidecar::serve() {
   while (!ends_) {
     pollfd waits{.fd = listener_, .events = POLLIN, .revents = 0};
@@ -74,6 +76,7 @@ void FakeSidecar::serve() {
 }
 
 void FakeSidecar::answer(int peer) {
+  // A client that sends only part of a request holds the thread for a second at most.
   const timeval second{.tv_sec = 1, .tv_usec = 0};
   ::setsockopt(peer, SOL_SOCKET, SO_RCVTIMEO, &second, sizeof(second));
   std::string request;

@@ -238,6 +238,7 @@ TEST_F(RealEtcd, servers_see_each_other_on_their_page_until_one_is_stopped) {
   EXPECT_EQ(first->wait(), 0);
 }
 
+// Returns the value of a metric without labels, or 0 while there is none.
 double metric(std::uint16_t service_port, const std::string& name) {
   const std::string text = get(service_port, "/metrics");
   const auto found = text.find("\n" + name + " ");

@@ -25,6 +25,7 @@ constexpr const char* kEtcd = "/usr/bin/etcd";
 constexpr const char* kPassword = "correct-horse-battery";
 constexpr const char* kWrongPassword = "wrong-horse-battery";
 
+// The events that these tests wait for come within seconds; a minute leaves time on a busy machine.
 bool wait(const std::function<bool()>& done, double seconds_max = 60) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds_max);
   while (!done()) {

@@ -121,12 +121,14 @@ class FleetTrial {
 
 FleetTrial::FleetTrial(std::uint64_t seed, bool is_verbose)
     : is_verbose_(is_verbose),
+      // The 78 keeps the random numbers apart from those of the other trials with this seed.
       random_(seed, 78),
       journal_(seed, timeline_),
       line_(timeline_, seed),
       goes_on_(random_.unit() < 0.25) {
   constexpr std::uint32_t kRates_hz[] = {10, 15, 20, 30};
   tick_rate_hz_ = kRates_hz[random_.next() % 4];
+  // Short leases let a trial see their ends: a lease may have 2 s at least (config.cpp).
   lease_s_ = 3 + static_cast<std::int64_t>(random_.next() % 3);
   // A configuration in which servers go on without etcd needs a lease of at least 5 s.
   if (goes_on_) lease_s_ = 5;
@@ -151,6 +153,7 @@ server::Config FleetTrial::make_config(std::size_t index) const {
   config.token_key_file = assets().token_key_file;
   config.room_grace_ns = room_grace_ns_;
   config.drain_s = drain_s_;
+  // Learning is another trial's matter: it takes long.
   config.grooms.learning = server::Learning::never;
   config.fleet.address = fmt::format("server-{}", index);
   config.fleet.lease_s = lease_s_;
@@ -158,6 +161,7 @@ server::Config FleetTrial::make_config(std::size_t index) const {
   for (std::size_t i = 0; i < endpoint_count_; ++i)
     config.fleet.etcd.endpoints.push_back(fmt::format("http://etcd-{}", i));
   server::SessionLimits& limits = config.sessions;
+  // All limits of time are shorter than the defaults, so that each can end within a trial.
   limits.handshake_timeout_ns = limits.idle_timeout_ns = 4 * kSecond_ns;
   limits.resume_grace_ns = resume_grace_ns_;
   limits.resume_interval_ns = 200 * kMs;
@@ -176,6 +180,7 @@ void FleetTrial::make_servers(std::size_t count) {
       report(fmt::format("server-{} has claimed {}", index, room));
       owners_.claimed(kLivesMax * index + static_cast<std::size_t>(host.life()), room, claim, timeline_.now_ns());
     };
+    // The servers of a fleet do not start at one time.
     timeline_.at(moment(0, kSecond_ns), [&host] { host.start(); });
   }
 }
@@ -196,9 +201,12 @@ std::unique_ptr<Player> FleetTrial::make_player(int number, const std::string& r
   }
   plan.pose_hz = random_.between(15, 40);
   plan.clock_offset_ns = moment(-1000 * kSecond_ns, 1'000'000 * kSecond_ns);
+  // A player's clock is up to 200 parts per million too fast or too slow, and its time has nothing to do with a
+  // server's.
   plan.clock_ppm = static_cast<int>(random_.next() % 401) - 200;
   plan.actions_per_s = random_.between(0.3, 2);
   plan.groom_count = groom_count_;
+  // The server whose address the player knows, and asks first.
   const std::size_t known = random_.next() % hosts_.size();
   plan.find_server = [this, known](const std::optional<wire::ServerAt>& at) -> ServerHost& {
     if (at) {
@@ -244,6 +252,7 @@ void FleetTrial::plan_faults() {
 
 void FleetTrial::begin_fault(std::int64_t end_ns) {
   using enum FleetFault;
+  // Cuts and drains are there twice, so that they come twice as often.
   constexpr std::array kKinds{cut,       cut,         late,       pause,     kill,  drain,       drain,
                               etcd_down, member_down, compaction, bad_value, lying, broken_line, rejoin};
   FleetFault kind = kKinds[random_.next() % kKinds.size()];
@@ -337,6 +346,8 @@ void FleetTrial::kill(ServerHost& host, std::int64_t end_ns) {
   journal_.count("server killed");
   report(host.config().fleet.address + " is killed");
   host.count_life(host.life());
+  // Clients notice the death of their server within 50 ms, as when its machine resets their connections, or within 2 s.
+  // The server notices nothing any more.
   host.kill({chance(0.7) ? 50 * kMs : 2 * kSecond_ns, -1});
   timeline_.at(end_ns, [this, &host] {
     if (!host.is_ended()) return;
@@ -434,6 +445,7 @@ ServerHost* FleetTrial::owner_of(const std::string& room) {
   return nullptr;
 }
 
+// A moderator joins the room, and bans, mutes and locks there; a player sets the wind.
 void FleetTrial::moderate(const std::string& room) {
   moderator_ = make_player(kKeptOut - 1, room, kModerator);
   moderator_->join();
@@ -489,6 +501,7 @@ void FleetTrial::move_with_rules() {
   check_rules(room, *owner_of(room));
 }
 
+// The room's server must know of the ban, the mute and the lock.
 void FleetTrial::check_rules(const std::string& room, ServerHost& owner) {
   const server::RoomRules& rules = owner.server()->context().rules;
   const auto check = [&](bool holds, const char* what) {
@@ -500,6 +513,8 @@ void FleetTrial::check_rules(const std::string& room, ServerHost& owner) {
   journal_.count("rules looked at");
 }
 
+// All leave, half of them without a goodbye. Then the longest time passes after which a server may still have something
+// of them.
 void FleetTrial::leave() {
   report("all leave");
   for (auto* const some : {&players_, &kept_out_})

@@ -17,7 +17,8 @@ constexpr std::int64_t kFade_ticks = 15;
 constexpr double kErrorMax_m = 1.2e-3;
 // Learnt hair may differ more: clients compute it from poses that are rounded, and begin later than the server.
 constexpr double kLearntErrorMax_m = 2.5e-3;
-// Limits how far schema/codec/pose_code.hpp may round the head's position, those of other bones, and rotations.
+// The largest amounts by which schema/codec/pose_code.hpp may round the head's position, those of other bones, and
+// rotations.
 constexpr double kHeadMax_m = 2e-4, kBoneMax_m = 8e-3, kTurnMax_rad = 6e-3;
 
 std::vector<Vec3f> displacement_of(const Trace& trace, std::size_t frame) {

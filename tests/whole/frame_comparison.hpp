@@ -32,16 +32,16 @@ struct Trace {
 };
 
 struct FrameComparison {
-  // Count the compared frames, and those of them whose hair is not at rest.
+  // The numbers of compared frames, and of those whose hair is not at rest.
   std::size_t frames = 0, moving_frames = 0;
-  // Counts the compared frames on the learnt level.
+  // The number of compared frames on the learnt level.
   std::size_t learnt_frames = 0;
-  // Counts frames soon after a change of level, whose hair is between both levels; they are not compared.
+  // The number of frames soon after a change of level, whose hair is between both levels; they are not compared.
   std::size_t fading = 0;
-  // Counts frames that were received, but not computed.
+  // The number of frames that were received, but not computed.
   std::size_t unknown = 0;
   std::size_t levels_differ = 0, poses_differ = 0, hair_differs = 0;
-  // Counts ticks without a frame between a character's first and last frame, while it was awake.
+  // The number of ticks without a frame between a character's first and last frame, while it was awake.
   std::size_t missed_ticks = 0;
   // The largest RMS error over the hair of one frame.
   double error_mm_max = 0;

@@ -83,6 +83,7 @@ class PlainClient final : public ClientEvents {
   std::shared_ptr<SimulatedConnection> wire_;
 };
 
+// Heads that turn and sway all the time, 60 cm apart, each with a phase of its own.
 Pose lively_pose(double t, std::uint32_t character) {
   const double phase = 0.7 * character;
   const Quat turn(Eigen::AngleAxisd(0.7 * std::sin(5 * t + phase), Vec3(0.3, 1, 0.2).normalized()));
@@ -116,6 +117,8 @@ Gaps measure_gaps(const GapsDef& def, std::uint64_t seed) {
   owner.core().offer_groom(groom.hash, groom.bytes);
   for (std::uint32_t c = 1; c <= def.characters; ++c)
     owner.core().send(wire::AddCharacter{c, groom.hash, LevelIndex::high, {}});
+  // The owner has a perfect line, so each gap that the viewer sees comes from the viewer's line. The mover sends poses
+  // over such a line to a room of its own, and shows how many of them get lost.
   PlainClient mover(timeline, host, lossy, 3, seed + 2'000'000, "next-door");
   mover.core().offer_groom(groom.hash, groom.bytes);
   mover.core().send(wire::AddCharacter{1, groom.hash, LevelIndex::high, {}});
@@ -156,6 +159,7 @@ Gaps measure_gaps(const GapsDef& def, std::uint64_t seed) {
   while (timeline.now_ns() < end_ns) {
     timeline.run(std::min(end_ns, timeline.now_ns() + kSecond_ns / 10));
     for (const auto& [session, observer] : host.server()->scheduler().rooms().observers()) {
+      // The first session is the owner's, whose line is perfect.
       if (observer.session == 1) continue;
       ++looks;
       coarser += observer.throttle.coarser_octaves() > 0 ? 1 : 0;

@@ -27,6 +27,8 @@ class Journal {
     faults_.push_back("seed " + std::to_string(seed_) + ", " + time + " s, " + who + ": " + what);
   }
   void count(const std::string& event, std::uint64_t n = 1) { events_[event] += n; }
+  // Mixes a number into the hash. The two factors are numbers of the generator SplitMix64, which spread each bit of a
+  // value over the whole hash.
   void mix(std::uint64_t value) {
     hash_ = std::rotl(hash_ ^ (value * 0x9E3779B97F4A7C15u), 29) * 0xBF58476D1CE4E5B9u + 1;
   }

@@ -43,7 +43,7 @@ struct LossyRelay::Impl {
   struct Client {
     udp::endpoint address;
     std::shared_ptr<udp::socket> socket;
-    // Counts the packets that came for it.
+    // The number of packets that came for it.
     std::uint64_t answer_count = 0;
   };
 
@@ -64,6 +64,7 @@ struct LossyRelay::Impl {
 
   bool happens(double share) { return std::uniform_real_distribution(0.0, 1.0)(random) < share; }
 
+  // Passes a UDP packet on as the line does: never, once or twice, and each copy perhaps late.
   void pass(Direction direction, Bytes bytes, std::shared_ptr<Client> client) {
     const Line& line = lines[direction];
     if (happens(line.lost)) {
@@ -87,6 +88,7 @@ struct LossyRelay::Impl {
     }
   }
 
+  // Gives the client a socket, and so an address, of its own towards the server.
   void connect(const std::shared_ptr<Client>& client) {
     client->socket = std::make_shared<udp::socket>(io, server.is_v6() ? udp::v6() : udp::v4());
     client->socket->connect({server, port()});
@@ -123,6 +125,7 @@ struct LossyRelay::Impl {
     }
   }
 
+  // TCP connections are passed on whole: the pages that say how to connect come this way.
   asio::awaitable<void> connections() {
     for (;;) {
       const auto near = std::make_shared<tcp::socket>(co_await acceptor.async_accept(asio::use_awaitable));
@@ -162,6 +165,7 @@ void LossyRelay::change_network() {
   asio::post(impl_->io, [impl = impl_.get()] {
     for (auto& [address, client] : impl->clients) {
       if (client->answer_count < kHandshakeAnswers) continue;
+      // The next packet comes to the server from another port, as when a NAT forgets its mapping.
       client->socket->close();
       impl->connect(client);
     }

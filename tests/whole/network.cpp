@@ -16,7 +16,8 @@ constexpr std::int64_t kHeldBack_ns = 1'000'000'000;
 
 void NetworkQuality::set_lossy(const PathQuality& up, const PathQuality& down, bool has_datagrams) {
   const NetworkQuality usual;
-  // Each packet carries one segment.
+  // Each packet carries one segment. The congestion window of PacketSender then limits what is on the way, so
+  // `window_bytes` must not be smaller than usual.
   segment_bytes_max = PacketSender::kPacketBytes;
   in_small_pieces = false;
   window_bytes = std::max(window_bytes, usual.window_bytes);
@@ -28,6 +29,8 @@ void NetworkQuality::set_lossy(const PathQuality& up, const PathQuality& down, b
 
 double NetworkQuality::min_bytes_per_s() const {
   const double arrival_s = 1e-9 * static_cast<double>(delay_ns + jitter_ns);
+  // A window's bytes take their own time on the line and then the way; only then may the next window follow. So a small
+  // window carries less than the line.
   const double most = std::min(
       bytes_per_s, static_cast<double>(window_bytes) / (arrival_s + static_cast<double>(window_bytes) / bytes_per_s));
   if (!lossy) return most;
@@ -101,7 +104,8 @@ void Pipe::kill_after(std::uint64_t byte_count, std::function<void()> then) {
   on_killed_ = std::move(then);
 }
 
-// Nothing is sent within a call of the sender, just as a socket does not call back from within a write.
+// Plans a pump() for the present time, unless one is planned already. Nothing is sent within a call of the sender, just
+// as a socket does not call back from within a write.
 void Pipe::pump_soon() {
   if (std::exchange(pumping_, true)) return;
   timeline_->after(0, [self = shared_from_this()] { self->pump(); });
@@ -127,6 +131,9 @@ std::vector<std::uint8_t> Pipe::take_segment() {
   return segment;
 }
 
+// Sends as much as the window allows. Datagrams and the stream take turns, as quic::DatagramQueue says. Without a
+// sender the arrival is computed here: after the segments before it, the delay and a random jitter, and never before an
+// earlier segment.
 void Pipe::pump() {
   pumping_ = false;
   // Bytes that wait stay, because no peer takes them.
@@ -157,6 +164,7 @@ void Pipe::pump() {
   }
   if (sender_ && !sender_->may_send() && (unsent_bytes_ > 0 || !datagrams_.empty()))
     held_back_ns_ = timeline_->now_ns();
+  // Over packets the end follows only when all bytes are acknowledged, since a lost one is sent again.
   const bool is_all_sent = unsent_bytes_ == 0 && (!sender_ || way_bytes_ == 0);
   if (ended_ && !end_sent_ && is_all_sent) {
     end_sent_ = true;
@@ -175,6 +183,7 @@ double Pipe::bytes_per_s() const {
 
 void Pipe::arrive(std::vector<std::uint8_t> segment) {
   if (dead_) return;
+  // The connection breaks within this segment, whose bytes up to the break still arrive.
   const bool killed = kill_at_bytes_ && arrived_bytes_ + segment.size() >= *kill_at_bytes_;
   if (killed) {
     const std::uint64_t left = *kill_at_bytes_ > arrived_bytes_ ? *kill_at_bytes_ - arrived_bytes_ : 0;
@@ -221,6 +230,8 @@ SimulatedConnection::SimulatedConnection(Timeline& timeline, Host& host, ClientE
       seed_(seed),
       splitter_(server::kHelloPacketBytesMax) {}
 
+// Pipes hold only weak pointers to the connection, which owns them. What reaches a server whose process stands still
+// waits, as a copy of the bytes, until it runs again.
 void SimulatedConnection::connect(bool into_nothing) {
   if (into_nothing) return;
   const std::weak_ptr<SimulatedConnection> weak = weak_from_this();
@@ -265,6 +276,8 @@ void SimulatedConnection::connect(bool into_nothing) {
   timeline_->after(quality_.delay_ns, [self = shared_from_this()] { self->answer(); });
 }
 
+// The SYN of the client has arrived at the host. A host that is down refuses, and the client hears of it one delay
+// later.
 void SimulatedConnection::answer() {
   const auto self = shared_from_this();
   // The client may have given up meanwhile.
@@ -321,6 +334,7 @@ void SimulatedConnection::send_datagram(std::vector<std::uint8_t> packet) {
 std::optional<server::DownloadStream> SimulatedConnection::open_download() {
   if (server_closed_ || downloads_.size() >= kDownloadsMax) return std::nullopt;
   const server::DownloadStream number = ++last_download_;
+  // Each download has a random sequence of its own; 2 * seed_ + 1 is that of the way down.
   const std::uint64_t seed = (2 * seed_ + 1) ^ (static_cast<std::uint64_t>(number) << 32);
   const auto pipe = downloads_[number].pipe = std::make_shared<Pipe>(*timeline_, quality_, false, seed);
   pipe->listen();
@@ -381,14 +395,18 @@ void SimulatedConnection::pause_reading(bool paused) {
   for (const auto& pipe : pipes) pipe->pause(paused);
 }
 
+// The server ends the connection. What it has written before still arrives at the client, and then the end.
 void SimulatedConnection::close(std::string_view reason) {
   if (server_closed_) return;
+  // A session closes with "drained" once its goodbye has gone, or with "drain time-out" when that takes too long.
   was_drained_ = reason.starts_with("drain");
   kill_downloads();
   end_at_server();
   down_->end();
 }
 
+// The client has gone, and its end follows the bytes that it has written. The bytes from the server are read and thrown
+// away.
 void SimulatedConnection::drop() {
   over_ = true;
   client_ = nullptr;

@@ -31,7 +31,7 @@ struct NetworkQuality {
   // The largest random delay beside `delay_ns`. Segments stay in order.
   std::int64_t jitter_ns = 0;
   double bytes_per_s = 1e7;
-  // Limits the bytes that are on the way or not yet read.
+  // The most bytes that are on the way or not yet read.
   std::size_t window_bytes = 64u << 10;
   std::size_t segment_bytes_max = 1460;
   // The sender is not writable while this many bytes wait to be sent.
@@ -80,7 +80,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   // Returns the rate that the sender's congestion window allows. It is 0 when the rate is unknown, because the window
   // has held nothing back in the last second, as in server/quic/connection.hpp.
   [[nodiscard]] double bytes_per_s() const;
-  // Counts the bytes that were sent over packets and not acknowledged.
+  // The number of bytes that were sent over packets and not acknowledged.
   [[nodiscard]] std::size_t kept_bytes() const { return sender_ ? sender_->kept_bytes() : 0; }
   [[nodiscard]] bool is_empty() const { return dead_ || unsent_bytes_ + way_bytes_ == 0; }
   [[nodiscard]] std::uint64_t arrived_bytes() const { return arrived_bytes_; }
@@ -89,7 +89,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
 
   std::function<void(std::span<const std::uint8_t>)> on_bytes, on_datagram;
   std::function<void()> on_end;
-  // Is called when some of the waiting bytes have been sent.
+  // This is called when some of the waiting bytes have been sent.
   std::function<void()> on_room;
 
  private:
@@ -109,7 +109,7 @@ class Pipe : public std::enable_shared_from_this<Pipe> {
   std::deque<std::vector<std::uint8_t>> unsent_;
   // `first_sent_` counts the bytes of `unsent_.front()` that are sent already.
   std::size_t unsent_bytes_ = 0, first_sent_ = 0;
-  // Counts bytes on the way or unread.
+  // The number of bytes on the way or unread.
   std::size_t way_bytes_ = 0;
   std::deque<std::vector<std::uint8_t>> unread_;
   // The time from which the link is free for the next segment, and the arrival of the newest segment.
@@ -133,9 +133,9 @@ class ClientEvents {
   virtual void on_bytes(std::span<const std::uint8_t> bytes) = 0;
   virtual void on_datagram(std::span<const std::uint8_t>) {}
   virtual void on_download_packet(std::span<const std::uint8_t>) {}
-  // Is called when more bytes can be written.
+  // This is called when more bytes can be written.
   virtual void on_room() = 0;
-  // Is the last call.
+  // This is the last call.
   virtual void on_closed(const std::string& error) = 0;
 };
 
@@ -222,7 +222,7 @@ class SimulatedConnection final : public server::Connection, public std::enable_
   [[nodiscard]] std::string_view peer() const override { return "simulated"; }
   [[nodiscard]] std::string_view network() const override { return network_; }
   [[nodiscard]] std::uint64_t address() const { return address_; }
-  // Keeps it until the server's end closes.
+  // The connection keeps the ticket until the server's end closes.
   void keep(server::Admission::Ticket ticket) { ticket_ = std::move(ticket); }
   [[nodiscard]] bool is_admitted() const { return ticket_.has_address(); }
   // The server's process is gone.

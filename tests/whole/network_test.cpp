@@ -20,7 +20,7 @@ PathQuality bad_path() {
   return path;
 }
 
-// Holds one direction of a connection over a lossy path, and collects the bytes and datagrams that arrive. The
+// One direction of a connection over a lossy path, and collects the bytes and datagrams that arrive. The
 // parameter chooses QUIC with datagrams, or TCP.
 class LossyPipe : public testing::TestWithParam<bool> {
  protected:

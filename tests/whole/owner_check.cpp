@@ -28,6 +28,7 @@ void OwnerCheck::received(std::size_t client, std::size_t server, const std::str
                           std::int64_t arrival_ns) {
   ++packets;
   Room& its = rooms_[room];
+  // The newest claim of this server that is not younger than the frame is the one under which the frame was sent.
   auto at = its.reigns.end();
   for (auto each = its.reigns.begin(); each != its.reigns.end(); ++each)
     if (each->second.server == server && each->second.claimed_ns - kLogStep_ns <= stamp_ns) at = each;
@@ -54,6 +55,8 @@ void OwnerCheck::received(std::size_t client, std::size_t server, const std::str
   newest = std::max(newest, claim);
 }
 
+// Compares the changed reign with all others of the room: a lower claim must have sent its last frame before a higher
+// one sends its first.
 void OwnerCheck::check(const std::string& room, Reigns& reigns, Reigns::iterator changed) {
   const auto compare = [&](Reigns::value_type& older, const Reigns::value_type& newer) {
     if (older.second.first_ns == 0 || newer.second.first_ns == 0) return;

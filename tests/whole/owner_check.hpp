@@ -43,11 +43,11 @@ class OwnerCheck {
   [[nodiscard]] std::optional<std::int64_t> frames_after(const std::string& room, std::int64_t after_ns) const;
   std::vector<std::string> take_faults() { return std::exchange(faults_, {}); }
 
-  // Count packets with frames, and claims under which frames came.
+  // The numbers of packets with frames, and of claims under which frames came.
   std::uint64_t packets = 0, owners = 0;
   // The longest time, by stamps, for which an older owner went on after a newer one had begun. 0 is as it must be.
   std::int64_t overlap_ns_max = 0;
-  // Counts the packets in flight.
+  // The number of packets in flight.
   std::uint64_t in_flight = 0;
   // The longest time from a newer owner's first stamp to the arrival of a packet in flight.
   std::int64_t in_flight_ns_max = 0;
@@ -66,7 +66,7 @@ class OwnerCheck {
   using Reigns = std::map<std::int64_t, Reign>;
   struct Room {
     Reigns reigns;
-    // Holds the newest claim that each client has had frames of.
+    // The newest claim that each client has had frames of.
     std::map<std::size_t, std::int64_t> newest;
   };
   void check(const std::string& room, Reigns& reigns, Reigns::iterator changed);

@@ -16,7 +16,7 @@ constexpr std::uint64_t kReorderedPackets = 3;
 constexpr double kReorderedTrips = 9.0 / 8;
 // A loss multiplies the window by this factor: that of CUBIC (RFC 9438).
 constexpr double kShrink = 0.7;
-// Bounds a window that nobody needs, bytes.
+// The largest window that nobody needs, bytes.
 constexpr double kUnusedMax = 64e3;
 // The time-out before a round trip was measured is 333 ms, QUIC's assumed round trip (RFC 9002, 6.2.2). Each further
 // time-out in a row is twice as long, up to 64 times.
@@ -25,6 +25,7 @@ constexpr int kTimeoutDoublingsMax = 6;
 
 }  // namespace
 
+// One packet may always be on the way, however small the window is.
 bool PacketSender::may_send() const {
   return static_cast<double>(in_flight_) < std::max(window_, double{kPacketBytes});
 }
@@ -43,6 +44,8 @@ void PacketSender::send_datagram(std::vector<std::uint8_t> bytes) {
   transmit(Kind::datagram, 0, std::move(bytes));
 }
 
+// Sends a packet with a number of its own, also where its segment is sent again. `is_limited_` notes that the window
+// was full.
 void PacketSender::transmit(Kind kind, std::uint64_t segment, std::vector<std::uint8_t> bytes) {
   const std::uint64_t number = first_ + packets_.size();
   const std::size_t wire_bytes = bytes.size() + kOverheadBytes;
@@ -154,6 +157,7 @@ std::int64_t PacketSender::loss_wait_ns() const {
   return static_cast<std::int64_t>(kReorderedTrips * round_trip_ns_);
 }
 
+// Looks through the packets below the newest acknowledged one, and forgets those at the front that are settled.
 void PacketSender::find_losses() {
   const std::int64_t now_ns = timeline_->now_ns();
   for (std::uint64_t number = first_; number < acknowledged_below_; ++number) {
@@ -167,6 +171,8 @@ void PacketSender::find_losses() {
   }
 }
 
+// Only the first loss of a round trip makes the window smaller: packets that were sent before the last reduction do not
+// count.
 void PacketSender::lose(Packet& packet) {
   packet.is_lost = true;
   in_flight_ -= packet.wire_bytes;
@@ -232,6 +238,8 @@ void PacketSender::on_timeout() {
     window_ = kPacketBytes;
     return go_on();
   }
+  // A time-out sends the oldest segments once more, as probes. Where there are none, an empty packet asks for an
+  // acknowledgement.
   std::map<std::uint64_t, std::vector<std::uint8_t>> oldest;
   for (const Packet& packet : packets_) {
     if (oldest.size() == static_cast<std::size_t>(recovery_.probes)) break;

@@ -66,13 +66,13 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   void send_datagram(std::vector<std::uint8_t> bytes);
   // Returns the rate that the congestion window allows; 0 before the first round trip was measured.
   [[nodiscard]] double bytes_per_s() const;
-  // Counts bytes of segments that are not acknowledged.
+  // The bytes of segments that are not acknowledged.
   [[nodiscard]] std::size_t kept_bytes() const { return kept_bytes_; }
 
   // They are called at the receiver, for segments once and in order, for datagrams at each arrival.
   std::function<void(std::vector<std::uint8_t>)> on_segment;
   std::function<void(std::span<const std::uint8_t>)> on_datagram;
-  // Is called when may_send() is true again.
+  // This is called when may_send() is true again.
   std::function<void()> on_room;
 
  private:
@@ -102,29 +102,29 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   Timeline* timeline_;
   Recovery recovery_;
   Path forth_, back_;
-  // Holds the packets with numbers from first_ on.
+  // The packets with numbers from first_ on.
   std::deque<Packet> packets_;
   // Packets with lower numbers have arrived, or are lost.
   std::uint64_t first_ = 0;
   // The number of the newest acknowledged packet, plus 1.
   std::uint64_t acknowledged_below_ = 0;
-  // Holds the numbers in the order of arrival, without those that the sender knows.
+  // The numbers in the order of arrival, without those that the sender knows.
   std::deque<std::uint64_t> arrivals_;
-  // Counts the arrivals that were taken out of `arrivals_`, because the sender knows them.
+  // The number of arrivals that were taken out of `arrivals_`, because the sender knows them.
   std::uint64_t arrivals_before_ = 0;
-  // Counts arrivals that are not acknowledged yet.
+  // The number of arrivals that are not acknowledged yet.
   int unanswered_ = 0;
-  // Counts the acknowledgements, so that a planned one is left out if another one was sent meanwhile.
+  // The number of acknowledgements, so that a planned one is left out if another one was sent meanwhile.
   std::uint64_t answer_ = 0;
   // The time of the newest arrival.
   std::int64_t arrived_ns_ = 0;
-  // Count the segments that were sent, and those that were delivered.
+  // The numbers of segments that were sent, and of those that were delivered.
   std::uint64_t segment_count_ = 0, next_segment_ = 0;
-  // Holds the bytes of the segments that are not acknowledged.
+  // The bytes of the segments that are not acknowledged.
   std::map<std::uint64_t, std::size_t> kept_;
-  // Holds segments that arrived before earlier ones.
+  // The segments that arrived before earlier ones.
   std::map<std::uint64_t, std::vector<std::uint8_t>> early_;
-  // Holds segments to send again.
+  // The segments to send again.
   std::map<std::uint64_t, std::vector<std::uint8_t>> lost_;
   // The bytes of packets that are neither acknowledged nor lost, and the sum of `kept_`.
   std::size_t in_flight_ = 0, kept_bytes_ = 0;
@@ -138,9 +138,9 @@ class PacketSender : public std::enable_shared_from_this<PacketSender> {
   bool is_limited_ = false;
   // The smoothed round trip and its smoothed deviation; 0 means that none was measured yet.
   double round_trip_ns_ = 0, deviation_ns_ = 0;
-  // Counts time-outs in a row.
+  // The number of time-outs in a row.
   int timeouts_ = 0;
-  // Counts timers that were set, so that only the newest one acts.
+  // The number of timers that were set, so that only the newest one acts.
   std::uint64_t timer_ = 0;
   // The time-out counts from this time: the last sending or acknowledgement.
   std::int64_t timer_from_ns_ = 0;

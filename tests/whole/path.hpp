@@ -26,7 +26,7 @@ struct PathQuality {
   double duplicate = 0;
   // The rate of the narrowest link of the path.
   double bytes_per_s = 1e8;
-  // Limits the bytes that wait before this link. Packets that come when the queue is full are dropped.
+  // The most bytes that wait before this link. Packets that come when the queue is full are dropped.
   std::size_t queue_bytes_max = 64u << 10;
 
   static constexpr std::int64_t kReorderMax_ns = 60 * kMs;

@@ -12,6 +12,7 @@ namespace hairnet::whole {
 namespace {
 
 constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max();
+// A few characters make every case: none, one, and some of which one can go.
 constexpr std::size_t kCharactersMax = 3;
 
 template <class T>
@@ -26,8 +27,10 @@ Player::Player(Timeline& timeline, Journal& journal, ServerHost& host, PlayerPla
       journal_(&journal),
       host_(&host),
       plan_(std::move(plan)),
-      random_(seed, 100 + static_cast<std::uint64_t>(plan_.number)) {}
+      random_(seed, 100 + static_cast<std::uint64_t>(plan_.number)),
+      touching_(Random(seed, 200 + static_cast<std::uint64_t>(plan_.number))) {}
 
+// A clock that is 1 ppm too fast gains a nanosecond in each millisecond.
 std::int64_t Player::clock_ns() const {
   const std::int64_t now_ns = timeline_->now_ns();
   return plan_.clock_offset_ns + now_ns + now_ns / 1'000'000 * plan_.clock_ppm;
@@ -51,6 +54,7 @@ void Player::make_core() {
   options.client_name = name();
   options.room = plan_.room;
   options.token = plan_.token;
+  // A connection over a line that loses packets, or to a server that has just died, needs more tries.
   options.connect_timeout_s = plan_.quality.lossy || plan_.find_server ? 5 : 1;
   options.trace = random_.next();
   core_ = std::make_unique<link::LinkCore>(options);
@@ -74,12 +78,16 @@ void Player::add_character() {
   const std::uint32_t number = ++last_number_;
   Character& character = characters_[number];
   character.groom = static_cast<std::size_t>(random_.next() % plan_.groom_count);
+  // Of 16 characters, 6 have ether, 3 learnt hair, 4 the low level, 1 the medium level and 2 rigid hair: fine levels
+  // take most of a trial's time.
   const std::uint64_t pick = random_.next() % 16;
   character.level = pick < 6    ? LevelIndex::ether
                     : pick < 9  ? LevelIndex::learnt
                     : pick < 13 ? LevelIndex::low
                     : pick < 14 ? LevelIndex::medium
                                 : LevelIndex::rigid;
+  // The motion differs from character to character: see Character in player.hpp. Heads stand 1.6 m high, within 5 m of
+  // the room's middle.
   character.phase = random_.between(0, 6);
   character.reach = random_.between(0.02, 0.3);
   character.turn = random_.between(0.1, 0.9);
@@ -96,6 +104,8 @@ void Player::add_character() {
 void Player::change_appearance(Character& character) {
   const std::uint32_t n = ++change_count_;
   character.tag = name() + '\xff' + std::to_string(n);
+  // The numbers are arbitrary primes: they make tags from a few bytes to the limit, and colours that differ from each
+  // other.
   character.tag.resize(std::min(character.tag.size() + 37 * (n % 7), wire::kTagBytesMax), '\0');
   const auto byte = [n](std::uint32_t factor) { return static_cast<std::uint8_t>(n * factor); };
   character.appearance.reset();
@@ -116,6 +126,7 @@ void Player::leave(bool says_goodbye) {
   if (connection_) {
     const std::shared_ptr<SimulatedConnection> wire = std::exchange(connection_, nullptr);
     wire->forget_client();
+    // The client's machine is gone. In three of ten cases the server never hears of it, and must notice by the silence.
     const bool server_announced = random_.unit() < 0.7;
     if (!server_announced) journal_->count("half-open, left");
     wire->break_now({-1, server_announced ? static_cast<std::int64_t>(random_.between(0, 1e8)) : -1});
@@ -147,6 +158,8 @@ void Player::send(wire::ClientMessage message) {
   turn();
 }
 
+// From here on the player is one to whom everything must be right again: it sees all, its materials and wind are the
+// defaults, and nothing breaks its connection.
 void Player::calm_down() {
   act_until_ns_ = gap_until_ns_ = 0;
   calm_since_ns_ = timeline_->now_ns();
@@ -163,6 +176,7 @@ void Player::calm_down() {
   for (const auto& [member, m] : members_) all.push_back({member, 0.5f, true});
   core_->report_importance(all);
   for (const auto& [number, character] : characters_) core_->send(wire::SetMaterial{number, {}});
+  end_touch();
   if (connection_ && !is_active()) journal_->count("calm while connecting");
   turn();
 }
@@ -198,11 +212,14 @@ void Player::connect() {
   connection_ = std::make_shared<SimulatedConnection>(
       *timeline_, *host_, *this, plan_.quality, static_cast<std::uint64_t>(plan_.number), random_.next() ^ ++dials_);
   connections_.push_back(connection_);
+  // One connection in twenty gets no answer while the player is disturbed, so the core's time-out must work.
   const bool into_nothing = !plan_.steady && act_until_ns_ > timeline_->now_ns() && random_.unit() < 0.05;
   if (into_nothing) journal_->count("dialled into nothing");
   connection_->connect(into_nothing);
 }
 
+// A call of the core may bring another call of turn(), by an event or a connection that breaks. The inner call only
+// asks the outer one for another round, as a driver with one thread does.
 void Player::turn() {
   if (!core_) return;
   if (std::exchange(turning_, true)) {
@@ -225,6 +242,7 @@ void Player::turn() {
     while (connection_ && connection_->takes_more()) {
       const std::vector<std::uint8_t> packet = core_->take_packet(clock_ns());
       if (packet.empty()) break;
+      // A packet that is too large for a datagram goes by the stream.
       const bool may_be_lost = core_->taken_may_be_lost() && packet.size() <= quic::kDatagramBytesMax;
       if (connection_->has_datagrams() && may_be_lost)
         connection_->write_datagram(packet);
@@ -243,6 +261,7 @@ void Player::turn() {
     if (leaving_ || !joined_) return;
     // A first attempt that fails is a core's last: a person would try again.
     journal_->count("began again");
+    // People try again after 50 to 500 ms.
     const std::int64_t wait_ns = static_cast<std::int64_t>(random_.between(5e7, 5e8));
     finish();
     core_.reset();
@@ -257,6 +276,8 @@ void Player::turn() {
   wake_at(core_->next_deadline_ns());
 }
 
+// `local_ns` is a time of the player's own clock, which is converted to the timeline. The microsecond more makes sure
+// that the player's clock has reached the time, in spite of rounding.
 void Player::wake_at(std::int64_t local_ns) {
   if (local_ns == kNever_ns) return;
   const auto wait_ns =
@@ -330,6 +351,8 @@ std::set<server::CharacterKey> Player::keys() const {
   return keys;
 }
 
+// The head sways on an ellipse of `reach`, looks left and right with the body, and nods by `turn`. The frequencies have
+// no common multiple, so no pose comes twice.
 Pose Player::pose_of(const Character& character) const {
   const std::int64_t at_ns = character.moving ? timeline_->now_ns() : character.still_since_ns;
   const double t = 1e-9 * static_cast<double>(at_ns) + character.phase;
@@ -357,6 +380,7 @@ void Player::send_poses() {
   for (auto& [number, character] : characters_) add_pose(number, character, poses);
   if (poses.empty()) return;
   core_->push_poses(std::move(poses));
+  if (plan_.touches) core_->push_hands(touching_.hands(heads(), 1e-9 * static_cast<double>(clock_ns())), clock_ns());
   turn();
 }
 
@@ -370,6 +394,43 @@ void Player::add_pose(std::uint32_t number, Character& character, std::vector<wi
   corrupt(pose);
   poses.push_back(pose);
   journal_->count("garbage pose");
+}
+
+std::vector<Touching::Head> Player::heads() const {
+  std::vector<Touching::Head> heads;
+  for (const auto& [number, member] : members_) {
+    if (member.frames > 0) heads.push_back({number, member.pose.head()});
+  }
+  return heads;
+}
+
+std::vector<std::uint32_t> Player::character_numbers() const {
+  std::vector<std::uint32_t> numbers;
+  for (const auto& [number, character] : characters_) numbers.push_back(number);
+  return numbers;
+}
+
+void Player::touch() {
+  if (!core_ || !core_->active()) return;
+  for (wire::ClientMessage& message : touching_.act({heads(), character_numbers(), may_set_props()})) {
+    journal_->count("touch requested");
+    core_->send(std::move(message));
+  }
+}
+
+void Player::end_touch() {
+  if (!plan_.touches) return;
+  for (wire::ClientMessage& message : touching_.end(character_numbers(), may_set_props()))
+    core_->send(std::move(message));
+}
+
+std::string Player::known_touch() const {
+  if (!room_props_.empty()) return "knows props";
+  const auto has_hands = [](const auto& person) { return person.second.second; };
+  if (std::ranges::any_of(hands_of_others_, has_hands)) return "knows hands";
+  const auto has_rule = [](const auto& member) { return member.second.has_touch_rule; };
+  if (std::ranges::any_of(members_, has_rule)) return "knows a rule of touch";
+  return {};
 }
 
 void Player::corrupt(wire::PoseSample& sample) {
@@ -420,10 +481,13 @@ void Player::act() {
   }
   timeline_->after(static_cast<std::int64_t>(1e9 * random_.between(0.2, 1.8) / plan_.actions_per_s), [this] { act(); });
   if (!core_) return;
-  std::vector<std::uint32_t> numbers;
-  for (const auto& [number, character] : characters_) numbers.push_back(number);
+  if (plan_.touches) touch();
+  const std::vector<std::uint32_t> numbers = character_numbers();
   std::vector<std::uint32_t> seen;
   for (const auto& [member, m] : members_) seen.push_back(member);
+  // The 17 actions, by number: 0 adds a character, 1 removes one, 2 and 3 set a level, 4 a material, 5 the wind, 6 and
+  // 7 what is observed, 8 and 9 the importance, 10 asks for a groom, 11 teleports or rides, 12 stops the poses for a
+  // while, 13 rests or moves, 14 stops reading, 15 sets an appearance, 16 replaces the connection.
   const std::uint64_t pick = random_.next() % 17;
   // The first character of a steady player must live on, seen and moving: its steps are checked.
   const bool plain = plan_.steady;

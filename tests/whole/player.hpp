@@ -13,6 +13,7 @@
 #include "schema/channel/packet_splitter.hpp"
 #include "tests/whole/assets.hpp"
 #include "tests/whole/server_host.hpp"
+#include "tests/whole/touching.hpp"
 
 namespace hairnet::whole {
 
@@ -39,11 +40,13 @@ struct PlayerPlan {
   // In a fleet, finds the server at the address to which a client was sent. Without an address it returns the server
   // that the client asks first.
   std::function<ServerHost&(const std::optional<wire::ServerAt>&)> find_server = {};
-  // Is called for each packet with frames. `life` is the run of the server that sent the packet (ServerHost::life), and
-  // `stamp_ns` is the time that this server has stamped on it.
+  // This is called for each packet with frames. `life` is the run of the server that sent the packet
+  // (ServerHost::life), and `stamp_ns` is the time that this server has stamped on it.
   std::function<void(const ServerHost& host, int life, std::int64_t stamp_ns)> on_frames = {};
   // A moderator may remove it, or a lock keep it out.
   bool may_be_removed = false;
+  // It has hands, and lets others touch its hair (Touching).
+  bool touches = false;
 };
 
 // A well-behaved client: a LinkCore over simulated connections, with random requests. Checks what the server sends.
@@ -78,6 +81,7 @@ class Player final : public ClientEvents {
   // The server to which the player last connected.
   [[nodiscard]] const ServerHost& host() const { return *host_; }
   [[nodiscard]] bool may_set_wind() const { return core_ && core_->welcome() && core_->welcome()->may_set_wind; }
+  [[nodiscard]] bool may_set_props() const { return core_ && core_->welcome() && core_->welcome()->may_set_props; }
   [[nodiscard]] std::string name() const { return "client " + std::to_string(plan_.number); }
 
   // What the player knows of a character in its room: an own one that the server has confirmed, or another client's.
@@ -86,7 +90,7 @@ class Player final : public ClientEvents {
     server::CharacterKey key = 0;
     wire::GroomHash groom{};
     bool own = false;
-    // Counts frames since the connection began.
+    // The number of frames since the connection began.
     std::uint64_t frames = 0;
     std::optional<std::uint64_t> last_tick;
     std::int64_t last_ns = 0;
@@ -102,6 +106,8 @@ class Player final : public ClientEvents {
     Pose pose;
     std::string tag;
     std::optional<wire::Appearance> appearance;
+    // Its owner has set who may touch it, other than by default.
+    bool has_touch_rule = false;
   };
   // All known characters of the room, by the number of the member.
   [[nodiscard]] const std::map<std::uint32_t, Member>& members() const { return members_; }
@@ -128,6 +134,9 @@ class Player final : public ClientEvents {
   // The keys of its characters, once the server knows them.
   [[nodiscard]] std::set<server::CharacterKey> keys() const;
   [[nodiscard]] std::uint64_t session() const { return core_ && core_->welcome() ? core_->welcome()->session : 0; }
+  // Says what of others' hands, props and rules the player still knows; empty: nothing but the defaults. A room is to
+  // come to that when all have ended their touching.
+  [[nodiscard]] std::string known_touch() const;
   // The wind that the server says its room has.
   [[nodiscard]] const std::optional<Wind>& room_wind() const { return room_wind_; }
   // Adds what the last core has counted to the journal.
@@ -159,6 +168,12 @@ class Player final : public ClientEvents {
   void corrupt(wire::PoseSample& pose);
   Pose pose_of(const Character& character) const;
   void change_appearance(Character& character);
+  // Makes a random request about touch, and sends what it takes.
+  void touch();
+  // Undoes all that touch() has done.
+  void end_touch();
+  [[nodiscard]] std::vector<Touching::Head> heads() const;
+  [[nodiscard]] std::vector<std::uint32_t> character_numbers() const;
   void note_frames(const wire::DecodedPacket& decoded);
   // Returns whether the connection broke so short a time ago that the server must still have the session.
   [[nodiscard]] bool must_be_resumed() const;
@@ -184,7 +199,7 @@ class Player final : public ClientEvents {
   Random random_;
   std::unique_ptr<link::LinkCore> core_;
   std::shared_ptr<SimulatedConnection> connection_;
-  // Holds the connection and all earlier ones.
+  // The connection and all earlier ones.
   std::vector<std::weak_ptr<SimulatedConnection>> connections_;
   // The time for which the next call of turn() is planned on the timeline.
   std::int64_t wake_ns_ = -1;
@@ -194,7 +209,7 @@ class Player final : public ClientEvents {
   bool turn_again_ = false, calm_ = false;
   // No poses are sent until `gap_until_ns_`. The last connection was opened at `opening_ns_`.
   std::int64_t act_until_ns_ = 0, gap_until_ns_ = 0, calm_since_ns_ = 0, opening_ns_ = 0, welcomed_ns_ = 0;
-  // Counts connections, so that each has a seed of its own.
+  // The number of connections, so that each has a seed of its own.
   std::uint64_t dials_ = 0;
   // The own characters, by number.
   std::map<std::uint32_t, Character> characters_;
@@ -202,7 +217,13 @@ class Player final : public ClientEvents {
   std::uint32_t last_number_ = 0;
   std::map<std::uint32_t, Member> members_;
   std::optional<Wind> room_wind_;
-  // Counts changes of appearances.
+  // Draws from a stream of its own, so that players without hands act as they would without it.
+  Touching touching_;
+  // The numbers of the room's props, as the server tells them.
+  std::set<std::uint8_t> room_props_;
+  // By session: the tick of the newest word about its hands, and whether it had any.
+  std::map<std::uint64_t, std::pair<std::uint64_t, bool>> hands_of_others_;
+  // The number of changes of appearances.
   std::uint32_t change_count_ = 0;
   wire::Observe observe_;
   // The coarsest error of hair that the player has ever asked for. Frames that were sent earlier may still have it.

@@ -13,7 +13,7 @@ namespace {
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
-// Limits the time between the run of a tick and the arrival of its frame at a steady client, without the network's own
+// The longest time between the run of a tick and the arrival of its frame at a steady client, without the network's own
 // delay. It is twice the period in which ServerHost polls its server's connections (kIoPeriod_ns).
 constexpr std::int64_t kFrameLateness_ns = 40 * kMs;
 
@@ -49,6 +49,11 @@ bool Player::must_be_resumed() const {
   return timeline_->now_ns() - broken_ns_ + 100 * kMs < min_ns / 2;
 }
 
+// Whether a request about touch may be refused so: its member may have left, or may allow it no more.
+bool is_of_touch(ErrorReason reason) {
+  return reason == ErrorReason::character_unknown || reason == ErrorReason::not_allowed;
+}
+
 struct Player::EventHandler {
   Player& p;
 
@@ -61,6 +66,10 @@ struct Player::EventHandler {
       p.welcomed_ns_ = p.timeline_->now_ns();
       p.members_.clear();
     }
+    // RoomProps and RoomHands follow where the room has any.
+    p.room_props_.clear();
+    p.hands_of_others_.clear();
+    if (p.calm_) p.end_touch();
     for (auto& [number, member] : p.members_) {
       member.frames = 0;
       member.asleep = false;
@@ -170,11 +179,37 @@ struct Player::EventHandler {
     p.room_wind_ = e.wind;
     p.journal_->count("wind told");
   }
-  // Players have no hands, and their rooms no props.
-  void operator()(const wire::RoomProps&) const { p.fault("is told of props"); }
-  void operator()(const wire::MemberTouch&) const { p.fault("is told who may touch hair"); }
-  void operator()(const wire::Held&) const { p.fault("is told of a hold"); }
-  void operator()(const wire::RoomHands&) const { p.fault("is told of hands"); }
+  void operator()(const wire::RoomProps& e) const {
+    if (e.all) p.room_props_.clear();
+    for (const wire::Prop& prop : e.props) {
+      if (std::string error = wire::validate(prop); !error.empty()) p.fault("is told of a bad prop: " + error);
+      p.room_props_.insert(prop.number);
+    }
+    for (const std::uint8_t number : e.removed) p.room_props_.erase(number);
+    p.journal_->count("props told");
+  }
+  void operator()(const wire::MemberTouch& e) const {
+    const auto found = p.members_.find(e.member);
+    if (found == p.members_.end()) return p.fault("is told who may touch a member that it does not know");
+    found->second.has_touch_rule = e.audience != TouchAudience::oneself;
+    p.journal_->count("rule of touch told");
+  }
+  void operator()(const wire::Held& e) const {
+    if (!p.plan_.touches) p.fault("is told of a hold, and has no hands");
+    p.journal_->count(e.point_count > 0 ? "hair held" : "no hair held");
+  }
+  void operator()(const wire::RoomHands& e) const {
+    for (const wire::RoomHands::Person& person : e.people) {
+      if (person.session == p.session()) p.fault("is told of its own hands");
+      if (std::string error = validate(person.hands); !error.empty()) p.fault("is told of bad hands: " + error);
+      // A message may overtake another.
+      auto& [tick, has_hands] = p.hands_of_others_[person.session];
+      if (e.tick < tick) continue;
+      tick = e.tick;
+      has_hands = !person.hands.empty();
+      p.journal_->count(has_hands ? "hands told" : "hands gone");
+    }
+  }
   void operator()(const wire::MemberLeft& e) const {
     p.journal_->mix(e.member);
     const auto found = p.members_.find(e.member);
@@ -194,6 +229,7 @@ struct Player::EventHandler {
     if (e.reason == ErrorReason::none || e.detail.empty()) p.fault("is refused without a reason");
     const bool expected = e.reason == ErrorReason::groom_unavailable ||
                           (e.reason == ErrorReason::pose_invalid && p.plan_.sends_garbage) ||
+                          (p.plan_.touches && is_of_touch(e.reason)) ||
                           (e.reason == ErrorReason::not_allowed && p.plan_.may_be_removed);
     if (!expected) p.fault("is refused (" + std::string(wire::to_string(e.reason)) + "): " + e.detail);
   }

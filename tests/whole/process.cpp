@@ -34,12 +34,15 @@ Process::Process(const std::vector<std::string>& command, std::string output, in
   const std::string out = output_ + ".out", err = output_ + ".err";
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
   for (const auto& [number, file] : {std::pair(1, out), std::pair(2, err)}) {
+    // With a descriptor both outputs go there, for example into a pipe that the test reads. Otherwise each goes to its
+    // file.
     if (descriptor >= 0)
       posix_spawn_file_actions_adddup2(&actions, descriptor, number);
     else
       posix_spawn_file_actions_addopen(&actions, number, file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   }
-  // As a shell starts it: this program ignores broken pipes.
+  // This test program ignores broken pipes, and a child would inherit that. The child gets the default instead, as from
+  // a shell.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t broken_pipe;
@@ -65,6 +68,7 @@ void Process::send(int signal) const {
 }
 
 void Process::take_status(int status) {
+  // A process that a signal has ended gets 128 and the signal's number, as in a shell.
   exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 

@@ -5,7 +5,7 @@
 namespace hairnet::whole {
 
 std::vector<std::string> missing_refusals(const std::map<std::string, std::uint64_t>& events) {
-  // Holds for each kind of bad client what it hears, or what the server counts.
+  // For each kind of bad client what it hears, or what the server counts.
   constexpr std::string_view kRefusals[] = {
       "silent sent away, handshake_timeout",
       "connection refused, too many of its address",

@@ -16,14 +16,14 @@
 namespace hairnet::whole {
 namespace {
 
-// Limits the time until everything has recovered, beside the time for what lines have buffered. Clients wait up to 5 s
+// The longest time until everything has recovered, beside the time for what lines have buffered. Clients wait up to 5 s
 // between attempts to connect, so this leaves room for several attempts.
 constexpr std::int64_t kSettle_ns_max = 20 * kSecond_ns;
 // All heads move for this time before check_motion() looks at the age of the last frames.
 constexpr std::int64_t kMotion_ns = 1200 * kMs;
-// Limits the bytes of levels and bases that a client is sent when grooms are ready. Frames wait behind them.
+// The most bytes of levels and bases that a client is sent when grooms are ready. Frames wait behind them.
 constexpr std::size_t kBases_bytes = 40'000;
-// Limits the time from the last motion of a head until all hair has come to rest.
+// The longest time from the last motion of a head until all hair has come to rest.
 constexpr std::int64_t kRest_ns_max = 20 * kSecond_ns;
 
 std::string described(const NetworkQuality& quality) {
@@ -90,8 +90,8 @@ class Scenario {
   std::vector<std::unique_ptr<Player>> players_;
   std::vector<std::unique_ptr<BadClient>> bad_clients_;
   std::int64_t disturbed_until_ns_ = 0;
-  bool has_worst_lines_ = false, wants_tokens_ = false, tokens_have_subjects_ = false;
-  // Holds one for each group of bad clients.
+  bool has_touch_ = false, has_worst_lines_ = false, wants_tokens_ = false, tokens_have_subjects_ = false;
+  // One entry for each group of bad clients.
   std::vector<Misbehaviour> misbehaviours_;
 };
 
@@ -105,12 +105,17 @@ server::Config Scenario::make_config() {
   config.ticks_behind_max = static_cast<std::uint32_t>(1 + random_.next() % 4);
   // A folder for this trial alone, empty at first: files of other trials would be counted.
   if (chance(0.5)) config.level_cache = assets().level_cache + "/" + std::to_string(seed_);
+  // A stream of its own, so that scenarios without touch are as they would be without this line.
+  has_touch_ = Random(seed_, 300).unit() < 0.4;
+  if (has_touch_) config.sessions.props_from_clients = server::AllowedClients::participants;
   has_worst_lines_ = chance(0.4);
   wants_tokens_ = chance(0.3);
   tokens_have_subjects_ = chance(0.6);
   if (wants_tokens_) config.token_key_file = assets().token_key_file;
   config.room_grace_ns = moment(0, kSecond_ns);
   server::SessionLimits& limits = config.sessions;
+  // Players have up to 3 characters each, and there are up to 5 players, so the limits of characters are beyond what
+  // they use.
   limits.session_count_max = chance(0.3) ? 8 : 64;
   limits.character_count_max = 192;
   limits.characters_per_session_max = 16;
@@ -137,6 +142,8 @@ server::Config Scenario::make_config() {
   grooms.upload_bytes_max = 1 << 20;
   grooms.upload_burst_bytes = 512 << 10;
   grooms.upload_bytes_per_s = 128 << 10;
+  // The grooms of a trial have some kilobytes (assets.cpp), so these bounds of uploads are met by players and not by
+  // those that trickle or heap.
   grooms.upload_bytes_per_s_min = 512;
   // A slow line full of poses takes seconds for a chunk.
   grooms.upload_timeout_ns = 8 * kSecond_ns;
@@ -146,6 +153,7 @@ server::Config Scenario::make_config() {
   grooms.build_queue_max = 6;
   // Hair is learnt only where the tick rate is 30 Hz (is_learnt_tick); at the other rates this changes nothing.
   grooms.learning = chance(0.5) ? server::Learning::always : server::Learning::never;
+  // Costly grooms (Assets::costly) exceed both bounds of a build.
   grooms.build_ns_max = 300 * kMs;
   grooms.build_memory_bytes_max = std::size_t{35} << 20;
   server::AdmissionLimits& admission = config.transport.admission;
@@ -155,6 +163,8 @@ server::Config Scenario::make_config() {
   return config;
 }
 
+// Some lines are slow, some have small windows or buffers, and some cut the stream into small pieces: each is a reason
+// for waiting that code may have forgotten.
 NetworkQuality Scenario::make_quality() {
   NetworkQuality quality;
   quality.delay_ns = moment(kMs / 2, 60 * kMs);
@@ -201,6 +211,7 @@ void Scenario::make_players() {
     plan.quality = make_quality();
     if (chance(0.5)) make_lossy(plan.quality);
     plan.pose_hz = random_.between(20, 70);
+    // The clocks of clients have nothing to do with the server's.
     plan.clock_offset_ns = moment(-1000 * kSecond_ns, 1'000'000 * kSecond_ns);
     // Clocks of clients run up to 200 ppm too fast or too slow.
     plan.clock_ppm = static_cast<int>(random_.next() % 401) - 200;
@@ -209,6 +220,7 @@ void Scenario::make_players() {
     plan.steady = n == 0;
     plan.sends_garbage = !plan.steady && chance(0.3);
     plan.actions_per_s = random_.between(0.3, 3);
+    plan.touches = has_touch_ && Random(seed_, 301 + static_cast<std::uint64_t>(n)).unit() < 0.7;
     if (plan.steady) {
       plan.quality = {};
       plan.quality.delay_ns = moment(kMs, 10 * kMs);
@@ -258,6 +270,8 @@ void Scenario::make_bad_group(Misbehaviour kind, std::uint64_t address) {
   const bool is_many = kind == Misbehaviour::silent || kind == Misbehaviour::rejoiner;
   const bool is_some = kind == Misbehaviour::groom_trickler || kind == Misbehaviour::hoarder ||
                        kind == Misbehaviour::drip_reader || kind == Misbehaviour::resumer;
+  // 5 to 12 clients fill what a server has for connections; 2 to 4 are enough to take turns, or to read what the others
+  // cause.
   const int count = is_many ? 4 + one_to(8) : is_some ? 1 + one_to(3) : 1;
   const std::string room = kind == Misbehaviour::hoarder ? "hoard" : rooms_[random_.next() % rooms_.size()];
   for (int n = 0; n < count; ++n) {
@@ -358,6 +372,8 @@ void Scenario::disturb() {
   }
   const bool has_hoarders = std::ranges::find(misbehaviours_, Misbehaviour::hoarder) != misbehaviours_.end();
   if (has_hoarders || chance(0.4)) {
+    // Each reading of the clock lasts 10 us to 2 ms, so that a tick seems to take most of its time or more, and the
+    // server must lower levels. Hoarders show whether it does so fairly, so it begins early where there are some.
     const std::int64_t reading_ns = moment(10'000, 2 * kMs);
     timeline_.at(moment(0, disturbed_until_ns_ / (has_hoarders ? 4 : 1)), [this, reading_ns] {
       journal_.count("work takes longer");
@@ -416,6 +432,7 @@ void Scenario::calm() {
 // The time that packets to a player wait behind level records and full buffers, on a slow connection.
 double Scenario::backlog_s(const Player& player) {
   const NetworkQuality& quality = player.plan().quality;
+  // All that may lie between the server and the player's reading, over the least rate of the line.
   return static_cast<double>(quality.window_bytes + quality.unsent_bytes_max + kBases_bytes) /
          quality.min_bytes_per_s();
 }

@@ -10,7 +10,7 @@ namespace hairnet::whole {
 struct Outcome {
   // Each fault is one line with the seed, the simulated time, who has it, and what it is.
   std::vector<std::string> faults;
-  // Counts how often each kind of thing happened.
+  // The number of times that each kind of thing happened.
   std::map<std::string, std::uint64_t> events;
   // A hash of everything that clients received. The same seed must give the same hash.
   std::uint64_t hash = 0;

@@ -127,8 +127,10 @@ int print_gaps(const Options& options, const GapsOptions& line) {
     def.duration_s = line.seconds;
     def.characters = line.characters;
     def.path.loss = line.loss_percent / 100;
+    // The delay of a path is that of one direction.
     def.path.delay_ns = static_cast<std::int64_t>(1e6 * line.round_trip_ms / 2);
     def.path.burst_ns = static_cast<std::int64_t>(1e6 * line.burst_ms);
+    // A kilobit is 125 bytes. Zero leaves the path as fast as it is by default.
     if (line.kbit_per_s > 0) def.path.bytes_per_s = 125 * line.kbit_per_s;
     std::vector<float> all;
     double bytes_per_s = 0, coarser = 0, missing = 0, late = 0;
@@ -145,6 +147,7 @@ int print_gaps(const Options& options, const GapsOptions& line) {
       return 1;
     }
     std::sort(all.begin(), all.end());
+    // Returns the gap in ticks that this share of all gaps do not exceed.
     const auto at = [&](double share) {
       return all[static_cast<std::size_t>(share * static_cast<double>(all.size() - 1))] / kTick_ms;
     };

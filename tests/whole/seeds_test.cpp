@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdlib>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -20,18 +21,27 @@ std::optional<std::uint64_t> asked_seed() {
   return std::strtoull(seed, nullptr, 10);
 }
 
-void run_seeds(std::uint64_t first, std::uint64_t count) {
+// Returns the sums of all events.
+std::map<std::string, std::uint64_t> run_seeds(std::uint64_t first, std::uint64_t count) {
   spdlog::set_level(spdlog::level::off);
+  std::map<std::string, std::uint64_t> events;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     SCOPED_TRACE("HAIRNET_SEED=" + std::to_string(seed));
     const Outcome outcome = run_scenario(seed);
     for (const std::string& fault : outcome.faults) ADD_FAILURE() << fault;
+    for (const auto& [event, times] : outcome.events) events[event] += times;
   }
+  return events;
 }
 
 TEST(WholeSeeds, a_server_and_its_clients_recover_from_all_disturbances) {
-  if (const auto asked = asked_seed()) return run_seeds(*asked, 1);
-  run_seeds(1, kSeeds);
+  if (const auto asked = asked_seed()) {
+    run_seeds(*asked, 1);
+    return;
+  }
+  const std::map<std::string, std::uint64_t> events = run_seeds(1, kSeeds);
+  for (const char* touch : {"hands told", "hair held", "props told", "rule of touch told"})
+    EXPECT_TRUE(events.contains(touch)) << "some players must touch hair: " << touch;
 }
 
 // A failure of a seed can be examined only if the seed repeats everything.

@@ -79,6 +79,7 @@ void ServerHost::join_fleet(EtcdLine& line, double clock_rate) {
 void ServerHost::start() {
   Life& life = lives_.emplace_back();
   life.metrics = std::make_unique<server::Metrics>();
+  // A clock of a machine counts from its start, so each life has a time of its own, up to 11 days.
   life.clock_offset_ns = static_cast<std::int64_t>(random_.between(0, 1e15));
   life.admission = std::make_shared<server::Admission>(config_.transport.admission);
   rates_ = {};
@@ -87,6 +88,7 @@ void ServerHost::start() {
                                    std::span<const std::uint8_t> file, const Groom& groom,
                                    const server::GoesOn& goes_on) {
     building_ns_ =
+        // A build that would exceed its limit ends just after it.
         std::min(kBuild_ns + kBuildOfPoint_ns * static_cast<std::int64_t>(groom.points.size()), def.ns_max + kMs);
     measured_ns += building_ns_;
     server::LevelBuildDef quick = def;
@@ -255,6 +257,7 @@ void ServerHost::run_io(int life) {
 }
 
 void ServerHost::run_tick(int life) {
+  // A late tick runs as soon as the stall is over.
   const auto again = [this, life] { when_running(life, [this, life] { run_tick(life); }); };
   if (timeline_->now_ns() < stalled_until_ns_) return timeline_->at(stalled_until_ns_, again);
   reading_lasts_ns = work_ns_;
@@ -266,6 +269,7 @@ void ServerHost::run_tick(int life) {
     timeline_->after(flush_in_ns, [this, life] { when_running(life, [this] { server_->flush(clock_ns()); }); });
   }
   const std::int64_t wait_ns = server_->next_tick_ns() - clock_ns();
+  // Threads wake up a little late: by 0.4 to 0.7 ms, and so after the frames of this tick are sent.
   timeline_->after(std::max<std::int64_t>(wait_ns, 0) + static_cast<std::int64_t>(kFlush_ns_max + random_.unit() * 3e5),
                    again);
 }
@@ -320,6 +324,8 @@ void ServerHost::note_tick() {
 
 void ServerHost::check_coefficients(std::uint64_t number, server::CharacterKey key, const LatticeView& lattice,
                                     const GroundTruth& truth) {
+  // A change of level fades out within 0.4 s (CoefficientTrack), during which frames carry a blend of both levels. The
+  // rest of kFade_s is a reserve.
   constexpr double kFade_s = 0.5;
   // A change that nobody has seen begins to fade at the next frame that is sent.
   constexpr std::uint64_t kUnseen_ticks = 10;

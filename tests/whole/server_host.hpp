@@ -60,7 +60,7 @@ class ServerHost final : public Host {
   [[nodiscard]] std::int64_t clock_ns() const override;
   [[nodiscard]] int life() const { return static_cast<int>(lives_.size()) - 1; }
   [[nodiscard]] const server::Server* server() const { return server_.get(); }
-  // Counts those that the server has not closed.
+  // The number of connections that the server has not closed.
   [[nodiscard]] std::size_t connection_count() const { return lives_.back().admission->count(); }
   [[nodiscard]] const server::Metrics& metrics(int life) const {
     return *lives_[static_cast<std::size_t>(life)].metrics;
@@ -107,7 +107,7 @@ class ServerHost final : public Host {
   // The counters of this life at a tick, from which check_rates() computes what has happened since.
   struct Rates {
     std::uint64_t tick = 0, winds = 0, rooms_opened = 0, rooms_closed = 0, place_choices = 0, welcomed = 0;
-    // Counts the observers at that tick.
+    // The number of observers at that tick.
     std::uint64_t observers = 0;
   };
   void start_in_fleet();

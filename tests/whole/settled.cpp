@@ -11,6 +11,7 @@ std::string name_of(LevelIndex level) {
   return std::string(kLevelNames[static_cast<std::size_t>(level)]);
 }
 
+// The characters that the players of a room have, by the players' own account.
 std::set<server::CharacterKey> keys_of(const std::string& room, Players players) {
   std::set<server::CharacterKey> keys;
   for (const auto& player : players) {
@@ -38,6 +39,8 @@ std::string unsettled(Players players, const std::map<std::string, Vec3>& winds_
     const Vec3 wind_m_per_s = wind == winds_m_per_s.end() ? Vec3::Zero() : wind->second;
     if (!player->room_wind() || player->room_wind()->mean_m_per_s != wind_m_per_s)
       return player->name() + " does not know the wind of its room";
+    if (const std::string touch = player->known_touch(); !touch.empty())
+      return player->name() + " " + touch + " where all touching has ended";
     const auto expected = keys_of(player->plan().room, players);
     if (seen != expected)
       return player->name() + " knows " + std::to_string(seen.size()) + " members where there are " +

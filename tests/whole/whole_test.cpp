@@ -17,7 +17,7 @@
 namespace hairnet::whole {
 namespace {
 
-// A program must end, and a file appear, within this time. Programs with sanitizers need ten times as long for levels.
+// A program must end within this time. Programs with sanitizers need ten times as long to build levels.
 constexpr double kPatience_s = HAIRNET_SANITIZED ? 1800 : 300;
 // This share of a client's ticks may be missing. A busy machine skips ticks, and more of them in a build with
 // sanitizers.
@@ -108,6 +108,8 @@ FrameComparison WholeTest::expect_same_frames(const std::string& received_folder
   std::printf("%s: %zu frames (%zu moving, %zu learnt, %zu fading), %zu ticks missed, error at most %.4f mm\n",
               received_folder.c_str(), result.frames, result.moving_frames, result.learnt_frames, result.fading,
               result.missed_ticks, result.error_mm_max);
+  // Without this bound a view that received nothing but hair at rest, or no frame at all, would agree with any
+  // computation.
   EXPECT_GT(result.moving_frames, 20u);
   EXPECT_EQ(result.unknown, 0u);
   EXPECT_EQ(result.levels_differ, 0u);
@@ -144,6 +146,7 @@ void WholeTest::put_learnt_hair(const LearntHair& hair) {
   }
 }
 
+// Waits five minutes at most, whatever kPatience_s is, and gives up at once when the program has ended.
 bool WholeTest::wait_for_file(const std::string& file, std::size_t bytes, Process& process) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(5);
   while (std::chrono::steady_clock::now() < deadline && process.running()) {

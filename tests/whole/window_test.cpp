@@ -21,6 +21,9 @@ const std::string kCharacter = "groom=made:bob,motion=made:nod,level=low,strands
 
 // Strands in rings about a head's upper half, that lie on it and then hang down; metres, y up.
 void write_hair(const std::string& file) {
+  // The head is a ball 1.6 m above the floor, of radius 0.1 m to the sides and 0.11 m upwards. A point's angle from the
+  // top of the head is `further`. Up to a quarter turn (1.5708) the strand lies on the head, and from there it hangs
+  // down.
   constexpr int kRings = 8, kAround = 40, kPoints = 9;
   std::ofstream out(file);
   for (int ring = 0; ring < kRings; ++ring) {
@@ -150,6 +153,7 @@ TEST_F(WindowTest, a_room_is_kept_alive_until_a_signal_and_left_with_a_goodbye) 
   auto view = start_view({"--no-draw", "--room", "lobby", "--character", kCharacter + ",at=0.6:0:20", "--duration",
                           "forever", "--reconnect", "forever"});
   // It prints its state on stderr.
+  // The wait lasts 200 s at most, since the server has to build the levels first.
   for (int i = 0; i < 10'000 && view->running() && view->err().find("streaming") == std::string::npos; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   ASSERT_THAT(view->err(), HasSubstr("streaming"));
@@ -173,6 +177,7 @@ TEST_F(WindowTest, the_same_local_world_gives_the_same_trace) {
     return std::string(std::istreambuf_iterator<char>(in), {});
   };
   for (const char* file : {"/frames.npy", "/poses.npy", "/displacements.npy"}) {
+    // Two empty files would be equal, too.
     EXPECT_GT(bytes(std::string("first") + file).size(), 500u);
     EXPECT_EQ(bytes(std::string("first") + file), bytes(std::string("second") + file)) << file;
   }

@@ -7,6 +7,7 @@ namespace {
 
 // The archive claims to be one of Alembic 1.8.5, whose layout it has.
 constexpr std::uint32_t kFileVersion = 0, kLibraryVersion = 10805;
+// An index of 255 says that the metadata follows in the header itself, instead of standing in the shared table.
 constexpr std::uint8_t kOwnMetadata = 0xff;
 
 std::size_t bytes_of(AbcType type) {
@@ -83,8 +84,10 @@ std::uint8_t AbcArchiveWriter::index_of(const std::string& metadata) {
   return static_cast<std::uint8_t>(index);
 }
 
-// The bits are those that `read_property` of the importer reads: 0x1 one value in every sample, 0x100 an index of
-// times, 0x200 the changed samples, 0x400 as many values in each, 0x800 no change.
+// The bits are those that `read_property` of the importer reads. The lowest ones are the kind (0x3), the width of the
+// header's numbers (0xc), the type (0xf0), and the flags: 0x1 one value in every sample, 0x100 an index of times, 0x200
+// the changed samples, 0x400 equally many values in each sample, 0x800 no change. Bits 12 to 19 are the extent, bits 20
+// to 27 the index of the metadata.
 void AbcArchiveWriter::put_header(const AbcOutProperty& property, ByteWriter& headers) {
   const auto timing = static_cast<std::uint32_t>(property.timing);
   const auto name_bytes = static_cast<std::uint32_t>(property.name.size()),
@@ -164,8 +167,10 @@ Result<void> AbcArchiveWriter::finish(const AbcOutObject& top, std::string_view 
   const Word objects = write(top);
   ByteWriter times, table;
   const bool has_motion = samples_max_[1] > 0;
-  // Sampling 0 is that of constant properties, which Alembic gives a cycle of 1 s.
   for (std::size_t i = 0; i < (has_motion ? 2 : 1); ++i)
+    // A sampling has its largest number of samples, the seconds of a cycle, and the times within the cycle: their
+    // number, here 1, and then each time, here 0 s. Sampling 0 is that of constant properties, which Alembic gives a
+    // cycle of 1 s.
     times.put(samples_max_[i]).put(i == 0 ? 1.0 : 1 / rate_hz).put(1U).put(0.0);
   for (const std::string& words : metadata_) table.put(static_cast<std::uint8_t>(words.size())).text(words);
   const std::vector<Word> root{out_.data({std::as_bytes(std::span(&kFileVersion, 1))}),

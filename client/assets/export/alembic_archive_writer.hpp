@@ -27,7 +27,7 @@ struct AbcOutProperty {
   std::string name, metadata;
   AbcKind kind = AbcKind::compound;
   AbcType type = AbcType::u8;
-  // Counts the numbers of one value: 3 for a vector.
+  // How many numbers one value has: 3 for a vector.
   std::uint8_t extent = 1;
   AbcTiming timing = AbcTiming::constant;
   // Only a compound has them.
@@ -35,9 +35,15 @@ struct AbcOutProperty {
 
   // Samples before the first and behind the last changed one are stored once.
   std::uint32_t sample_count = 0, first_changed = 0, last_changed = 0;
+  // The words of the stored samples in the file, in order. An array has two words for each sample: its values, then
+  // their dimensions.
   std::vector<OgawaWriter::Word> stored = {};
+  // The digest of the sample that `add` got last; an equal next sample is only counted.
   MurmurDigest last_key = {};
+  // The number of values in the last sample that changed, each of `extent` numbers.
   std::size_t value_count = 0;
+  // Whether every sample has exactly one value, and whether all have equally many. The header of the property states
+  // both.
   bool is_like_scalar = true, is_homogeneous = true;
 };
 
@@ -78,9 +84,11 @@ class AbcArchiveWriter {
   std::uint8_t index_of(const std::string& metadata);
 
   OgawaWriter out_;
+  // The block of each different sample in the file, by its digest.
   std::map<MurmurDigest, Word> written_;
-  // Is the table that headers refer to.
+  // The table that headers refer to.
   std::vector<std::string> metadata_;
+  // The largest number of samples of any property, for each AbcTiming.
   std::uint32_t samples_max_[2] = {0, 0};
 };
 

@@ -12,9 +12,12 @@
 namespace hairnet {
 namespace {
 
+// The attribute is of 16 bits. A number of 32 bits has them first, in little-endian order.
 constexpr std::uint32_t kNoGuide = 0;
+// The version of Epic's specification that the attributes follow.
 constexpr std::int16_t kGroomVersionMajor = 1, kGroomVersionMinor = 5;
-// Linear, not closed, without a basis.
+// The four bytes are the type (1 is linear), whether curves are closed (0 is not), the basis (0 is none), and a byte
+// that readers ignore.
 constexpr std::array<std::uint8_t, 4> kBasisAndType{1, 0, 0, 0};
 constexpr const char* kCurves = "schema=AbcGeom_Curve_v2;schemaBaseType=AbcGeom_GeomBase_v1";
 constexpr const char* kXform = "schema=AbcGeom_Xform_v3";
@@ -42,7 +45,7 @@ AbcOutProperty attribute(const char* name, const char* scope, AbcType type, cons
   return {name, metadata, AbcKind::array, type, 1, AbcTiming::constant};
 }
 
-// It keeps no frame: positions go to the archive at once, and only places remain in memory.
+// The writer keeps no frame: positions go to the archive at once, and only their places in the file remain in memory.
 class AlembicWriter : public StrandWriter {
  public:
   AlembicWriter(OutputFile file, const ExportedStrands& strands, const MaybeMotion& motion)
@@ -168,9 +171,11 @@ class AlembicWriter : public StrandWriter {
 
   AbcArchiveWriter archive_;
   MaybeMotion motion_;
+  // The name of each group's object.
   std::vector<std::string> names_;
-  // Each group has one.
+  // The properties of each group's `.geom`, in the order of `Geometry`.
   std::vector<std::vector<AbcOutProperty>> geometries_;
+  // The box around all hair at each frame.
   AbcOutProperty bounds_;
 };
 

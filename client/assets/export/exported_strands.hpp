@@ -17,7 +17,7 @@ namespace hairnet {
 struct ExportedStrands {
   struct Group {
     std::string name;
-    // Is its index in the groom.
+    // The index of the group in the groom.
     std::uint32_t id = 0;
     // Its strands are [begin, end), and their points are [first_point, end_point).
     std::uint32_t begin = 0, end = 0, first_point = 0, end_point = 0;
@@ -28,7 +28,7 @@ struct ExportedStrands {
 
   std::string name;
   std::vector<std::uint32_t> strand_begin{0};
-  // Holds the diameter of each strand; empty: no diameter is known.
+  // The diameter of each strand; empty: no diameter is known.
   std::vector<float> widths_m;
   std::vector<Group> groups;
   // For each strand, its index and its first point in the groom.

@@ -19,6 +19,7 @@ constexpr std::size_t kBytesMax = std::size_t{512} << 20, kFramesMax = 1000;
 // The numbers are those that glTF takes over from OpenGL.
 enum Component : unsigned { kUnsigned = 5125, kFloat = 5126 };
 enum Target : unsigned { kNone = 0, kVertices = 34962, kIndices = 34963 };
+// The mode of a primitive whose indices are pairs of the ends of lines.
 constexpr unsigned kLines = 1;
 
 enum class GltfForm : std::uint8_t { json, binary };
@@ -46,6 +47,7 @@ class GltfWriter : public StrandWriter {
         motion_(motion),
         frames_(strands.point_count(), kBytesMax) {}
 
+  // Whether a file can have this many frames, by their number and by their bytes.
   [[nodiscard]] Result<void> check(std::size_t frames) const {
     if (frames > kFramesMax)
       return Refusal(std::to_string(frames) + " frames are too many for glTF, of which a viewer mixes all: at most " +
@@ -84,6 +86,7 @@ class GltfWriter : public StrandWriter {
     return Json::parse(Json(name).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
   }
 
+  // Appends bytes to the buffer and describes them as a buffer view. Returns the index of the view.
   std::size_t add_view(std::span<const std::byte> bytes, Target target) {
     // The stride is written for vertices, because a view that several accessors share must have it.
     Json view = {{"buffer", 0}, {"byteOffset", data_.size()}, {"byteLength", bytes.size()}};
@@ -94,6 +97,7 @@ class GltfWriter : public StrandWriter {
     return json_["bufferViews"].size() - 1;
   }
 
+  // Describes `count` values of a view, from its byte `at` on. Returns the index of the accessor.
   std::size_t add_accessor(std::size_t view, std::size_t at, Component component, std::size_t count, const char* type) {
     json_["accessors"].push_back({{"bufferView", view},
                                   {"byteOffset", at},

@@ -10,13 +10,13 @@ namespace {
 constexpr std::uint64_t kFactor1 = 0x87c37b91114253d5, kFactor2 = 0x4cf5ad432745937f;
 constexpr std::size_t kBlockBytes = 16;
 
-// It mixes one word of a block. The constants are the algorithm's and must not be changed: digests in files of other
+// Mixes one word of a block. The constants are the algorithm's and must not be changed: digests in files of other
 // programs depend on them.
 std::uint64_t mixed(std::uint64_t word, std::uint64_t first, int turn, std::uint64_t second) {
   return std::rotl(word * first, turn) * second;
 }
 
-// It spreads each bit over the whole word (Murmur's finaliser).
+// Spreads each bit over the whole word (Murmur's finaliser).
 std::uint64_t spread(std::uint64_t h) {
   h = (h ^ h >> 33) * 0xff51afd7ed558ccd;
   h = (h ^ h >> 33) * 0xc4ceb9fe1a85ec53;

@@ -18,10 +18,11 @@ using ByteSpan = std::span<const std::byte>;
 
 // Larger archives need zip64, which not every reader knows.
 constexpr std::uint64_t kArchiveBytesMax = std::numeric_limits<std::uint32_t>::max();
-// The date is the earliest that a zip can state: the same hair gives the same bytes on any day.
+// Version 2.0 is what a reader needs. The date is the earliest that a zip can state: the same hair gives the same bytes
+// on any day.
 constexpr std::uint16_t kZipVersion = 20, kJanuary1_1980 = 0x21;
 
-// A file in the archive. It begins at `at`.
+// A file in the archive, whose header begins at byte `at`.
 struct Entry {
   std::string name;
   std::uint32_t crc = 0, bytes = 0, at = 0;
@@ -35,6 +36,7 @@ void put_entry(const Entry& entry, ByteWriter& out) {
   out.put(static_cast<std::uint16_t>(entry.name.size())).put(std::uint16_t{0});
 }
 
+// The header of an entry: its signature "PK\3\4", the shared fields and the name. The entry's bytes follow it.
 ByteWriter header_of(const Entry& entry) {
   ByteWriter out;
   out.put(std::uint32_t{0x04034b50});
@@ -43,6 +45,8 @@ ByteWriter header_of(const Entry& entry) {
   return out;
 }
 
+// The directory at the end of a zip: a line for each entry, then a record with the number of entries, and the size and
+// the place of the directory. The zeros are comments, disk numbers and attributes, which are not used.
 ByteWriter directory_of(std::span<const Entry> entries, std::uint32_t at) {
   ByteWriter out;
   for (const Entry& entry : entries) {
@@ -97,6 +101,7 @@ class NpzWriter : public StrandWriter {
   [[nodiscard]] Entry entry_of_frames() const {
     const std::string header = header_of_frames();
     const std::uint64_t size = sizeof(Vec3f) * strands().point_count() * std::uint64_t{frame_count()};
+    // The header's checksum and that of the frames give the checksum of both, without the bytes.
     const std::uint32_t crc = bytes::crc32_joined(bytes::crc32(std::as_bytes(std::span(header))), frames_crc_, size);
     return {"frames.npy", crc, static_cast<std::uint32_t>(header.size() + size), 0};
   }

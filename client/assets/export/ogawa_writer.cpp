@@ -14,6 +14,8 @@ OgawaWriter::OgawaWriter(OutputFile file) : file_(std::move(file)) {
   write_header(false, kEmptyGroup);
 }
 
+// The header has 16 bytes: the name, whether the file is complete, the version of the format as a big-endian number of
+// 16 bits, and the word of the root.
 void OgawaWriter::write_header(bool is_complete, Word root) {
   constexpr std::uint8_t kComplete = 0xff, kFormatVersion = 1;
   ByteWriter header;

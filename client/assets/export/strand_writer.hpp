@@ -22,7 +22,7 @@ std::string exported_motion_extensions();
 // The frames of a motion, the first at 0 s. The rate must be positive and finite.
 struct ExportedMotion {
   double rate_hz = 30;
-  // None: it is not known before the end.
+  // Empty where the number is not known before the end.
   std::optional<std::size_t> frame_count;
 };
 
@@ -45,8 +45,10 @@ class StrandWriter {
   [[nodiscard]] std::size_t frame_count() const { return frame_count_; }
 
  private:
-  // `points` are as many as the strands have, and finite.
+  // Writes or keeps a frame. `points` are as many as the strands have, and finite. `frame_count` counts this frame
+  // already, so it is 1 in the first call.
   virtual Result<void> put(std::span<const Vec3f> points) = 0;
+  // Writes the rest and gives the file its name. It is called once, after one frame at least.
   virtual Result<void> close() = 0;
 
   const ExportedStrands& strands_;

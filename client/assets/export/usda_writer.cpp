@@ -12,8 +12,9 @@
 namespace hairnet {
 namespace {
 
-// The frames of a motion, which are in memory until the end, may take so many bytes.
+// The most bytes of a motion's frames, which are in memory until the file is finished.
 constexpr std::size_t kKeptBytesMax = std::size_t{2} << 30;
+// The text goes to the file in pieces of about 1 MB.
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
 // Text that goes to the file piece by piece. A flush at every megabyte keeps the text of long motions out of memory.
@@ -34,6 +35,7 @@ class TextOut {
     return *this << std::string_view(digits.data(), end);
   }
   TextOut& operator<<(const Vec3f& x) { return *this << "(" << x[0] << ", " << x[1] << ", " << x[2] << ")"; }
+  // Writes the items of a list in brackets, each as `put` makes it.
   template <class Range, class Put>
   TextOut& list(const Range& range, Put put) {
     *this << "[";

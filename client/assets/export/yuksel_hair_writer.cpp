@@ -8,7 +8,9 @@
 namespace hairnet {
 namespace {
 
+// The bits of the arrays that follow the header. Arrays of transparency and colour are not written.
 constexpr std::uint32_t kSegmentsBit = 1, kPointsBit = 2, kThicknessBit = 4;
+// The header's last field is text of a fixed length.
 constexpr std::size_t kInformationBytes = 88;
 
 class YukselHairWriter : public StrandWriter {

@@ -14,12 +14,12 @@
 namespace hairnet {
 namespace {
 
-// A line of notes names so many attributes at most.
+// A line of notes names at most this many attributes.
 constexpr std::size_t kNamesMax = 16;
 // A small archive can describe many points, since each segment of a curve becomes up to 64 pieces. The limit bounds the
 // memory of decoding; a groom's own, smaller limit is checked when it is assembled.
 constexpr std::size_t kPointsMax = 50'000'000;
-// A motion may have so many points, over all its times together.
+// A motion may have this many points, over all its times together.
 constexpr std::size_t kMovedPointsMax = 100'000'000;
 // Positions and transforms have time samplings of their own. Times that differ by less than this belong to one frame.
 constexpr double kSameTime_s = 1e-6;
@@ -35,8 +35,8 @@ constexpr std::array<OtherSchema, 6> kOtherSchemas{{{"AbcGeom_PolyMesh", "mesh"}
                                                     {"AbcGeom_Points", "point cloud"},
                                                     {"AbcGeom_NuPatch", "NURBS patch"}}};
 
-// Collects names for a line of notes, each once. It keeps one name more than it shows, so a file with a million
-// attributes costs no memory.
+// A line of notes with names, each once. It stores one name more than it shows, so a file with a million attributes
+// costs no memory.
 class Names {
  public:
   void add(const std::vector<std::string_view>& names) {
@@ -55,12 +55,12 @@ class Names {
   std::vector<std::string> names_;
 };
 
-// Keeps what `move` needs: the control points of every sample are read again from the file, so only weights are in
-// memory.
+// What `move` needs of one object. The control points of every sample are read again from the file, so only the weights
+// of the points are in memory.
 struct MovingCurves {
   std::string path;
   AbcCurves curves;
-  // Holds the points on each curve; a bad curve has none.
+  // The points on each curve; a bad curve has none.
   std::vector<std::vector<CurvePoint>> points;
   AbcProperty positions;
   const AbcTimes* times = nullptr;
@@ -105,7 +105,7 @@ class Decoder {
   Result<StrandMotion> take_motion();
 
  private:
-  // Describes an object together with the objects above it: its path, its transform, and whether it is hidden.
+  // An object with what it inherits from the objects above it.
   struct Place {
     std::string path;
     std::size_t xform = 0;
@@ -298,7 +298,7 @@ ImportedStrands Decoder::take_strands() {
 std::string Decoder::move(const MovingCurves& moving, double time_s, std::vector<Vec3f>& points) const {
   if (moving.changes_topology) time_s = moving.times->time_s(0);
   const Eigen::Affine3d world = xforms_.world(moving.xform, time_s);
-  // Sample 0 is the only one whose points fit the curves, where their number changes.
+  // The two samples around the time. Where the number of points changes, only sample 0 fits the curves.
   const AbcMoment moment =
       moving.changes_topology ? AbcMoment() : moment_of(*moving.times, moving.positions.sample_count, time_s);
   // Control points are interpolated, not points on the curves. A curve is linear in its control points, so both give

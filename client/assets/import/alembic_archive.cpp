@@ -14,15 +14,15 @@ namespace {
 // Children of the root group.
 enum Root : std::size_t { kFileVersion, kLibraryVersion, kTop, kMetadata, kTimes, kMetadataTable, kRootChildren };
 
-// A hash of so many bytes stands before the values of each sample.
+// A hash of this many bytes stands before the values of each sample.
 constexpr std::size_t kKeyBytes = 16;
 // Two hashes stand behind the headers of child objects.
 constexpr std::size_t kHashesBytes = 32;
 // This index means that metadata is not in the table, but stands behind the header.
 constexpr unsigned kOwnMetadata = 0xff;
-// Honest archives store equal samples once, so reading counts the same bytes several times. The budget for reading is 4
-// times the size of the file, plus 60 times its size, but at most 256 MB. A smaller budget would refuse such archives;
-// a larger one lets a crafted file cost more time.
+// The budget for reading, in bytes, is 4 times the size of the file, plus the smaller of 60 times its size and 256 MB.
+// Honest archives store equal samples once, so reading counts the same bytes several times: a smaller budget would
+// refuse them. A larger one would let a crafted file cost more time.
 constexpr std::uint64_t kReadsOfFile = 4, kReadsOfSmallFile = 60, kSharedBytesMax = 256 << 20;
 // A number outside of these is no version of the library, and so a sign of damage.
 constexpr std::uint32_t kLibraryMin = 9999, kLibraryMax = 99'999;

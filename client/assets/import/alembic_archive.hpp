@@ -46,12 +46,13 @@ struct AbcProperty {
   enum class Kind : std::uint8_t { compound, scalar, array };
   std::string_view name, metadata;
   Kind kind = Kind::compound;
-  // Numbers have this type, and `extent` of them make a value.
+  // The type of the numbers (Type in alembic_archive.cpp), and how many of them make a value.
   unsigned type = 0, extent = 1;
   std::uint32_t sample_count = 0;
-  // Samples before and behind these are stored once.
+  // The file stores sample 0, and then each sample from first_changed to last_changed. Samples between 0 and
+  // first_changed equal sample 0, and those after last_changed equal that one.
   std::uint32_t first_changed = 0, last_changed = 0;
-  // It is the index into the archive's times.
+  // The index of the property's times in the archive.
   std::uint32_t times = 0;
   OgawaGroup group;
 
@@ -109,13 +110,14 @@ class AbcArchive {
   std::uint32_t library_version_ = 0;
   std::vector<AbcTimes> times_;
   std::vector<std::string_view> metadata_table_;
+  // The rest of the budget that spend() takes from.
   std::uint64_t bytes_left_ = 0;
 };
 
 // The value of a key in metadata, which are KEY=VALUE;KEY=VALUE. Empty without it.
 std::string_view metadata_value(std::string_view metadata, std::string_view key);
 
-// Null when there is none. A valid archive has each name once; of several the first counts.
+// Returns null when there is no property of that name. A valid archive has each name once; of several the first counts.
 const AbcProperty* find(const std::vector<AbcProperty>& properties, std::string_view name);
 
 }  // namespace hairnet

@@ -7,14 +7,16 @@
 namespace hairnet {
 namespace {
 
+// The numbers are those of the format.
 enum CurveType : unsigned { kCubic, kLinear, kVariableOrder };
-// The product of both limits is far below the largest float, so weighted sums of control points stay finite.
+// Their product, 1e33, is far below the largest float, 3e38, so weighted sums of control points stay finite.
 constexpr float kCoordinateMax = 1e30f, kWeightMax = 1e3f;
 // These belong to the schema, so a note must not list them as unknown attributes.
 constexpr std::array<std::string_view, 10> kStructure{
     "P", "nVertices", "curveBasisAndType", ".knots",         ".orders",
     "w", ".selfBnds", ".childBnds",        ".arbGeomParams", ".userProperties"};
-// These become a part of the strands; `is_known` has those of which it is known that a groom has no place for them.
+// These attributes become a part of the strands. `is_known` adds those that a groom has no place for, so that a note
+// need not call them unknown.
 constexpr std::array<std::string_view, 8> kUsed{"width",       "uv",          "groom_width",    "groom_root_uv",
                                                 "groom_color", "groom_guide", "groom_group_id", "groom_group_name"};
 
@@ -32,6 +34,7 @@ std::size_t components_of(std::string_view name, std::size_t extent) {
   return name == "groom_color" ? 3 : std::max(extent, std::size_t{1});
 }
 
+// How many values an attribute of this scope has.
 std::size_t size_of(AbcScope scope, const AbcCounts& counts) {
   constexpr std::size_t kOne = 1;
   return std::array{kOne, counts.curves, counts.points, counts.segment_ends}[static_cast<std::size_t>(scope)];
@@ -81,6 +84,7 @@ std::string read_basis(const AbcProperty* property, bool& is_variable, AbcCurves
     curves.remarks.emplace_back("does not say how its points make curves, and is taken as linear");
     return {};
   }
+  // The numbers of a basis are 0 none, 1 Bezier, 2 B-spline, 3 Catmull-Rom, 4 Hermite and 5 power.
   const unsigned type = said.small(0), basis = said.small(2);
   if (said[1] == 1) curves.wrap = CurveWrap::periodic;
   is_variable = type == kVariableOrder;
@@ -115,6 +119,7 @@ void divide_points(const AbcNumbers& counts, const AbcNumbers& orders, AbcCurves
       curves.missing_curves = counts.size() - c;
       break;
     }
+    // The order is 4, as of a cubic curve, unless the file gives an order for each curve.
     AbcCurves::Curve curve{first, static_cast<std::size_t>(count), 0, 4, first_end, 0};
     if (c < orders.size()) curve.order = orders.small(c);
     curve.end_count = segment_ends(curves.basis, curves.wrap, curve.count, curve.order);

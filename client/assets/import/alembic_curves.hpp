@@ -37,7 +37,7 @@ struct AbcCurves {
   };
   AbcNumbers positions, weights;
   std::vector<Curve> curves;
-  // So many curves are listed behind these, but have no control points in the file.
+  // The number of curves behind these that the file lists without having their control points.
   std::size_t missing_curves = 0;
   CurveBasis basis = CurveBasis::linear;
   CurveWrap wrap = CurveWrap::open;
@@ -48,7 +48,7 @@ struct AbcCurves {
   std::vector<std::string_view> unused, unknown;
   // Each line tells what is odd in the object, and becomes a doubt.
   std::vector<std::string> remarks;
-  // Says why none of its curves can be read; empty: they can be.
+  // Why none of its curves can be read; empty: they can be.
   std::string error;
 
   [[nodiscard]] std::size_t point_count() const { return positions.size() / 3; }

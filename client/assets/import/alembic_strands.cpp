@@ -12,7 +12,7 @@ namespace hairnet {
 namespace {
 
 constexpr std::size_t kExamplesMax = 3;
-// A groom may have so many groups (GroomLimits::group_count_max).
+// The most groups of a groom (GroomLimits::group_count_max).
 constexpr std::size_t kGroupsMax = 256;
 
 const AbcAttribute* find_attribute(const std::vector<AbcAttribute>& attributes, std::string_view name) {

@@ -53,8 +53,11 @@ class AbcStrands {
   void settle_groups();
 
   ImportedStrands strands_;
+  // The curves that cannot become strands, with the reason.
   AbcExamples bad_;
+  // The index of each group by its name.
   std::map<std::string, std::uint32_t> groups_;
+  // The control points of all good curves, and the curves that the objects list, good or bad.
   std::size_t control_count_ = 0, listed_count_ = 0;
   // are_groups_said_: a file's attribute has named a group. has_object_of_many_: an object has several curves.
   bool are_groups_said_ = false, has_object_of_many_ = false;

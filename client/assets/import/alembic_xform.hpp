@@ -37,6 +37,7 @@ class AbcXform {
   void add_times(std::vector<double>& times_s) const;
 
  private:
+  // A property with its times, which belong to the archive.
   struct Changing {
     AbcProperty property;
     const AbcTimes* times;

@@ -13,7 +13,7 @@ namespace {
 
 // Hairs are 0.02 to 0.2 mm wide; artists draw up to ten times wider ones to need fewer.
 constexpr double kThinnest_m = 1e-5, kThickest_m = 2e-3;
-// So far below the head joint no hair of the head begins, not even a beard.
+// Hair of a head begins at most this far below the head joint, even a beard.
 constexpr double kFarBelow_m = 0.07;
 
 std::string decimal(double x, int digits) {
@@ -82,7 +82,7 @@ void estimate_joints(Body& body) {
   if (widens == half_width.end()) return;
   const auto top = -static_cast<float>(kSlice_m) * static_cast<float>(widens - half_width.begin());
   const auto set_y = [&](Bone bone, float y) { body.joints[static_cast<std::size_t>(bone)].y() = y; };
-  // The joints of an adult lie so far above or below the place where the body widens, m.
+  // The heights are those of an adult's joints, relative to the place where the body widens, m.
   set_y(Bone::neck, std::min(top + 0.05f, -0.04f));
   set_y(Bone::left_shoulder, top - 0.01f);
   set_y(Bone::right_shoulder, top - 0.01f);
@@ -153,10 +153,11 @@ std::string joint_warning(const Placement& placement, const Vec3& joint, std::st
          decimal(origin.y(), 4) + ',' + decimal(origin.z(), 4) + " in file units; hairnet-groom's --origin sets it";
 }
 
+// What was odd about the strands, for warnings.
 struct Counts {
   std::size_t rooted = 0, far_below = 0;
   std::size_t unlikely_widths = 0;
-  // Is the last unlikely width, as an example for the warning.
+  // The last unlikely width, as an example for the warning.
   double unlikely_width_m = 0;
 };
 

@@ -15,7 +15,7 @@ namespace hairnet {
 namespace {
 
 constexpr int kNone = -1;
-// No coordinate may be larger: poses are later rounded to float.
+// No coordinate may be larger than 1000 km: poses are later rounded to float.
 constexpr double kFarthest_m = 1e6;
 using JointOfBone = std::array<int, kBoneCount>;
 
@@ -105,6 +105,7 @@ Result<JointOfBone> find_joints(const BvhFile& file, const BvhImport& import) {
 // The smallest rotation from `up` to +Y; for an upside-down file it is about the axis of the face. The half-way vector
 // gives the quaternion directly. The formula loses its axis where both directions are opposite, and is replaced there.
 Quat upright_turn(const Vec3& up, const Vec3& face) {
+  // Within about 2.6 degrees of upside down, the half-way vector is too short to give an axis.
   if (up.y() < -0.999) return Quat(Eigen::AngleAxisd(std::numbers::pi, face));
   // Twice the cosine of half the angle.
   const double s = std::sqrt(2 * (1 + up.y()));
@@ -188,7 +189,8 @@ Result<ImportedMotion> decode_bvh(std::string_view text, const BvhImport& import
   const Conversion convert(*rest);
   const auto at_rest = [&](std::size_t b) { return convert(rest->joint(*file, index(b))); };
   const RigidTransform A{convert.facing(), at_rest(0).position};
-  std::array<RigidTransform, kBoneCount> from_rest;  // joint(rest)^-1 A
+  // The product joint(rest)^-1 A of each bone that has a joint.
+  std::array<RigidTransform, kBoneCount> from_rest;
   for (std::size_t b = 0; b < kBoneCount; ++b) {
     if ((*joints)[b] != kNone) from_rest[b] = at_rest(b).inverse() * A;
   }

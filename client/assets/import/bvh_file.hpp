@@ -28,7 +28,7 @@ struct BvhFile {
   std::size_t values_per_frame = 0;
   std::size_t frame_count = 0;
   double frame_time_s = 0;
-  // Holds the channels frame by frame: positions in file units, rotations in degrees. Such numbers need no more digits
+  // The channels frame by frame: positions in file units, rotations in degrees. Such numbers need no more digits
   // than floats have, and these values take most of the memory.
   std::vector<float> values;
 

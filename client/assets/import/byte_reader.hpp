@@ -10,8 +10,9 @@
 
 namespace hairnet {
 
-// A number of 16 bits: a sign, an exponent of 5 bits and a fraction of 10. With the exponent 0 numbers are denormal,
-// and with 31 they are infinite or no numbers.
+// A number of 16 bits: a sign, an exponent of 5 bits and a fraction of 10. With the exponent 0 numbers are denormal, f
+// 2^-24; with 31 they are infinite or no numbers. All others are (1024 + f) 2^(e - 25), for the fraction f and the
+// exponent e.
 inline float half_float(std::uint16_t bits) {
   const int exponent = (bits >> 10) & 31, fraction = bits & 1023;
   float size = std::ldexp(static_cast<float>(fraction), -24);
@@ -59,6 +60,7 @@ class ByteReader {
   }
 
   std::span<const std::byte> bytes_;
+  // The place of the next read, in bytes from the begin of `bytes_`.
   std::size_t at_;
 };
 

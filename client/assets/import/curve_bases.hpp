@@ -24,7 +24,7 @@ struct CurvePoint {
   // Numbers of control points; they may repeat where the weight is 0.
   std::array<std::uint32_t, 4> control{};
   std::array<float, 4> weight{};
-  // Is the point's place along the curve, counted in segments, for values that a file gives at the segments' ends.
+  // The point's place along the curve, counted in segments, for values that a file gives at the segments' ends.
   float segment = 0;
 };
 
@@ -37,21 +37,22 @@ Value value_at(const CurvePoint& point, std::span<const Value> of_controls) {
   return sum;
 }
 
-// The ends of all segments, and as many points between them as keep the polyline within `tolerance` of the curve. A
-// straight segment has none, and a linear curve is its control points. The points of a B-spline whose last three
-// control points repeat its first three are closed already, and are not closed again. Returns an error where a curve
-// cannot have so many control points; these must be finite.
+// The ends of all segments, with enough points between them that the polyline stays within `tolerance` of the curve. A
+// straight segment needs none between, and a linear curve is its control points. The points of a B-spline whose last
+// three control points repeat its first three are closed already, and are not closed again. Returns an error where the
+// basis does not allow this number of control points; these must be finite.
 Result<std::vector<CurvePoint>> sample_curve(CurveBasis basis, CurveWrap wrap, std::span<const Vec3f> controls,
                                              float tolerance);
 
 // A B-spline with knots of its own, as NURBS curves have: `order` is 2 for lines, 3 for parabolas, 4 for cubics.
-// Returns an error where their number is not that of the control points and the order, or where they descend. Orders
+// Returns an error where the knots are not as many as the control points plus the order, or where they descend. Orders
 // above 4 are refused, since a point has room for four control points.
 Result<std::vector<CurvePoint>> sample_knots(std::size_t order, std::span<const float> knots,
                                              std::span<const Vec3f> controls, float tolerance);
 
-// What is too small to be seen in a curve of this size: 1/2000 of the way along its control points. Twice the tolerance
-// saves about three tenths of the points, because their number goes with its square root.
+// Returns a distance that is too small to be seen in a curve of this size: 1/2000 of the way along its control points.
+// Twice the tolerance saves about three tenths of the points, because their number goes with the inverse of its square
+// root.
 float curve_tolerance(std::span<const Vec3f> controls);
 
 }  // namespace hairnet

@@ -14,7 +14,7 @@
 namespace hairnet {
 namespace {
 
-// Names of groups are cut to so many bytes.
+// Longer names of groups are cut to this many bytes.
 constexpr std::size_t kGroupNameBytes = 64;
 
 // The points of all curves that become strands, one after the other.
@@ -23,12 +23,12 @@ struct Sampled {
   std::vector<float> widths;
   bool has_widths = false, has_colours = false;
   std::vector<std::uint32_t> begin{0};
-  // Holds the set and the curve of each strand.
+  // The set and the curve that each strand comes from.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> of;
   std::vector<std::string> doubts;
 };
 
-// Counts the curves of a set that are left out, or read in another way, and describes the first of them.
+// The curves of a set that are left out, or read in another way: their number, and a description of the first one.
 struct Defects {
   std::string first;
   std::size_t count = 0;
@@ -47,9 +47,9 @@ struct Defects {
 // tolerance.
 struct Detail {
   float coarseness = 1;
-  // Curves that are lines between their points keep one of so many points.
+  // Curves that are straight lines between their points use one of this many points.
   std::size_t point_step = 1;
-  // One of so many curves is taken.
+  // One of this many curves is taken.
   std::size_t curve_step = 1;
 };
 
@@ -85,7 +85,8 @@ void sample_set(const CurveSet& set, std::uint32_t number, std::size_t first, co
     // The smallest positive number keeps a curve of no length from dividing by zero.
     const float tolerance = detail.coarseness * std::max(curve_tolerance(controls), std::numeric_limits<float>::min());
     Result<std::vector<CurvePoint>> points = sample_curve(set.basis, set.wrap, controls, tolerance);
-    // A curve that cannot have so many control points still shows where the hair is, so it becomes a polyline.
+    // A curve whose number of control points its basis does not allow still shows where the hair is, so it becomes a
+    // polyline.
     const bool is_straight = !points || set.basis == CurveBasis::linear;
     if (!points) {
       straight.add(c, points.error());
@@ -102,7 +103,8 @@ void sample_set(const CurveSet& set, std::uint32_t number, std::size_t first, co
 }
 
 Sampled sample_all(std::span<const CurveSet> sets, std::size_t curve_count) {
-  // At this coarseness each segment of a curve is one piece.
+  // At this coarseness each segment of a curve is one piece: the pieces go with the inverse square root of the
+  // tolerance, and at a coarseness of 1 a segment has at most 64 (kPiecesMax of curve_bases.cpp), the root of 4096.
   constexpr float kCoarsest = 4096;
   Detail detail;
   // Curves are thinned evenly over the list, since the first ones alone may all grow on one side of a head.
@@ -118,6 +120,8 @@ Sampled sample_all(std::span<const CurveSet> sets, std::size_t curve_count) {
     std::size_t first = 0;
     for (std::size_t s = 0; s < sets.size(); ++s) {
       sample_set(sets[s], static_cast<std::uint32_t>(s), first, detail, sampled);
+      // The step that begins in this set may end in a later one: `first` is how many curves of the next set it passes
+      // over.
       const std::size_t count = sets[s].curve_count(), step = detail.curve_step;
       first = first >= count ? first - count : (step - (count - first) % step) % step;
       if (sampled.points.size() > GroomLimits{}.point_count_max) break;

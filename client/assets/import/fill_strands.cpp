@@ -24,12 +24,13 @@ constexpr float kReachMax_m = 0.03f;
 // Guides whose directions differ by more than 60 degrees are not mixed.
 constexpr float kSameWay = 0.5f;
 
+// A strand of the groom that new strands follow.
 struct Guide {
   std::uint32_t strand = 0;
   Vec3f root = Vec3f::Zero();
-  // Leads from the root to the point at half of the length.
+  // The direction from the root to the point at half of the length.
   Vec3f way = Vec3f::Zero();
-  // Points out of the head.
+  // The direction out of the head at the root.
   Vec3f out = Vec3f::Zero();
 };
 
@@ -94,7 +95,8 @@ class Roots {
   nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Roots>, Roots, 3, std::size_t> tree_;
 };
 
-// How far a guide's hair reaches over the skin: to the second nearest guide, at most of guides.
+// The distance over the skin within which a guide's hair may be copied: that to the second nearest guide, at the median
+// of the guides, times kReach.
 float reach_of(std::span<const Guide> guides, const Roots& roots) {
   std::vector<float> gaps;
   // The nearest root is the guide itself, so index 2 is its second neighbour. The median ignores single guides far from
@@ -146,7 +148,7 @@ class SkinSampler {
  private:
   const TriangleMesh& mesh_;
   std::vector<std::uint32_t> triangles_;
-  // Sum the areas up to each triangle.
+  // For each triangle, the sum of the areas up to it.
   std::vector<double> areas_;
   double area_ = 0;
 };
@@ -157,9 +159,8 @@ class Mixer {
     for (const Guide& guide : guides) lengths_.push_back(lengths_along(groom.strand_points(guide.strand)));
   }
 
-  // The strand at a root on the skin, between its nearest guides. `out` is the direction out of the head at the root.
-  // The offsets from each guide's root are turned by the rotation from the guide's own direction to it, so that hair
-  // follows the curve of the skull.
+  // Makes the strand at `root` from the nearest guides. Each guide's offsets from its root are rotated from the guide's
+  // `out` to the root's `out`, so that hair follows the curve of the skull.
   void mix(const Vec3f& root, const Vec3f& out, const Nearest& nearest, std::vector<Vec3f>& strand) const {
     std::array<float, kGuidesPerStrand> weight{};
     std::array<Eigen::Quaternionf, kGuidesPerStrand> turn;

@@ -19,12 +19,12 @@ constexpr int kTrialCount = 200;
 constexpr double kAxisRatioMax = 1.3;
 // A sphere's radius differs from the usual one by this factor at most, in both directions.
 constexpr double kRadiusRatioMax = 1.7;
-// The logarithm of a head's radius deviates so much from the usual one: by 4 %. A smaller deviation forces the usual
-// size on small heads; a larger one lets a narrow strip of roots choose any size.
+// The standard deviation of the logarithm of a head's radius from the usual one: 4 %. A smaller deviation forces the
+// usual size on small heads; a larger one lets a narrow strip of roots choose any size.
 constexpr double kRadiusDeviation = 0.04;
-// A root's place on the skin is at least so uncertain, in usual radii.
+// The place of a root on the skin is at least this uncertain, in usual radii.
 constexpr double kPointError = 0.011;
-// A band may deviate so far from its middle, in usual radii.
+// The head's middle may lie this far from the plane of a band, in usual radii.
 constexpr double kBandDeviation = 0.05;
 // A head is not a sphere: errors of neighbouring points are correlated, however many there are. So all points together
 // count as this many independent ones, and thousands of roots cannot outvote the usual radius.
@@ -48,6 +48,7 @@ class Draw {
   std::uint64_t state_ = 1;
 };
 
+// The sphere through four points; none where they are nearly in a plane.
 std::optional<Sphere> sphere_through(const std::array<Vec3, 4>& points) {
   const Vec3 a = points[1] - points[0], b = points[2] - points[0], c = points[3] - points[0];
   const double size = std::max({a.norm(), b.norm(), c.norm()}), volume = a.dot(b.cross(c));
@@ -125,7 +126,7 @@ struct RootBand {
   Vec3 middle, across;
 };
 
-// None for a patch, which is thinnest towards the middle.
+// Returns none for points that are no band. A patch is one of these: it is thinnest towards the head's middle.
 std::optional<RootBand> band_of(std::span<const Vec3> points, const Vec3& centre) {
   Vec3 mean = Vec3::Zero();
   for (const Vec3& x : points) mean += x / static_cast<double>(points.size());
@@ -151,8 +152,8 @@ double weight_of(double residual, double spread) {
   return 1 / (1 + far * far);
 }
 
-// The most probable sphere: Gauss-Newton on the weighted distances, for the centre and the logarithm of the radius,
-// which is pulled towards the usual one. `spread` is the usual distance of points from the surface.
+// One step towards the most probable sphere: Gauss-Newton on the weighted distances, for the centre and the logarithm
+// of the radius, which is pulled towards the usual one. `spread` is the usual distance of points from the surface.
 void refine(Sphere& sphere, std::span<const Vec3> inliers, double spread, double usual_radius,
             const std::optional<RootBand>& band) {
   Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();

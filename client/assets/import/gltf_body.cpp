@@ -21,8 +21,9 @@ using gltf::whole;
 using Mat4 = Eigen::Matrix4d;
 
 constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+// The limit bounds the work where a small file has very many nodes that use one mesh.
 constexpr std::size_t kPrimitivesMax = 10'000;
-// A vertex follows up to four joints of each set.
+// A vertex follows up to four joints of each set, so 16 joints at most; further sets are ignored.
 constexpr std::size_t kJointSetsMax = 4;
 
 // A node has a matrix, or translation, rotation and scale, which apply from the last to the first. glTF stores matrices
@@ -184,9 +185,12 @@ class BodyReader {
     return {};
   }
 
+  // Reads one part of a mesh: its positions, which the skin or else the node's transform `world` takes to the scene,
+  // and its triangles. Returns an error, or an empty string.
   std::string read_primitive(const Json& primitive, const Mat4& world, const Skin* skin) {
+    // Modes 4 to 6 are triangles, strips and fans; the others are points and lines. A part without a mode has
+    // triangles.
     const std::size_t mode = whole(member(primitive, "mode")).value_or(4);
-    // Modes 4 to 6 are triangles, strips and fans; the others are points and lines.
     if (mode < 4 || mode > 6) {
       ++other_primitives_;
       return {};
@@ -347,11 +351,15 @@ class BodyReader {
 
   gltf::File file_;
   const std::vector<Json>& nodes_;
+  // The parent of each node, kNone for a root.
   std::vector<std::size_t> parents_;
-  // They lead from each node to the scene.
+  // The transform from each node to the scene.
   std::vector<Mat4> worlds_;
+  // Whether the node's transform is computed, and whether the scene that is read shows the node.
   std::vector<bool> is_placed_, is_in_scene_;
+  // The skins that were read, by their index in the file.
   std::map<std::size_t, Skin> skins_;
+  // All parts that were read, and those among them that have no triangles.
   std::size_t primitive_count_ = 0, other_primitives_ = 0;
   ImportedBody body_;
 };

@@ -21,6 +21,7 @@ constexpr int kDepthMax = 64;
 // Unpacked buffers and buffers of other files have together no more bytes: a small file can name large files, and pack
 // large buffers.
 constexpr std::size_t kTakenBytesMax = std::size_t{512} << 20;
+// meshoptimizer takes strides up to this one; glTF itself allows 252 bytes.
 constexpr std::size_t kByteStrideMax = 256;
 
 // Stops the parser where JSON has too many values or is nested too deep. The second parse, which takes memory, happens
@@ -164,6 +165,8 @@ double Numbers::at(std::size_t row, std::size_t column) const {
   // glTF maps signed numbers to [-1, 1] with both -128 and -127 at -1.
   const auto share = [&](double number, double most) { return is_normalized ? std::max(number / most, -1.0) : number; };
   switch (component) {
+    // The numbers are glTF's names of the types: bytes and numbers of 16 bits, each with and without a sign, then 32
+    // bits without a sign, and floats (5126).
     case 5120:
       return share(static_cast<std::int8_t>(in.u8()), 127);
     case 5121:
@@ -180,6 +183,7 @@ double Numbers::at(std::size_t row, std::size_t column) const {
 }
 
 Result<File> File::open(std::span<const std::byte> bytes, const ReadBeside& read_beside) {
+  // The words are "glTF", "JSON" and "BIN" with a zero, in little-endian order.
   constexpr std::uint32_t kMagic = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
   File file;
   file.read_beside_ = read_beside;
@@ -298,7 +302,7 @@ Result<std::span<const std::byte>> File::unpacked(std::size_t index, const Json&
 }
 
 Result<Numbers> File::numbers(std::size_t index, std::size_t width) {
-  // The bytes of a number of the types 5120 to 5126.
+  // The bytes of a number of the types 5120 to 5126. glTF has no type 5124.
   constexpr std::array<std::size_t, 7> kBytes{1, 1, 2, 2, 0, 4, 4};
   const std::string name = numbered("accessor", index);
   const Json* const accessor = element(json_, "accessors", index);

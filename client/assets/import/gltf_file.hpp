@@ -27,7 +27,7 @@ const Json* member(const Json* value, const char* name);
 const Json* element(const Json& value, const char* name, std::size_t index);
 // A whole number that is not negative.
 std::optional<std::size_t> whole(const Json* value);
-// A list of exactly so many finite numbers.
+// Reads a list of exactly `count` finite numbers; none for anything else.
 std::optional<std::vector<double>> numbers(const Json* value, std::size_t count);
 // The elements of an array; none where it is missing or something else.
 const std::vector<Json>& elements(const Json* value);
@@ -41,7 +41,7 @@ struct Numbers {
   std::size_t count = 0, width = 0;
   // A row begins stride_bytes behind the row before; a number has number_bytes.
   std::size_t stride_bytes = 0, number_bytes = 0;
-  // Is glTF's componentType, such as 5126 for floats.
+  // The type of a number, as glTF's componentType, such as 5126 for floats.
   std::size_t component = 0;
   bool is_normalized = false;
 
@@ -69,11 +69,11 @@ class File {
   Result<std::span<const std::byte>> unpacked(std::size_t index, const Json& packed);
 
   Json json_;
-  // Is the part of a .glb behind its JSON.
+  // The part of a .glb behind its JSON.
   std::span<const std::byte> binary_;
   ReadBeside read_beside_;
   std::map<std::size_t, std::vector<std::byte>> buffers_, unpacked_;
-  // Counts the bytes in both maps, for their limit of 512 MB.
+  // The number of bytes in both maps, which may have 512 MB.
   std::size_t taken_bytes_ = 0;
 };
 

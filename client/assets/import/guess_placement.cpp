@@ -13,15 +13,15 @@
 namespace hairnet {
 namespace {
 
-// The logarithm of the unit may differ so much for hair over a body. Hair reaches beyond the skin, and roots often
-// cover a part of the head only. Units farther from the strands' own guess than a factor of about 1.65 are not tried.
+// Units farther from the strands' own guess than this, in the logarithm, are not tried: a factor of about 1.65. Hair
+// reaches beyond the skin, and roots often cover only a part of the head, so the guess may be off.
 constexpr double kUnitSlack = 0.5;
 // The order decides where scores are equal: +y and +z come first, because most programs use one of them.
 constexpr std::array<Axis, 6> kAxes{Axis::plus_y,  Axis::plus_z,  Axis::plus_x,
                                     Axis::minus_y, Axis::minus_z, Axis::minus_x};
 // The score of the direction up must exceed the next one by this, in radii of the skull.
 constexpr double kUpMargin = 0.03;
-// A share of hair in front of a face counts so much in the score: it speaks against a face there even if the roots fit.
+// The weight of the share of hair in front of a face: hair there speaks against a face even if the roots fit.
 constexpr double kFreeFace = 12;
 // The misfit of a probe is limited to this, so that a few strands far from the body do not decide.
 constexpr double kFar_m = 0.03;
@@ -74,7 +74,7 @@ double share_towards(const Strands& strands, const SkullFit& skull, const Vec3& 
     if (height < -0.9 || height > 0) continue;
     const Vec3 level = from_middle - height * up;
     ++beside;
-    // The cosine 0.9 makes a cone of about 26 degrees to each side.
+    // The cosine 0.9 means within about 26 degrees to each side.
     there += level.dot(face) > 0.9 * level.norm();
   }
   return beside == 0 ? 0 : static_cast<double>(there) / static_cast<double>(beside);
@@ -211,8 +211,8 @@ Result<Placement> guess_placement(std::span<const StrandFile> files, const Known
   };
   const AxisChoice face = choose(known.face, score_of_face);
   placement.face = face.axis;
-  // An eighth of evenly spread hair lies in each direction; by chance it is a little more or less. The deviation of a
-  // share of 0.12 by chance, over n roots, is about the square root of 0.12 / n.
+  // Directions within 26 degrees are 0.144 of all around the head, so evenly spread hair has this share there, by
+  // chance a little more or less. Over n roots the variance of the share is 0.144 (1 - 0.144) / n, about 0.12 / n.
   const double margin = kFreeFace * std::sqrt(0.12 / static_cast<double>(strands.roots.size()));
   // Hair that hangs alike on all sides does not show the face: it is where such files usually have it.
   const Axis usual = placement.up == Axis::plus_z ? Axis::minus_y : Axis::plus_z;
@@ -255,8 +255,8 @@ std::optional<PlacedTogether> guess_together(std::span<const StrandFile> files, 
     for (const Vec3& probe : probes) probes_m.emplace_back(turn * probe);
     return misfit_of(probes_m, vertices_m);
   };
-  // The strands as they are known, and as the body is where they are not. Known axes and units are never varied; the
-  // loops below then try the same placement several times, which is harmless.
+  // The placement of the strands, with what is known of it; the arguments stand for what is not known. Known axes and
+  // units are never varied, so the loops below try some placements several times, which is harmless.
   const auto placed = [&](Axis up, Axis face, double unit_m) {
     return Placement{of_strands.up.value_or(up), of_strands.face.value_or(face), of_strands.unit_m.value_or(unit_m),
                      of_strands.origin};

@@ -11,7 +11,7 @@ namespace {
 
 // Fewer strands than kEndsMin show no scalp at either end; more than kEndsMax add nothing.
 constexpr std::size_t kEndsMax = 1500, kEndsMin = 8;
-// So many points of a strand show whether it passes through the skull.
+// This many points of a strand show whether it passes through the skull.
 constexpr std::uint32_t kProbesOfStrand = 8;
 // Points deeper than this share of the radius are inside of the skull, where there is no hair. Real hair may enter a
 // fitted skull a little, because a skull is no ellipsoid.

@@ -12,11 +12,11 @@ namespace {
 // The length from the forehead to the nape, of a scalp and of a part of one. Parts of a scalp, such as a ponytail's,
 // are usually shorter than the whole.
 constexpr double kScalp_m = 0.175, kPart_m = 0.16;
-// The logarithms of these lengths may differ so much, as heads and hairstyles do. These are factors of about 1.3 and
-// 2.5. A whole scalp lies between two usual units only rarely, while a part may be any smaller piece.
+// A length may differ from its usual one by this much in its logarithm, factors of about 1.3 and 2.5, as heads and
+// hairstyles differ. A whole scalp lies between two usual units only rarely, while a part may be any smaller piece.
 constexpr double kScalpSlack = 0.24;
 constexpr double kPartSlack = 0.9;
-// Scalps that are whole have a SkullFit::conditioning above this.
+// Roots of a whole scalp have a SkullFit::conditioning above this.
 constexpr double kSureConditioning = 0.025;
 
 // The distance within which half of the roots lie from the skull, in its radii.
@@ -70,7 +70,8 @@ UnitGuess guess_unit(std::span<const Vec3> roots) {
   const double extent = is_sure ? longest_extent(skull.inliers) : all;
   const double usual_m = is_sure ? kScalp_m : kPart_m, slack = is_sure ? kScalpSlack : kPartSlack;
   // Without a usual unit that fits, the unit is the one in which the roots have exactly the usual extent.
-  UnitGuess guess{usual_m / extent, false, is_sure};
+  const double exact_m = usual_m / extent;
+  UnitGuess guess{exact_m, false, exact_m, is_sure};
   double best = slack + 1;
   for (const UsualUnit& unit : kUsualUnits) {
     const double off = std::abs(std::log(extent * unit.m / usual_m));

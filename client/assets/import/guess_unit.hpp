@@ -10,8 +10,9 @@
 namespace hairnet {
 
 struct UsualUnit {
+  // The length of the unit, m.
   double m;
-  // Is a penalty for an unusual unit, which is added to the logarithm of the misfit in size.
+  // A penalty for an unusual unit, which is added to the logarithm of the misfit in size.
   double rarity;
 };
 // Metre, centimetre, millimetre, inch, decimetre, foot, a tenth of an inch, 3 mm.
@@ -31,17 +32,21 @@ ScalpFit fit_scalp(std::span<const Vec3> roots);
 double longest_extent(std::span<const Vec3> points);
 
 struct UnitGuess {
-  // So many metres make a unit.
+  // The length of a unit of the file, m.
   double m = 1;
   // The unit is one of kUsualUnits.
   bool is_usual = false;
+  // The unit in which the roots have exactly the usual extent, m.
+  double exact_m = 1;
   // The roots cover enough of a head to determine its size; else a usual unit is the best guess.
   bool is_sure = false;
 
   // Whether a unit of that many metres also gives the size of a head. The limits are logarithms, factors of 1.5 for a
   // sure size and 2.5 otherwise. The one for a sure size is wider than that of the guess: a unit that the user gives is
   // believed unless it is absurd.
-  [[nodiscard]] bool allows(double unit_m) const { return std::abs(std::log(unit_m / m)) < (is_sure ? 0.4 : 0.9); }
+  [[nodiscard]] bool allows(double unit_m) const {
+    return std::abs(std::log(unit_m / exact_m)) < (is_sure ? 0.4 : 0.9);
+  }
 };
 
 // Guesses the length unit from the size of the area that the roots cover; a common unit (m, cm, inch ...) where one

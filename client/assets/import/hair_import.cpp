@@ -15,8 +15,8 @@
 namespace hairnet {
 namespace {
 
-// So many outliers of a file have a line of their own. A broken exporter can make thousands, of which a count is
-// enough.
+// At most this many outliers of a file have a line of their own. A broken exporter can make thousands, for which a
+// count is enough.
 constexpr std::size_t kListedMax = 5;
 // A groom file rounds to this. A file that rounds more coarsely has lost something that a groom would keep.
 constexpr double kRounded_m = 0.00005;
@@ -80,8 +80,8 @@ void tell_decoded(const HairParts& parts, Remarks& remarks) {
   }
 }
 
-// The distance between neighbouring 32-bit numbers at most of the points, in units of the file. Half of the points are
-// at least so far away, so the rounding is that of usual points and not of one stray.
+// The distance between neighbouring 32-bit numbers at the median distance of the points from the origin, in units of
+// the file. A single stray point does not change it.
 double rounding_of(std::span<const StrandFile> files) {
   std::vector<float> far;
   for (const StrandFile& file : files) {
@@ -105,8 +105,8 @@ bool is_any_known(const KnownPlacement& known) {
   return known.up || known.face || known.unit_m;
 }
 
-// Adds what the files say of their axis and unit to what is known. Files that disagree say nothing. The unit and the
-// axis upwards of files that agree spare the guess. Values that the user has given are not replaced.
+// Adds to `known` the axis upwards and the unit that the files state, so that these need not be guessed. Files that
+// disagree state nothing, and values that the user has given are not replaced.
 KnownPlacement with_stated(KnownPlacement known, std::span<const StrandFile> files, Remarks& remarks) {
   const auto add = [&](auto& value, auto stated, const char* what) {
     if (value) return;
@@ -128,7 +128,7 @@ KnownPlacement with_stated(KnownPlacement known, std::span<const StrandFile> fil
   return known;
 }
 
-// The body's head joint is also that of the strands, unless they have one.
+// The head joint of the body is also that of the strands, unless the strands have one of their own.
 void share_head_joint(PlacedTogether& together, const KnownPlacement& of_body) {
   Placement &strands = together.strands, &body = together.body;
   if (strands.origin || !body.origin) {

@@ -28,7 +28,7 @@ struct ImportedBody {
     Vec3 position = Vec3::Zero();
   };
   std::array<std::optional<Joint>, kBoneCount> joints;
-  // Holds lines about what was read and what was left out.
+  // Lines about what was read and what was left out.
   std::vector<std::string> notes;
 
   // Sets the joint of a bone, unless the bone has one already.

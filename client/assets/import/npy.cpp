@@ -24,8 +24,8 @@ using ByteSpan = std::span<const std::byte>;
 
 // No array of strands needs more axes.
 constexpr std::size_t kAxesMax = 8;
-// An archive may have so many arrays, and an array so many bytes when it is unpacked. Both bound the work that a small
-// archive can cause.
+// The most arrays of an archive, and the most bytes of an unpacked array. Both bound the work that a small archive can
+// cause.
 constexpr std::size_t kArraysMax = 1000;
 constexpr std::size_t kUnpackedMax = 1'000'000'000;
 
@@ -51,10 +51,10 @@ void append_utf8(std::uint32_t code, std::string& text) {
 }
 
 struct NpyArray {
-  // Is NumPy's name of the type, such as "<f4": byte order, kind, and bytes of a number.
+  // NumPy's name of the type, such as "<f4": byte order, kind, and bytes of a number.
   std::string type;
   bool is_fortran = false;
-  // Has no axes of length 1 before the last three.
+  // The lengths of the axes, without axes of length 1 before the last three.
   std::vector<std::uint64_t> shape;
   ByteSpan values;
 
@@ -125,6 +125,7 @@ Result<NpyArray> read_npy(ByteSpan bytes) {
   return array;
 }
 
+// The digit of the type's name, such as 4 in "<f4".
 std::size_t bytes_of_number(const NpyArray& array) {
   return static_cast<std::size_t>(array.type[2] - '0');
 }
@@ -299,6 +300,7 @@ void read_zip64(ByteReader in, std::size_t extra_bytes, ZipEntry& entry) {
 // The files of an archive by its directory, which stands at its end. The local headers are no use for this: writers
 // that stream leave their sizes at 0.
 Result<std::vector<ZipEntry>> read_directory(ByteSpan bytes) {
+  // The sizes of the format's records: the end of the directory, and the fixed part of an entry's header.
   constexpr std::size_t kEndBytes = 22, kHeaderBytes = 46, kCommentMax = 65'535;
   constexpr std::uint32_t kEndMagic = 0x06054b50, kHeaderMagic = 0x02014b50;
   std::optional<std::size_t> end;
@@ -319,6 +321,7 @@ Result<std::vector<ZipEntry>> read_directory(ByteSpan bytes) {
   for (std::uint16_t i = 0; i < count; ++i) {
     if (!in.has(kHeaderBytes) || in.u32() != kHeaderMagic) return Refusal("the directory of the archive is damaged");
     ZipEntry entry;
+    // These are versions and flags; below are the time and the checksum, then numbers of disks and attributes.
     in.skip(6);
     entry.method = in.u16();
     in.skip(8);
@@ -344,7 +347,8 @@ Result<std::vector<ZipEntry>> read_directory(ByteSpan bytes) {
 // The bytes of a file in the archive. `room` holds them where they are packed. Only the directory's sizes are used, not
 // those of the local header. The local name and extra field only say how much to skip.
 Result<ByteSpan> unpacked(ByteSpan bytes, const ZipEntry& entry, std::vector<std::uint8_t>& room) {
-  // A packed file is at most kPackedAtMost times smaller than what it holds.
+  // The fixed part of a local header has 30 bytes. A packed file is at most kPackedAtMost times smaller than what it
+  // holds.
   constexpr std::size_t kHeaderBytes = 30, kPackedAtMost = 1100;
   constexpr std::uint16_t kStored = 0, kDeflated = 8;
   if (entry.header_at > bytes.size()) return Refusal("damaged");

@@ -30,6 +30,7 @@ class OgawaGroup {
   [[nodiscard]] std::uint64_t child_word(std::size_t child) const;
 
   std::span<const std::byte> file_;
+  // The place of the group in the file, where its count stands, and that count.
   std::size_t at_ = 0, child_count_ = 0;
 };
 

@@ -9,8 +9,8 @@
 namespace hairnet {
 namespace {
 
-// So many points speak for a strand, however densely it is sampled. Otherwise a strand of 1000 points would outvote
-// many of 16.
+// At most this many points of a strand are measured, however densely it is sampled. Otherwise a strand of 1000 points
+// would outvote many of 16.
 constexpr std::size_t kSamplesOfStrand = 16;
 // Fewer strands have no usual size.
 constexpr std::size_t kMeasuredStrandsMin = 8;
@@ -21,13 +21,13 @@ constexpr double kUsualShare = 0.98;
 constexpr double kFar = 3, kFarInAllCases = 12;
 // Strands whose sizes have a smaller ratio are alike.
 constexpr double kAlike = 1.25;
-// So many strands that are alike make a style.
+// This many strands that are alike make a style.
 constexpr std::size_t kAlikeMin = 3;
-// A segment that is so many times as long as the strand's median segment is a jump: segments of one strand have similar
-// lengths, whatever its shape.
+// A segment that is this many times as long as the strand's median segment is a jump: segments of one strand have
+// similar lengths, whatever its shape.
 constexpr double kJump = 8;
-// A strand that is no longer than this share of the usual length is nothing. Such strands are rounding errors of a
-// point.
+// A strand that is shorter than this share of the usual length counts as having no length: its points differ only by
+// rounding.
 constexpr double kShort = 1e-5;
 
 struct MeasuredStrand {
@@ -35,7 +35,7 @@ struct MeasuredStrand {
   std::vector<Vec3> points;
   // `reach` is the distance from the middle of all hair that a quarter of the strand's samples exceed.
   double length = 0, reach = 0;
-  // Is the file's width of the strand, which is put back with the points.
+  // The file's width of the strand, which is put back with the points.
   std::optional<float> width;
   bool is_dropped = false;
 };
@@ -132,7 +132,7 @@ Usual usual_of(std::vector<MeasuredStrand>& strands) {
   return usual;
 }
 
-// Numbers of the points that lie far from all hair, at the end of a segment that is no usual one of their strand.
+// Returns the indices of the points that lie far from all hair, if the strand jumps to one of them.
 std::vector<std::size_t> stray_points(const MeasuredStrand& strand, const Usual& usual) {
   const double far = kFar * usual.reach, jump = kJump * median_segment(strand.points);
   std::vector<std::size_t> stray;
@@ -149,8 +149,8 @@ std::vector<std::size_t> stray_points(const MeasuredStrand& strand, const Usual&
   return stray;
 }
 
-// The end of a strand to which it jumps through the hair, such as a last point at the origin, which need not lie far
-// away. Returns the number of that point.
+// A strand may end with a jump through the hair, for example to a last point at the origin, which need not lie far
+// away. Returns the index of that end point; none: there is no such jump.
 std::optional<std::size_t> jumping_end(const MeasuredStrand& strand, const Usual& usual) {
   const std::size_t count = strand.points.size();
   // Fewer points have no usual segment.
@@ -199,8 +199,8 @@ void drop_single_strands(std::vector<MeasuredStrand>& strands, const Usual& usua
     if (strand.reach > kFar * usual.reach || strand.length > kFar * usual_length) candidates.push_back(&strand);
   }
   const auto alike = [](double a, double b) { return a <= kAlike * b && b <= kAlike * a; };
-  // Candidates are compared with each other only, since usual strands say nothing about them. The search ends with the
-  // last one that it needs, because a file may have very many that are alike.
+  // Candidates are compared with each other only, since usual strands say nothing about them. The inner loop ends at
+  // kAlikeMin, because a file may have very many that are alike.
   for (MeasuredStrand* strand : candidates) {
     std::size_t count = 0;
     for (const MeasuredStrand* other : candidates) {

@@ -13,9 +13,9 @@ namespace hairnet {
 struct Outlier {
   enum class Kind : std::uint8_t { no_length, stray_point, far_away, too_long };
   Kind kind = Kind::no_length;
-  // Count from 0, as in the list of files and in the file.
+  // The index of the file in the list of files, and of the strand in its file, both from 0.
   std::size_t file = 0, strand = 0;
-  // Are the first of the stray points in the strand, and their number.
+  // The first of the stray points in the strand, and their number.
   std::size_t point = 0, point_count = 0;
   // `size` is the distance or length that is too large; few strands of this hair exceed `usual`.
   double size = 0, usual = 0;

@@ -32,7 +32,7 @@ Mat3 rotation_to_head(Axis up, Axis face);
 struct Placement {
   Axis up = Axis::plus_y;
   Axis face = Axis::plus_z;
-  // So many metres make a unit of the file.
+  // The length of a unit of the file, m.
   double unit_m = 1;
   // The head joint in file coordinates. Without it, it comes from the body's skull, else from the roots.
   std::optional<Vec3> origin;
@@ -52,13 +52,13 @@ Vec3f place(const Placement& placement, const Vec3& origin, const Vec3f& file_po
 
 // The strands of a file, or of one group of it.
 struct StrandFile {
-  // Has the points alone, without the values that some formats give for points or strands.
+  // The points alone, without the values that some formats give for points or strands.
   ImportedStrands strands;
   // The strands go to the group of this name.
   std::string group;
   // The file's name, for messages.
   std::string file = {};
-  // Holds each strand's diameter, like StrandGroup::widths.
+  // Each strand's diameter, like StrandGroup::widths.
   std::vector<float> widths = {};
 };
 
@@ -83,9 +83,9 @@ struct GroomDef {
 // A groom in head space that `validate` accepts.
 struct ImportedGroom {
   Groom groom;
-  // Is the placement by which the strands were converted.
+  // The placement by which the strands were converted.
   Placement placement;
-  // Holds lines about what is odd but may be meant, such as hair that has not the size of a head.
+  // Lines about what is odd but may be meant, such as hair that has not the size of a head.
   std::vector<std::string> warnings;
 };
 

@@ -45,7 +45,7 @@ std::optional<PlyNumber> ply_number(std::string_view word) {
 struct PlyProperty {
   std::string_view name;
   PlyNumber number{};
-  // Is the type of the count that stands before a list's values; none: the property is no list.
+  // The type of the count that stands before a list's values; none: the property is no list.
   std::optional<PlyNumber> list;
 };
 
@@ -75,11 +75,12 @@ struct PlyElement {
 struct PlyHeader {
   PlyForm form{};
   std::vector<PlyElement> elements;
-  // Names of groups, as `hairnet-groom export` writes them: "comment group 2 fringe".
+  // The names of the groups, by the number at their vertices. `hairnet-groom export` writes them as "comment group 2
+  // fringe".
   std::map<double, std::string> group_names;
 };
 
-// Leaves `text` at the first byte of the data.
+// Reads the header, and leaves `text` at the first byte of the data.
 Result<PlyHeader> read_header(std::string_view& text) {
   // All elements together have no more properties. Without the limit, a header of megabytes could declare properties
   // that each row then costs.
@@ -363,10 +364,11 @@ Result<PlyParts> read_parts(const PlyHeader& header, PlyValues in, bool wants_fa
   return parts;
 }
 
-// How many points each strand has where all follow each other: as many as make the steps from one strand to the next
-// longest beside those within. Returns 0 where none stand out. Neighbouring strands lie far apart compared with the
-// points within one.
+// Guesses how many points each strand has, where all strands follow each other and have equally many. Neighbouring
+// strands lie far apart compared with the points within one, so the guess makes the steps between strands longest
+// beside the other steps. Returns 0 where no number stands out.
 std::size_t points_of_each(std::span<const Vec3f> points) {
+  // The numbers that are tried.
   constexpr std::size_t kMin = 3, kMax = 1024;
   // Below 5 times, curls or noise could look like the step to another strand.
   constexpr double kStandsOut = 5;
@@ -402,7 +404,8 @@ struct PlyStrands {
   std::string note;
 };
 
-// The order of the cases is that of how clearly the file speaks; the last one is a guess and leaves a doubt.
+// Tries the ways in which a file may say its strands, the clearest first. The last way is a guess, which leaves a
+// doubt.
 Result<PlyStrands> find_strands(const PlyParts& parts) {
   const std::size_t count = parts.points.size();
   PlyStrands strands;

@@ -9,7 +9,7 @@
 namespace hairnet {
 namespace {
 
-// The least cosine of the angle between hips-to-head and up. A person who leans by up to 37 degrees is upright.
+// The smallest cosine of the angle between hips-to-head and up: a person who leans by up to 37 degrees is upright.
 constexpr double kUprightCosine = 0.8;
 // An upper arm or a thigh points up if its angle to up has a larger cosine. Arms of a T pose and of an A pose stay far
 // below.
@@ -23,7 +23,7 @@ constexpr double kTallMin_m = 0.4, kTallMax_m = 3, kUsualTall_m = 1.45;
 struct Unit {
   double m;
   const char* name;
-  // Is a penalty for an unusual unit, which is added to the logarithm of the misfit in height.
+  // A penalty for an unusual unit, which is added to the logarithm of the misfit in height.
   double rarity;
 };
 // CMU's library of motions counts lengths in inches over 0.45. Metres are not listed, since they are the default.
@@ -168,7 +168,7 @@ Vec3 usual_face(const Vec3& up) {
 // The unit that gives a person for that many file units; none when no usual unit does. Among the units that fit, the
 // one with the smallest sum of misfit and rarity wins.
 const Unit* usual_unit(double tall) {
-  // The logarithm of the height may differ so much: people have 0.72 to 2.9 m.
+  // The logarithm of the height may differ from the usual one by this much: people have 0.72 to 2.9 m.
   constexpr double kSlack = 0.7;
   const Unit* best = nullptr;
   double best_misfit = 0;

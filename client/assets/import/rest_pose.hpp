@@ -17,7 +17,7 @@ struct SkeletonRest {
   // The rest pose is the first frame; otherwise it is the zero pose: no rotations, offsets as they are.
   bool is_first_frame = false;
   Vec3 up = Vec3::UnitY();
-  // Is level, of unit length.
+  // Where the face looks: level, of unit length.
   Vec3 face = Vec3::UnitZ();
   double unit_m = 1;
 

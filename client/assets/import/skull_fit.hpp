@@ -18,7 +18,7 @@ inline constexpr double kUsualSkullRadius_m = 0.09;
 struct SkullFit {
   Vec3 centre = Vec3::Zero();
   Vec3 semi_axes = Vec3::Zero();
-  // Holds the points near the ellipsoid.
+  // The points near the ellipsoid.
   std::vector<Vec3> inliers;
   // The smallest eigenvalue of the information of a point about centre and radius, on average: 0 in a plane, 0.03 to
   // 0.13 for a scalp. It falls where roots cover less of the sphere, since then a larger and more distant sphere fits

@@ -14,6 +14,8 @@ namespace {
 // The top of a head is only skull down to here, above brows and ears. A hat or a bun within this depth may make the fit
 // fail; then roots or a skeleton must give the joint.
 constexpr double kCap_m = 0.10;
+// The number of points over the cap that the ellipsoid is fitted to. It does not depend on the mesh, so a fine mesh
+// costs no more time than a coarse one.
 constexpr std::size_t kSampleCount = 3000;
 // Outside of these radii the top is no human skull, or the unit is wrong.
 constexpr double kRadiusMin_m = 0.06, kRadiusMax_m = 0.14;
@@ -69,6 +71,7 @@ std::vector<Vec3> surface_points(const TriangleMesh& mesh, double low_m) {
     const auto n = static_cast<double>(i + 1);
     // Both factors are powers of the inverse plastic number.
     double u = std::fmod(n * 0.7548776662466927, 1), v = std::fmod(n * 0.5698402909980532, 1);
+    // Two numbers of a square give a point of a parallelogram; its far half is mirrored into the triangle.
     if (u + v > 1) {
       u = 1 - u;
       v = 1 - v;

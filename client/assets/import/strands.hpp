@@ -23,25 +23,25 @@ struct ImportedStrands {
 
   // Only some formats have the following lists. Each list is empty, or has a value for each point or for each strand.
 
-  // Holds the diameter at each point; zero where the file has none.
+  // The diameter at each point; zero where the file has none.
   std::vector<float> widths;
-  // Holds linear RGB at each point.
+  // Linear RGB at each point.
   std::vector<Vec3f> colours;
   // Each strand grows at this place of the scalp's texture.
   std::vector<Eigen::Vector2f> root_uvs;
   // Each strand belongs to the group with this index into group_names.
   std::vector<std::uint32_t> groups;
   std::vector<std::string> group_names;
-  // Is 1 for each strand that only leads others.
+  // For each strand: 1 if it only leads others, else 0.
   std::vector<std::uint8_t> guides;
 
   // What the file says of its axis upwards, and of the metres in its unit.
   std::optional<Axis> up;
   std::optional<double> unit_m;
 
-  // Holds lines about what was read.
+  // Lines about what was read.
   std::vector<std::string> notes;
-  // Holds lines about what was left out, and about what was taken although it is uncertain.
+  // Lines about what was left out, and about what was taken although it is uncertain.
   std::vector<std::string> doubts;
 
   [[nodiscard]] std::size_t strand_count() const { return strand_begin.size() - 1; }
@@ -51,14 +51,14 @@ struct ImportedStrands {
 // is as long as that of the strands.
 struct StrandMotion {
   std::vector<double> times_s;
-  // Holds the list of points at each time.
+  // The list of points at each time.
   std::vector<std::vector<Vec3f>> points;
 };
 
 // The strands of one group, with their points alone. The first group also has what the file says of itself, the notes
 // and the doubts.
 struct StrandGroup {
-  // Is empty when the strands have no groups.
+  // Empty when the strands have no groups.
   std::string name;
   ImportedStrands strands;
   // Each strand's diameter in its middle, in the file's unit, 0 where none is said; empty: none is said at all.

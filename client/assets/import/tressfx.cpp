@@ -18,6 +18,7 @@ struct Layout {
 // The text form begins with words, blanks or a mark of UTF-8.
 constexpr std::string_view kTextBegin =
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789 \t\r\n#\xef\xbb\xbf";
+// Version 3 has nothing between its points.
 constexpr Layout kVersion3{3.0f, 144, 148, 0};
 // The gap of four bytes behind each point of version 4 is an inverse mass.
 constexpr Layout kVersion4{4.0f, 12, 160, 4};

@@ -13,17 +13,17 @@
 
 #include "client/assets/import/byte_reader.hpp"
 #include "client/assets/import/usd_packing.hpp"
+#include "client/assets/import/usda.hpp"
 
 // A crate has tables of tokens, strings, fields (a name and a value), sets of fields, paths, and specs: a path and its
 // set of fields. A value is 64 bits: flags, a type, and the value itself or where it is in the file. Tables and arrays
-// of numbers are packed by LZ4, whole numbers as differences of 0 to 4 bytes before that.
+// of numbers are packed by LZ4, whole numbers as differences before that.
 namespace hairnet::usda {
 namespace {
 
-constexpr std::size_t kCrateDepthMax = 256;
-// A table has no more entries.
+// The most entries of a table: it bounds the memory for a damaged count.
 constexpr std::uint64_t kCrateEntriesMax = 4'000'000;
-// No more fields of one spec are read.
+// The most fields that are read of one spec.
 constexpr std::size_t kCrateFieldsMax = 256;
 constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
 
@@ -39,7 +39,7 @@ struct CrateValue {
   [[nodiscard]] std::uint32_t low() const { return static_cast<std::uint32_t>(bits); }
 };
 
-// Are the format's numbers of types.
+// The format's numbers of types.
 constexpr unsigned kCrateBool = 1, kCrateInt64 = 5, kCrateString = 10, kCrateToken = 11, kCrateAsset = 12,
                    kCrateMatrix4d = 15, kCrateReferences = 35, kCrateTokens = 41, kCrateSpecifier = 42,
                    kCrateSelections = 45, kCrateSamples = 46, kCratePayload = 47, kCrateDoubles = 48,
@@ -47,7 +47,7 @@ constexpr unsigned kCrateBool = 1, kCrateInt64 = 5, kCrateString = 10, kCrateTok
 
 // How the numbers of a type lie in the file: what they are, the bytes of each, and how many make one value.
 struct NumberLayout {
-  // Is 'i' for whole numbers, 'u' for whole numbers without a sign, and 'f' for real numbers.
+  // The kind of the numbers: 'i' for whole numbers, 'u' for whole numbers without a sign, and 'f' for real numbers.
   char kind = 'i';
   std::size_t bytes = 4, count = 1;
 };
@@ -82,10 +82,12 @@ struct CrateNode {
   std::string_view name;
   bool is_property = false;
   std::vector<std::uint32_t> children;
-  // Is the place in `sets_` where the node's set of fields begins.
+  // The place in `sets_` where the node's set of fields begins.
   std::optional<std::uint32_t> fields;
 };
 
+// Reads a crate and writes the part of it that curves or bodies need as USD text, which the reader of .usda files then
+// parses. So there is one reader for both forms.
 class Crate {
  public:
   Crate(CrateBytes bytes, Content content)
@@ -193,7 +195,7 @@ class Crate {
     if (!jumps || path_count > 2 * count + 1) return "its paths";
     nodes_.resize(path_count);
     std::vector<bool> is_read(count, false), is_placed(path_count, false);
-    // Holds the entries of siblings that are still to be read, each with its parent.
+    // The entries of siblings that are still to be read, each with its parent.
     std::vector<std::pair<std::uint64_t, std::uint32_t>> later;
     if (count > 0) later.emplace_back(0, kNoIndex);
     while (!later.empty()) {
@@ -263,13 +265,14 @@ class Crate {
     return ByteReader(bytes_, place);
   }
 
-  // So many digits read back to the same double or float.
+  // 17 digits read back to the same double, and 9 digits to the same float.
   void put_number(double value, bool is_double) {
     char word[40];
     const int length = std::snprintf(word, sizeof word, is_double ? "%.17g" : "%.9g", value);
     text_.append(word, static_cast<std::size_t>(length));
   }
 
+  // Writes one number as it lies in the file.
   void put_raw(ByteReader& in, const NumberLayout& layout) {
     if (layout.kind == 'f') {
       const double value = layout.bytes == 8   ? std::bit_cast<double>(in.u64())
@@ -482,6 +485,8 @@ class Crate {
       if (!value) continue;
       const bool is_list = value->type() == kCrateReferences || value->type() == kCratePayloads;
       if (!is_list && value->type() != kCratePayload) continue;
+      // A list has a byte of flags and a count of 8 bytes, then the index of the first reference's file, 4 bytes. A
+      // single payload begins with the index.
       auto in = at(value->payload(), is_list ? 13 : 4);
       if (!in) continue;
       if (is_list) in->skip(9);
@@ -589,7 +594,7 @@ class Crate {
     std::vector<Open> open{{root_}};
     while (!open.empty()) {
       const CrateNode& node = nodes_[open.back().node];
-      if (open.size() > kCrateDepthMax || text_.size() > text_max_) return false;
+      if (open.size() > kDepthMax || text_.size() > text_max_) return false;
       if (open.back().next == node.children.size()) {
         if (open.back().node != root_) text_ += node.name.starts_with('{') ? "}\n}\n" : "}\n";
         open.pop_back();
@@ -608,19 +613,21 @@ class Crate {
     return true;
   }
 
-  // Prims may share values, and packed numbers may be many: the text is bounded by the file's size all the same.
+  // The text may have 64 MB, plus 16 bytes for each byte of the file. Prims may share values, and packed numbers may be
+  // many, so a small file could otherwise make any amount of text.
   static constexpr std::size_t kTextBytes = 64'000'000, kTextOfByte = 16;
   CrateBytes bytes_;
   Content content_;
   std::size_t text_max_;
   // The file has version 0.minor_.
   unsigned minor_ = 0;
-  // Are in the order of the names in read_sections().
+  // The sections of the file, in the order of the names in read_sections().
   std::array<CrateBytes, 6> sections_;
-  // Holds the text of all tokens, which tokens_ refers to.
+  // The text of all tokens, which tokens_ refers to.
   std::vector<std::byte> token_bytes_;
   std::vector<std::string_view> tokens_;
-  // strings_ are indices of tokens. sets_ are indices of fields, set after set; an index of no field ends each set.
+  // strings_ are indices of tokens. sets_ holds the sets of fields one after the other: indices into fields_, and an
+  // index of no field at the end of each set.
   std::vector<std::uint32_t> strings_, sets_;
   std::vector<CrateField> fields_;
   std::vector<CrateNode> nodes_;

@@ -28,10 +28,10 @@ using usda::Prim;
 
 // This time is before all samples, so an attribute gives its first sample there.
 constexpr double kFirst = -std::numeric_limits<double>::infinity();
-// A line names so many things at most.
+// A line names at most this many things.
 constexpr std::size_t kListedMax = 12;
 
-// Names in a line for the user: as many as it holds, and how many there are beyond.
+// A line of names for the user: the first kListedMax names, and the number of the others.
 class NameLine {
  public:
   void add(std::string_view name) {
@@ -47,22 +47,21 @@ class NameLine {
   std::string text_;
 };
 
-// What applies to a prim and to those below it. It is inherited downwards, so it is copied for each prim and then
-// changed.
+// What a prim has from the prims above it. It is copied for each prim and then changed.
 struct State {
   Mat4 world = Mat4::Identity();
-  // Says why the prims below are not drawn; empty: they are drawn.
+  // Why the prims below are not drawn; empty: they are drawn.
   std::string hidden;
   std::string purpose;
   std::size_t skel_root = usda::kNone;
   bool is_animated = false;
 };
 
-// How the values of a primvar lie over the curves: those of curve c are [begin[c], begin[c] + count[c]). Every
-// attribute then has one way to be read, whatever its interpolation.
+// Where the values of a primvar belong: those of curve c are [begin[c], begin[c] + count[c]). So every attribute is
+// read in one way, whatever its interpolation.
 struct Spread {
   std::vector<std::uint32_t> begin, count;
-  // Is empty when the values are not indexed.
+  // Empty when the values are not indexed.
   std::vector<std::int64_t> indices;
 
   [[nodiscard]] std::size_t value(std::size_t curve, std::size_t i) const {
@@ -77,8 +76,8 @@ bool is_curves(const Prim& prim) {
   return prim.type.empty() && usda::attribute(prim, "curveVertexCounts").exists();
 }
 
-// The number of segments' ends of a curve, for values that are given there. Open curves of a cubic basis have one end
-// more than segments.
+// The number of ends of segments of a curve, for values that a file gives there. An open curve of a cubic basis has one
+// end more than segments.
 std::size_t ends_of(CurveBasis basis, CurveWrap wrap, std::size_t controls) {
   if (basis == CurveBasis::linear) return controls;
   if (basis == CurveBasis::bezier) return wrap == CurveWrap::periodic ? controls / 3 : (controls + 2) / 3;
@@ -119,7 +118,7 @@ class Reader {
     for (const std::string& file : usda::strings(usda::field(metadata, "subLayers"))) others_.add(file);
   }
 
-  // What is hidden is still visited: its types count for the message when nothing is left.
+  // Hidden prims are visited too: their types are named in the message when nothing is left.
   State state_of(std::size_t p) {
     const Prim& prim = layer_.prims[p];
     if (p == 0) return {};
@@ -224,8 +223,8 @@ class Reader {
     if (set.wrap == CurveWrap::periodic) closed_.add(prim.name);
   }
 
-  // Takes the curves that the points are enough for. Returns what does not add up. Counts are taken as long as the
-  // points reach, as everything behind a false count is shifted.
+  // Divides the points among the curves, as far as the points reach: everything behind a wrong count would be shifted.
+  // Returns what does not add up.
   static std::string read_counts(const std::vector<std::int64_t>& sizes, std::size_t point_count, CurveSet& set) {
     std::size_t end = 0;
     for (const std::int64_t size : sizes) {
@@ -356,7 +355,8 @@ class Reader {
     return true;
   }
 
-  // How that many values lie over the curves: as their interpolation says, else as they fit. None if they do not.
+  // Finds where `value_count` values belong: by the interpolation that the file states, else by their number. None if
+  // they fit nothing.
   static std::optional<Spread> spread_of(const Prim& prim, std::string_view name, double time, std::size_t value_count,
                                          const CurveSet& set) {
     Spread spread;
@@ -403,7 +403,7 @@ class Reader {
     }
   }
 
-  // Notes tell what was chosen where the file leaves a choice; doubts tell what is missing from the groom.
+  // Notes say what was chosen where the file leaves a choice. Doubts say what is missing from the groom.
   void tell() {
     const auto note = [&](const NameLine& names, const std::string& what) {
       if (names.count() > 0) out_.notes.push_back(what + ": " + names.text());
@@ -464,6 +464,7 @@ class Reader {
   std::size_t control_count_ = 0;
   ImportedStrands out_;
   std::map<std::string_view, std::size_t> types_;
+  // The names of hidden curves, by the reason.
   std::map<std::string, NameLine> hidden_;
   std::set<std::string_view> unused_primvars_;
   NameLine others_, moving_, animated_, at_rest_, closed_, unused_, unspread_, unread_operations_;

@@ -12,6 +12,9 @@ namespace {
 // The first file of a USD archive, which is its scene. Such archives are never packed. USD demands that files of an
 // archive are stored and begin at multiples of 64 bytes, so the scene is a part of `bytes`.
 Result<std::span<const std::byte>> scene_of_archive(std::span<const std::byte> bytes) {
+  // The header of a zip entry, in this order: signature, version and flags in 8 bytes, the method (0 is stored), time
+  // and checksum in 8, the stored size and the original size in 4 each, and the lengths of the name and of the extra
+  // field.
   constexpr std::size_t kHeaderBytes = 30;
   ByteReader in(bytes);
   if (!in.has(kHeaderBytes)) return Refusal("truncated: shorter than the header of an archive");
@@ -21,6 +24,7 @@ Result<std::span<const std::byte>> scene_of_archive(std::span<const std::byte> b
   in.skip(8);
   const std::size_t size = in.u32();
   in.skip(4);
+  // The name and the extra field stand between the header and the scene.
   const std::size_t skipped = std::size_t{in.u16()} + in.u16();
   if (!in.has(skipped + size)) return Refusal("truncated: its scene is longer than the file");
   return bytes.subspan(in.at() + skipped, size);

@@ -2,11 +2,14 @@
 
 #include <utility>
 
+#include "core/assert.hpp"
+
 namespace hairnet::usda {
 namespace {
 
 // Unpacks one LZ4 block to the end of `out`, which gets no more than `bytes_max` bytes. Returns whether it is valid.
 bool unpack_lz4(CrateBytes packed, std::size_t bytes_max, std::vector<std::byte>& out) {
+  // A copy has 4 bytes at least, which its length leaves out. A length of 15 goes on in the next byte.
   constexpr std::size_t kShortest = 4, kMore = 15;
   std::size_t at = 0;
   // Lengths of 15 go on in further bytes, as long as these are 255.
@@ -26,6 +29,7 @@ bool unpack_lz4(CrateBytes packed, std::size_t bytes_max, std::vector<std::byte>
     // The last sequence of a block has literals alone.
     if (at == packed.size()) return true;
     if (packed.size() - at < 2) return false;
+    // The distance back from the end of `out` to the bytes to be copied.
     const std::size_t back = std::to_integer<std::size_t>(packed[at]) | std::to_integer<std::size_t>(packed[at + 1])
                                                                             << 8;
     at += 2;
@@ -37,9 +41,9 @@ bool unpack_lz4(CrateBytes packed, std::size_t bytes_max, std::vector<std::byte>
   return true;
 }
 
-// Whether so many packed bytes can hold so many whole numbers: of a byte LZ4 makes at most 255, and a number takes 2
-// bits. More than any groom has are refused too, since few bytes can hold a great many. The limit is twice the points
-// of the largest groom.
+// Whether this many packed bytes can hold this many whole numbers. LZ4 makes at most 255 bytes of one, and a number
+// takes 2 bits, so a packed byte gives at most 4 x 255 = 1020 numbers. Since few bytes can still stand for many
+// numbers, more than 16 million are refused too: twice the points of the largest groom.
 bool can_hold(std::size_t packed_bytes, std::uint64_t count) {
   constexpr std::uint64_t kNumbersMax = 16'000'000;
   return count / 1020 <= packed_bytes && count <= kNumbersMax;
@@ -66,6 +70,7 @@ std::optional<std::vector<std::byte>> unpack(CrateBytes packed, std::size_t byte
 
 std::optional<std::vector<std::int64_t>> unpack_integers(ByteReader& in, std::uint64_t count, std::size_t bytes_of_each,
                                                          CrateBytes file) {
+  HAIRNET_ASSERT(bytes_of_each == 4 || bytes_of_each == 8);
   if (!in.has(8)) return {};
   const std::uint64_t packed_bytes = in.u64();
   if (!in.has(packed_bytes, 1) || !can_hold(packed_bytes, count)) return {};

@@ -14,13 +14,14 @@ using Mat4 = Eigen::Matrix4d;
 // A prim that has more operations has none of them read. Each operation costs a search through the statements of its
 // prim, so a long list would be quadratic.
 constexpr std::size_t kOperationsMax = 256;
+// An attribute that is asked for at this time gives its first sample.
 constexpr double kFirst = -std::numeric_limits<double>::infinity();
 
 std::size_t axis_of(char letter) {
   return static_cast<std::size_t>(letter - 'X');
 }
 
-// The letters are X, Y and Z in any order and number of times.
+// Whether the text is `count` letters of X, Y and Z; letters may repeat.
 bool is_axes(std::string_view letters, std::size_t count) {
   return letters.size() == count && letters.find_first_not_of("XYZ") == std::string_view::npos;
 }
@@ -83,7 +84,8 @@ std::optional<Mat4> operation(std::string_view kind, std::string_view value) {
 std::optional<Mat4> matrix_of(std::string_view value) {
   const std::optional<std::vector<double>> read = numbers(value);
   if (!read || read->size() != 16) return {};
-  return Mat4(Eigen::Map<const Mat4>(read->data()));  // by columns, which transposes what is written by rows
+  // Eigen reads the numbers by columns, which transposes a matrix that is written by rows.
+  return Mat4(Eigen::Map<const Mat4>(read->data()));
 }
 
 LocalTransform local_transform(const Prim& prim) {

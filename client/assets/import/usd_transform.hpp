@@ -12,15 +12,17 @@ namespace hairnet::usda {
 // The matrix applies to points of the prim and leads to its parent.
 struct LocalTransform {
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  // The transforms of the prims above do not count.
+  // Whether the transforms of the prims above have no effect on this prim (!resetXformStack!).
   bool resets = false;
+  // Whether an operation has more than one sample in time.
   bool is_animated = false;
-  // Holds the names of operations that cannot be read.
+  // The names of operations that cannot be read.
   std::vector<std::string> unread;
 };
 LocalTransform local_transform(const Prim& prim);
 
-// A matrix4d as it is written, for rows; none when the value is none.
+// Reads a matrix4d as USD writes it, for points that are rows, into a matrix for points that are columns. None where
+// the value is none.
 std::optional<Eigen::Matrix4d> matrix_of(std::string_view value);
 
 }  // namespace hairnet::usda

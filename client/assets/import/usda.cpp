@@ -12,12 +12,10 @@
 namespace hairnet::usda {
 namespace {
 
-// Prims within prims, and brackets within brackets, may be nested so deep. The limit bounds the memory for files that
-// were made to exhaust it.
-constexpr std::size_t kDepthMax = 256;
-// A file may have so many prims and statements together.
+// The most prims and statements of a file together.
 constexpr std::size_t kStatementsMax = 500'000;
 
+// Whether the character may be part of a name, a type or a number. Bytes of UTF-8 beyond ASCII may.
 bool is_word(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == ':' ||
          c == '.' || c == '-' || c == '+' || static_cast<unsigned char>(c) >= 0x80;
@@ -61,6 +59,7 @@ class Cursor {
     }
   }
 
+  // Takes the character if it comes next, after blanks. Returns whether it did.
   bool take(char c) {
     skip_blanks();
     if (failed() || peek() != c) return false;
@@ -68,6 +67,7 @@ class Cursor {
     return true;
   }
 
+  // Takes a name or a type, with the brackets of a list type such as float[]; empty if none stands here.
   std::string_view word() {
     skip_blanks();
     const std::size_t begin = at_;
@@ -129,6 +129,7 @@ class Cursor {
   }
 
  private:
+  // Passes one value: a number or word, a string, a list, a file's name or a path. Returns whether there was one.
   bool skip_atom() {
     const std::size_t begin = at_;
     switch (peek()) {
@@ -188,6 +189,8 @@ class Cursor {
     at_ = end + 1;
   }
 
+  // Passes everything up to the bracket that closes the one here, with strings and comments, whose brackets do not
+  // count.
   void skip_brackets() {
     const std::size_t begin = at_;
     std::string open;
@@ -265,7 +268,7 @@ class Parser {
   struct Frame {
     enum class Kind : std::uint8_t { prim, variants } kind;
     std::size_t prim;
-    // The chosen one of the variants.
+    // The name of the variant that the prim selects; empty: none.
     std::string selected;
   };
 
@@ -316,7 +319,7 @@ class Parser {
     expect('=');
     expect('{');
     std::string selected;
-    // Such as `variants = { string style = "long" }`.
+    // The metadata has the selection, such as `variants = { string style = "long" }`.
     const std::string_view choices = field(layer_.prims[prim].metadata, "variants");
     if (choices.size() >= 2) selected = unquoted(field(choices.substr(1, choices.size() - 2), name));
     open_.push_back({Frame::Kind::variants, prim, std::move(selected)});
@@ -376,8 +379,11 @@ class Parser {
 
   Cursor in_;
   Layer layer_;
+  // The prims and sets of variants whose closing bracket has not come yet, the innermost last.
   std::vector<Frame> open_;
+  // The prims by their parent and name, since a prim may be described several times.
   std::map<std::pair<std::size_t, std::string_view>, std::size_t> named_;
+  // The attributes and relations of all prims so far.
   std::size_t statement_count_ = 0;
 };
 

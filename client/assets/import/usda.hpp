@@ -10,11 +10,16 @@
 #include "core/geometry/vec.hpp"
 #include "core/result.hpp"
 
-// The text form of USD, .usda: which prims there are, and where the text of their values is. Values are read when they
-// are asked for, so that what nobody needs costs a look at its brackets. All texts are views of the file's.
+// The text form of USD, .usda: which prims there are, and where the text of their values is. A value is parsed only
+// when it is asked for; until then the reader only finds its closing bracket. All texts are views of the file's, which
+// must outlive them.
 namespace hairnet::usda {
 
-// This index stands for no prim: that above the file.
+// The greatest depth of prims within prims, and of brackets within brackets, in text and in crates. It bounds the
+// memory for files that were made to exhaust it.
+inline constexpr std::size_t kDepthMax = 256;
+
+// Stands for no prim, such as the parent of the file.
 inline constexpr std::size_t kNone = static_cast<std::size_t>(-1);
 
 // A value at a time code; its text is a part of the file.
@@ -25,20 +30,20 @@ struct Sample {
 
 // One statement about an attribute or a relationship. An attribute may have several: a value, samples, metadata.
 struct Statement {
-  // Is a type such as "point3f[]", or "rel" for a relationship.
+  // A type such as "point3f[]", or "rel" for a relationship.
   std::string_view type;
   std::string_view name;
-  // Is empty without a value.
+  // Empty without a value.
   std::string_view value;
   std::vector<Sample> samples;
-  // Is the text between the statement's parentheses.
+  // The text between the statement's parentheses.
   std::string_view metadata;
 };
 
 // Name and type are views of the file; the metadata is what stands between its parentheses.
 struct Prim {
   std::size_t parent = kNone;
-  // Are texts such as "def", "BasisCurves" and "hair".
+  // Words such as "def", "BasisCurves" and "hair".
   std::string_view specifier, type, name;
   std::string_view metadata;
   std::vector<Statement> statements;
@@ -49,12 +54,12 @@ struct Prim {
 // the result depends on one file alone.
 struct Layer {
   std::vector<Prim> prims;
-  // Names the variants that have curves and are not selected.
+  // The names of variants that have curves and are not selected.
   std::vector<std::string> skipped_variants;
 };
 
-// Returns an error with its line for text that is not valid USD, is nested deeper than 256, or has more than 500 000
-// prims and statements. Values are not checked before they are read.
+// Returns an error with its line for text that is not valid USD, is nested deeper than kDepthMax, or has more than 500
+// 000 prims and statements. Values are not checked before they are read.
 Result<Layer> parse(std::string_view text);
 
 // The text of a value in metadata such as `upAxis = "Z"`; empty: none.
@@ -63,7 +68,7 @@ std::string_view field(std::string_view metadata, std::string_view key);
 // An attribute of a prim: its value, or those at the times of its samples. It joins all statements about the attribute.
 struct Attribute {
   std::string_view value, metadata;
-  // Are sorted by time.
+  // The values at several times, sorted by time.
   std::vector<Sample> samples;
 
   [[nodiscard]] bool exists() const { return !value.empty() || !samples.empty(); }

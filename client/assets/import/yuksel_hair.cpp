@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 128;
 constexpr std::uint32_t kMagic = 0x52494148;  // "HAIR"
+// The bits of the arrays that follow the header, in this order.
 constexpr std::uint32_t kSegmentsBit = 1, kPointsBit = 2, kThicknessBit = 4, kTransparencyBit = 8, kColourBit = 16;
 
 struct Header {

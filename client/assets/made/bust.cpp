@@ -22,8 +22,8 @@ std::vector<double> graded_planes(double from, double to, double fine_from, doub
   return planes;
 }
 
-// Finer over the face, whose features are the smallest. The planes across are mirrored about x = 0, and none lies in
-// that plane itself.
+// The planes are closer over the face, whose features are the smallest. The planes across are mirrored about x = 0, and
+// none lies in that plane itself.
 made::GridPlanes bust_planes() {
   const std::vector<double> right = graded_planes(0.0016, 0.24, 0, 0.045, 0.0046, 0.0140);
   std::vector<double> across(right.rbegin(), right.rend());

@@ -122,8 +122,8 @@ Vec3 bust_normal(const Vec3& p) {
 }
 
 Vec3 push_out(Vec3 p, double clearance_m) {
-  // The field is not an exact distance, so one step may fall short. The small addend makes the last step end beyond the
-  // limit instead of before it.
+  // The field is not an exact distance, so one step may fall short, and several are made. The small addend, 0.05 mm,
+  // makes the last step end beyond the limit instead of before it.
   for (int i = 0; i < 12; ++i) {
     const double d = bust_distance(p);
     if (d >= clearance_m) {

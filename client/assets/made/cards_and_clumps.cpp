@@ -24,6 +24,7 @@ std::vector<Vec3f> edges_about(std::span<const Vec3f> line, double width_m) {
     // A card is narrower at its root, where roots are close, and at its tip, where hair thins out.
     const double half = 0.5 * width_m * mix(0.7, 1, smootherstep(0, 0.25, s)) * mix(1, 0.6, smootherstep(0.6, 1, s));
     for (const double hand : {-1.0, 1.0}) {
+      // The root pair lies 1 mm off the skin, and all others 3 mm.
       const double clearance = i == 0 ? 0.001 : 0.003;
       edges.push_back(push_out(p + hand * half * side, clearance).cast<float>());
     }

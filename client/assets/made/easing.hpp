@@ -29,7 +29,7 @@ inline double bump(double x) {
   return std::abs(x) < 0.5 ? std::pow(std::cos(std::numbers::pi * x), 4) : 0;
 }
 
-// It extrapolates for t outside of [0, 1].
+// Linear interpolation, which extrapolates for t outside of [0, 1].
 inline double mix(double a, double b, double t) {
   return a + (b - a) * t;
 }

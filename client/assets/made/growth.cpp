@@ -10,18 +10,19 @@
 namespace hairnet::made {
 namespace {
 
-// The space in front of the face that framing hair must not enter: a tall ellipsoid, open to the front. Its distance is
-// that of an ellipsoid to first order, as in bust_shape.
+// The space in front of the face that framing hair must not enter: a tall ellipsoid, open to the front, with its centre
+// and radii in head space, m. Its distance is that of an ellipsoid to first order, as in bust_shape.
 const Vec3 kFaceCentre{0, 0.010, 0.125};
 const Vec3 kFaceRadii{0.060, 0.100, 0.095};
 
+// The distance to that ellipsoid, m, negative within it.
 double face_distance(const Vec3& p) {
   const Vec3 q = (p - kFaceCentre).cwiseQuotient(kFaceRadii);
   const double k0 = q.norm(), k1 = q.cwiseQuotient(kFaceRadii).norm();
   return k1 < 1e-9 ? -kFaceRadii.minCoeff() : k0 * (k0 - 1) / k1;
 }
 
-// Sideways and never forward, so that nothing hangs before the eyes.
+// The direction out of that space: sideways and never forward, so that nothing hangs before the eyes.
 Vec3 face_normal(const Vec3& p) {
   Vec3 n = (p - kFaceCentre).cwiseQuotient(kFaceRadii.cwiseProduct(kFaceRadii));
   n.z() = std::min(n.z(), 0.0);
@@ -38,6 +39,7 @@ Vec3 without_inward(const Vec3& v, const Vec3& normal, double share) {
 // fro still takes steps, so only the distance from eight steps before shows it.
 bool going_round(Path& path, double step_m) {
   constexpr std::size_t kSteps = 8;
+  // Eight straight steps lead 8 `step_m` away; less than four tenths of that is no progress.
   if (path.size() <= kSteps || (path.back() - path[path.size() - 1 - kSteps]).norm() > 0.4 * kSteps * step_m) {
     return false;
   }
@@ -89,7 +91,7 @@ Path grow(const Growth& growth) {
     // The length counts as moved and not as intended, so pushes out of the skin neither lengthen nor shorten the
     // strand.
     const double moved = (next - p).norm();
-    // Caught in a hollow: the strand ends here.
+    // A strand that moves less than a tenth of its step is caught in a hollow, and ends here.
     if (moved < 0.1 * step) {
       break;
     }

@@ -14,9 +14,9 @@ using Path = std::vector<Vec3>;
 struct GrowthPoint {
   Vec3 p;    // head space, m
   double s;  // arc length from the start, m
-  // Stands on the skin under the tip; is zero away from the skin.
+  // The normal of the skin under the tip; zero away from the skin.
   Vec3 normal;
-  // Is 1 on the skin, at its clearance or below, and 0 from 12 mm above that.
+  // How near the point is to the skin: 1 on the skin, at its clearance or below, and 0 from 12 mm above that.
   double nearness;
 };
 
@@ -36,7 +36,7 @@ struct Growth {
   std::function<double(const Vec3& p, double s)> clearance;
   // The strand grows around the face instead of across it.
   bool spares_face = true;
-  // Ends the strand early; may be empty.
+  // Whether the strand ends here, before its length; may be empty.
   std::function<bool(const Vec3& p, double s)> done;
 };
 
@@ -68,9 +68,9 @@ struct Curl {
   // The radius grows from the root over this length.
   double onset_m = 0.1;
   double phase = 0;  // radians
-  // Is +1 or -1, and decides the direction of the winding.
+  // The direction of the winding: +1 or -1.
   double hand = 1;
-  // Ranges from 0, a helix, to 1, a wave in a plane.
+  // From 0, a helix, to 1, a wave in a plane.
   double flatness = 0;
 };
 Path curled(const Path& path, const Curl& curl);

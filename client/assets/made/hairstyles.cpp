@@ -19,8 +19,8 @@ using made::LooseRecipe;
 using made::Root;
 using made::StyleOptions;
 
-// Each function below is a style: the default recipe with what differs. Only the eye can judge a style: draw it from
-// the front, the side, behind and above before you commit it.
+// Each function below is a style: the default recipe with what differs; recipe.hpp describes the fields of a recipe.
+// Only the eye can judge a style: draw it from the front, the side, behind and above before you commit it.
 void dress_long_straight(const StyleOptions& options, Groom& groom) {
   LooseRecipe recipe;
   // The numbers of comb_from_parting() are the parting's x, its front and its back end, m. The second term combs the
@@ -185,7 +185,7 @@ constexpr std::array<Style, 11> kStyles{{
     {{"locks", "waves of few strands, each drawn as a lock that follows it"}, 0.40, 0.25, 1'600, dress_locks},
     {{"strips", "long and sleek, in ribbons of textured hair"}, 0.52, 0, 1'000, dress_cards},
 }};
-// Names are listed in the order of the table, and computed when the program is compiled.
+// The names in the order of the table, computed when the program is compiled.
 constexpr auto kStyleNames = [] {
   std::array<MadeName, kStyles.size()> names;
   for (std::size_t i = 0; i < names.size(); ++i) {

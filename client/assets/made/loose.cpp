@@ -16,7 +16,7 @@ namespace {
 struct Lock {
   Root root;
   bool fringe = false;
-  // Is the direction of the comb at the root.
+  // The direction of the comb at the root.
   Vec3 comb = Vec3::Zero();
   Path path;
   Curl curl;
@@ -137,7 +137,7 @@ class Dresser {
     const double clumping = recipe_.clumping * random_.between(0.6, 1.0);
     double s = 0;
     Vec3 shift = Vec3::Zero();
-    // Is the last point as it was grown: the pull must not change the arc length.
+    // The last point as it was grown: the pull must not change the arc length.
     Vec3 before = path.front();
     for (std::size_t i = 1; i < path.size(); ++i) {
       s += (path[i] - before).norm();

@@ -16,12 +16,13 @@ namespace hairnet {
 Body make_bust();
 
 struct HairstyleOptions {
-  // Is the length of the longest strands before curling, or of the tail if tied; zero means the style's own.
+  // The length of the longest strands before curling, or of the tail if tied; zero means the style's own.
   double length_m = 0;
-  // Ranges from 0, straight, to 1, tight curls; a negative value means the style's own.
+  // From 0, straight, to 1, tight curls; a negative value means the style's own.
   double curl = -1;
-  // Sets the density; zero means the style's own (10 000 or so).
+  // The number of strands; zero means the style's own, some 10 000.
   std::size_t strand_count = 0;
+  // Another seed gives other random numbers, and so other hair of the same style.
   std::uint32_t seed = 1;
 };
 // Name and description are static text.
@@ -37,7 +38,7 @@ struct MotionOptions {
   // Zero means the motion's own duration.
   double duration_s = 0;
   double rate_hz = 60;
-  // Determines the phase and small variations.
+  // The seed decides the phase and small variations of the motion.
   std::uint32_t seed = 1;
 };
 std::span<const MadeName> motion_names();  // nod, shake, walk, dance, lean, upside_down, …

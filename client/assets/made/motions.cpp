@@ -22,6 +22,7 @@ using made::MotionVariation;
 using made::smootherstep;
 using made::wave;
 
+// All gestures are eased in from rest at the begin of a clip and out again at its end, within these times.
 constexpr double kEaseIn_s = 0.5;
 constexpr double kEaseOut_s = 0.8;
 
@@ -30,6 +31,8 @@ constexpr double kEaseOut_s = 0.8;
 struct Glances {
   static constexpr double kGlance_s = 1.1, kTurn_s = 0.55;
   explicit Glances(std::uint32_t seed) {
+    // The second number is the stream of random numbers for glances; other parts of a motion use others of the same
+    // seed.
     Random random(seed, 11);
     for (auto& target : targets)
       target = {random.between(-1.1, 1.1), random.between(-0.45, 0.4), random.between(-0.2, 0.2)};
@@ -132,10 +135,12 @@ Gesture lean(const MotionVariation&, std::uint32_t, double t) {
 }
 
 Gesture lie_down(const MotionVariation&, std::uint32_t, double t) {
+  // A quarter of a turn backwards, on the back, with the whole person 0.6 m lower.
   return {.lift_m = -0.6 * posture(t), .trunk_pitch = -0.5 * std::numbers::pi * posture(t)};
 }
 
 Gesture upside_down(const MotionVariation&, std::uint32_t, double t) {
+  // A pitch of 2.9 rad is 166 degrees: nearly half a turn forwards.
   return {.lift_m = -0.3 * posture(t), .trunk_pitch = 2.9 * posture(t)};
 }
 

@@ -12,7 +12,7 @@ namespace hairnet::made {
 namespace {
 
 constexpr int kLocks = 3;
-// After so many metres of plait a lock returns to its side. A shorter period makes a finer plait, for which strands
+// A lock returns to its side after this length of plait, m. A shorter period makes a finer plait, for which strands
 // need more points.
 constexpr double kPeriod = 0.075;
 constexpr double kTurn = 2 * std::numbers::pi;

@@ -33,6 +33,7 @@ Path tail(double length_m, Random& random) {
   growth.length_m = length;
   growth.bend_m = 0.042;
   growth.spares_face = false;
+  // The tail is up to 38 mm thick to each side.
   const double spread = 0.038 * ring;
   growth.preferred_direction = [=](const GrowthPoint& at) {
     // The tail spreads within the first 10 cm and narrows towards its end.
@@ -41,6 +42,7 @@ Path tail(double length_m, Random& random) {
     const double in = 6 * (spread * radial.x() * gathered - at.p.x());
     return Vec3(Vec3(in, -1, 0) + stray + 0.8 * kBand.axis * std::exp(-at.s / 0.018));
   };
+  // A strand lies 4 to 39 mm off the skin, by its place in the ring.
   const double lift = 0.004 + 0.035 * (0.5 + 0.5 * ring * std::cos(angle));
   growth.clearance = [lift](const Vec3&, double s) { return lift * smootherstep(0.0, 0.1, s); };
   return grow(growth);
@@ -49,6 +51,7 @@ Path tail(double length_m, Random& random) {
 // The band, a ring of cloth on the hair where it is tied. Returns its points. Every second column stands out a little,
 // which shows as gathers in the cloth.
 std::vector<std::uint32_t> add_band(Groom& groom) {
+  // The band has 24 columns round the hair and 4 rows, and is 16 mm wide.
   constexpr int kRound = 24, kRows = 4;
   constexpr double kWidth = 0.016;
   const auto at = [](int column, int row) {
@@ -80,6 +83,7 @@ std::vector<std::uint32_t> held_points(const Groom& groom) {
 }  // namespace
 
 void dress_ponytail(const StyleOptions& options, Groom& groom) {
+  // Two fifths of the strands are the tail, which begins in the band; the others are pulled back into it.
   const std::size_t tail_count = options.strand_count * 2 / 5;
   const std::size_t pulled_count = options.strand_count - tail_count;
   Random random(options.seed, 31);

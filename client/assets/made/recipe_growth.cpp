@@ -57,7 +57,7 @@ Vec3 fringe_direction(const LooseRecipe& recipe, const Root& root, const StrandV
   return held * along_skin(ahead, at.normal) + Vec3(0.25 * recipe.fringe.sweep, -1, 0) + variation.stray;
 }
 
-// 0 in the middle of the fringe, 1 at its ends.
+// How far the root is from the middle of the fringe: 0 in the middle, 1 at its ends, more outside.
 double fringe_edge(const Fringe& fringe, const Root& root) {
   return degrees_from_front(root) / std::max(fringe.half_angle_deg, 1e-6);
 }

@@ -5,13 +5,13 @@
 
 namespace hairnet::made {
 
-// The random differences between one strand and its neighbours. The caller draws them, so that one strand's growth is a
-// function of its arguments.
+// The random differences between one strand and its neighbours. The caller draws the random numbers, so that the growth
+// of a strand is a function of its arguments.
 struct StrandVariation {
   double length_m = 0;
-  // Ranges from 0, nearest to the skin, to 1, outermost.
+  // From 0, nearest to the skin, to 1, outermost.
   double layer = 0.5;
-  // It is added to the preferred direction.
+  // The strand's random deviation, which is added to the preferred direction.
   Vec3 stray = Vec3::Zero();
   bool fringe = false;
 };
@@ -19,12 +19,14 @@ struct StrandVariation {
 // The growth of a strand from `root` under the recipe, which must outlive the result.
 Growth growth_of(const LooseRecipe& recipe, const Root& root, const StrandVariation& variation);
 
-// Whether it falls in front of the shoulders, not behind them. The answer depends on the root alone, so that neighbours
-// stay together.
+// Whether the strand falls in front of the shoulders, and not behind them. The answer depends on the root alone, so
+// that neighbours stay together.
 bool falls_to_chest(const LooseRecipe& recipe, const Root& root);
 
+// Whether a strand from this root belongs to the fringe.
 bool in_fringe(const LooseRecipe& recipe, const Root& root);
 
+// The azimuth of the root without its side: 0 in front, 180 behind.
 double degrees_from_front(const Root& root);
 
 }  // namespace hairnet::made

@@ -9,9 +9,9 @@
 namespace hairnet::made {
 namespace {
 
-// Lengths are in metres.
+// The width of the ribbon, the length of a loop and the length of an end, m.
 constexpr double kRibbonWidth = 0.020, kLoopLength = 0.052, kEndLength = 0.14;
-// The ends lie on hair, which lies on skin.
+// The ends stay this far from the skin, m, since they lie on hair.
 constexpr double kEndClearance = 0.013;
 
 Cloth satin(Groom& groom, const Vec3f& colour) {

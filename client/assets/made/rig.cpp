@@ -5,7 +5,7 @@
 namespace hairnet::made {
 namespace {
 
-// The head joint is so high above the floor at rest, as make_motion() promises.
+// The height of the head joint above the floor at rest, as made.hpp promises for make_motion().
 constexpr double kHeadHeight_m = 1.55;
 // The neck takes this share of the head's rotation relative to the trunk.
 constexpr double kNeckShare = 0.4;

@@ -19,13 +19,13 @@ struct Gesture {
   double left_shoulder = 0, right_shoulder = 0;
   // Lifts both about +Z.
   double shoulders_up = 0;
-  // Is the speed straight ahead.
+  // The speed straight ahead.
   double speed_m_per_s = 0;
-  // Is the position on the floor, not eased.
+  // The position on the floor, not eased.
   Vec3 place = Vec3::Zero();
-  // Is the yaw at that place, not eased.
+  // The yaw at that place, not eased.
   double facing = 0;
-  // Counts teleports.
+  // The number of teleports so far.
   std::uint32_t place_index = 0;
 };
 

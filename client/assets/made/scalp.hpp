@@ -12,9 +12,9 @@ namespace hairnet::made {
 struct Root {
   Vec3 point = Vec3::Zero();
   Vec3 normal = Vec3::UnitY();
-  // About the vertical axis, radians: 0 in front, pi behind, positive on the left (+X).
+  // The angle about the vertical axis, radians: 0 in front, pi behind, positive on the left (+X).
   double azimuth = 0;
-  // Ranges from 0 at the nape to 1 at the crown.
+  // From 0 at the nape to 1 at the crown.
   double height = 0;
 };
 

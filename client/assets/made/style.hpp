@@ -22,11 +22,13 @@ inline constexpr double kHairsInAll = 100'000;
 // Index of the group of that name, added when it is new.
 std::uint16_t group_index(Groom& groom, std::string_view name);
 
+// How add_path() makes a strand of a path.
 struct StrandFinish {
   int points = 18;
-  // Only the root may be nearer to the skin.
+  // The smallest distance of the strand's points from the skin, except for the root.
   double skin_clearance_m = 0.0025;
   std::uint16_t group = 0;
+  // The number of real hairs that the strand stands for.
   double hair_count = 10;
   bool rooted = true;
 };

@@ -58,6 +58,7 @@ class SurfaceNet {
     // The walk begins on the line along the first axis, where the caller promises that it enters the surface.
     Node first{0, dims_[1] / 2, dims_[2] / 2};
     while (first[0] + 2 < dims_[0] && !(field(position({first[0] + 1, first[1], first[2]})) < 0)) ++first[0];
+    // The cells that the walk has visited.
     std::vector<bool> is_known(values_.size());
     std::vector<Node> open{first};
     while (!open.empty()) {
@@ -157,6 +158,7 @@ class SurfaceNet {
   const GridPlanes& planes_;
   Node dims_{};
   std::vector<double> values_;
+  // The index of each cell's vertex; kNone: the surface does not cross the cell.
   std::vector<std::uint32_t> vertex_of_cell_;
   TriangleMesh mesh_;
 };

@@ -11,8 +11,8 @@ Vec3 Tie::on_ring(double angle, double radius_m_at) const {
   return centre + radius_m_at * (std::sin(angle) * Vec3::UnitX() + std::cos(angle) * down());
 }
 
-// Roots behind the ears or above them are pulled back: the bust's ears lie about before z = -1.2 cm and below y = 6.6
-// cm.
+// Roots behind the ears or above them are pulled back. The bust's ears lie about in front of z = -1.2 cm and below y =
+// 6.6 cm.
 bool is_pulled_back(const Vec3& root) {
   return root.z() < -0.012 || root.y() > 0.066;
 }

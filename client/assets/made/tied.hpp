@@ -8,7 +8,7 @@ namespace hairnet::made {
 // needs for its cross product.
 struct Tie {
   Vec3 centre = Vec3::Zero();  // head space, m
-  // Is a unit vector that leads out of the head.
+  // A unit vector that leads out of the head.
   Vec3 axis = -Vec3::UnitZ();
   double radius_m = 0.0125;
 

@@ -12,32 +12,38 @@ namespace {
 
 // The grid must be fine enough for the folds, of which there are some nine across.
 constexpr int kColumns = 33, kRows = 30;
-// The hair under the veil is this thick, m.
+// The distance of the veil from the skin, m: the thickness of the hair under it.
 constexpr double kHairThickness = 0.030;
-// Is half the angle of the comb's arc over the head.
+// The distance of the comb from the skin, m.
+constexpr double kCombHeight = 0.021;
+// Half the angle of the comb's arc over the head, rad.
 constexpr double kCombHalf_rad = 0.80;
 
 // One warp thread of the veil: from the comb back over the hair, then down, in folds that open towards the hem.
+// `across` is its place on the comb, -1 to 1. Numbers without a name were chosen by eye.
 Path column_path(double across, double length_m) {
   const double angle = kCombHalf_rad * across;
   // The slant puts the comb a little behind the top of the head.
   const Vec3 skin = skin_along(Vec3(std::sin(angle), std::cos(angle), -0.22).normalized());
+  // This is 1 on the outside of a fold and -1 on its inside, for 9.5 folds across.
   const double fold = std::cos(9.5 * std::numbers::pi * across);
   Growth growth;
-  growth.start = skin + 0.021 * bust_normal(skin);
+  growth.start = skin + kCombHeight * bust_normal(skin);
   growth.direction = Vec3(0.55 * std::sin(angle), 0.15, -1);
   growth.length_m = length_m;
   growth.bend_m = 0.03;
   growth.step_m = 0.004;
   growth.spares_face = false;
-  // The preferred direction is down, and back as long as the cloth lies on the head.
+  // The preferred direction is down, and back as long as the cloth lies on the head. It leans outwards a little, more
+  // so near the comb.
   growth.preferred_direction = [=](const GrowthPoint& at) {
     const double back = 1.1 * std::exp(-at.s / 0.09);
     return Vec3(0.10 * across + 0.12 * std::sin(angle) * std::exp(-at.s / 0.2), -1, -back - 0.06);
   };
   // The folds open with the distance from the comb: cloth on the outside of a fold is farther from the head.
   growth.clearance = [=](const Vec3&, double s) {
-    return mix(0.021, kHairThickness, smootherstep(0, 0.08, s)) + 0.007 * (1 + fold) * smootherstep(0.03, 0.25, s);
+    return mix(kCombHeight, kHairThickness, smootherstep(0, 0.08, s)) +
+           0.007 * (1 + fold) * smootherstep(0.03, 0.25, s);
   };
   return grow(growth);
 }

@@ -11,6 +11,7 @@ namespace hairnet::link {
 namespace {
 
 bool is_ip_address(const std::string& host) {
+  // The parsed address is not used; this one has room for both kinds.
   in6_addr address{};
   return inet_pton(AF_INET, host.c_str(), &address) == 1 || inet_pton(AF_INET6, host.c_str(), &address) == 1;
 }
@@ -73,8 +74,8 @@ std::string CertificateVerifier::verify(gnutls_session_t tls) const {
   quic::CertificateHash hash{};
   if (!chain || count == 0 || gnutls_hash_fast(GNUTLS_DIG_SHA256, chain->data, chain->size, hash.data()) != 0)
     return "it shows no certificate";
-  // The first certificate of the chain is the server's own. It signs itself, so its names, dates and authority say
-  // nothing more than the hash.
+  // The first certificate of the chain is the server's own. Its page names it by its hash, so its names, dates and
+  // signature need no check.
   if (std::ranges::count(check_.hashes, hash) > 0) return {};
   return "its certificate is refused (it is none of those that its page /wt.json names)";
 }

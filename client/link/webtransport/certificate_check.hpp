@@ -12,11 +12,11 @@ namespace hairnet::link {
 
 // How a server's certificate is checked.
 struct CertificateCheck {
-  // Is the name or address for which the certificate must be made out.
+  // The name or address for which the certificate must be made out.
   std::string host;
   // If there are any, the certificate must have one of these hashes, and nothing else counts.
   std::vector<quic::CertificateHash> hashes;
-  // Names a PEM file of the authorities that may sign the certificate; empty: the system's store.
+  // A PEM file of the authorities that may sign the certificate; empty: the system's store.
   std::string ca_file;
   // Accepts any certificate.
   bool insecure = false;

@@ -15,6 +15,7 @@ namespace {
 
 using http3::ErrorCode;
 
+// The most bytes of the server's settings; those of hairnet-server take some tens.
 constexpr std::size_t kSettingsBytesMax = 1024;
 
 // The lowest two bits of a stream's number say who opened it and whether it is one-way (RFC 9000, 2.1).
@@ -79,8 +80,8 @@ void Http3Session::on_stop(StreamId id) {
 void Http3Session::on_datagram(std::span<const std::uint8_t> bytes) {
   if (has_failed_) return;
   const http3::Varint quarter = http3::read_varint(bytes);
-  // A datagram names its session by a quarter of the stream's number (RFC 9297). One of another session, or before the
-  // channel, is dropped.
+  // A datagram names its session by a quarter of the number of the session's stream (RFC 9297). A datagram of another
+  // session, or from before the channel, is dropped.
   if (quarter.bytes == 0)
     fail(ErrorCode::datagram_error, "a datagram without its stream");
   else if (channel_ >= 0 && quarter.value == static_cast<std::uint64_t>(session_) / 4)

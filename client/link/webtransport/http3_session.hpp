@@ -12,7 +12,7 @@
 
 namespace hairnet::link {
 
-// Is QUIC's number of a stream. The lowest bit says who opened it (0: the client), the next whether it is one-way.
+// QUIC's number of a stream. The lowest bit says who opened it (0: the client), the next one whether it is one-way.
 using StreamId = std::int64_t;
 
 // What a Http3Session asks of the QUIC connection below it, and reports to the program above it. No call may destroy
@@ -38,9 +38,9 @@ class Http3Owner {
   virtual void on_datagram(std::span<const std::uint8_t> bytes) = 0;
 };
 
-// The client's side of HTTP/3, as far as one WebTransport session needs it: our SETTINGS, then, once the server's allow
-// it, an extended CONNECT, and after its answer the channel. The session's one-way streams are downloads. Streams of
-// other kinds, or of other sessions, are not read. No I/O, no time.
+// The client's side of HTTP/3, as far as one WebTransport session needs it. It sends its settings, waits for the
+// server's, sends an extended CONNECT, and opens the channel when the server accepts. The one-way streams of the
+// session are downloads. Streams of other kinds, or of other sessions, are not read. No I/O, no time.
 class Http3Session {
  public:
   Http3Session(Http3Owner& owner, std::string authority, std::string url_path)
@@ -87,7 +87,7 @@ class Http3Session {
   Http3Owner* owner_;
   std::string authority_, url_path_;
   std::map<StreamId, Stream> one_way_;
-  // session_ is the stream of the CONNECT.
+  // session_ is the stream of the CONNECT, channel_ that of the packets; -1: not open yet.
   StreamId session_ = -1, channel_ = -1;
   // frames_ reads the session's stream as HTTP/3 frames, capsules_ the capsules inside them.
   http3::FrameReader frames_, capsules_;

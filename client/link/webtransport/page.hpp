@@ -18,7 +18,7 @@ struct WebTransportPage {
   // Zero means that the server has no WebTransport.
   std::uint16_t port = 0;
   std::string path;
-  // Holds hashes of the certificates that the server may show; none means that they are signed by an authority.
+  // The hashes of the certificates that the server may show; empty: an authority has signed its certificate.
   std::vector<quic::CertificateHash> hashes;
 };
 

@@ -22,7 +22,8 @@ constexpr std::size_t kIdBytes = 12;
 
 }  // namespace
 
-// What ngtcp2 and GnuTLS call. No exception may cross it.
+// The functions that ngtcp2 and GnuTLS call. `user` is the QuicConnection. No exception may cross them, since the
+// callers are C.
 struct QuicConnectionCallbacks {
   static QuicConnection& of(void* user) { return *static_cast<QuicConnection*>(user); }
 
@@ -74,8 +75,8 @@ struct QuicConnectionCallbacks {
     of(user).queues_.erase(stream);
     return 0;
   }
-  // The peer may open another one. ngtcp2 0.12 does not tell by stream_close that a one-way stream of the peer's is
-  // over.
+  // The peer's one-way stream has ended, so the peer may open another one. ngtcp2 0.12 does not report the end of such
+  // a stream by stream_close.
   static void allow_next(ngtcp2_conn* quic, StreamId stream) {
     if (!ngtcp2_conn_is_local_stream(quic, stream)) ngtcp2_conn_extend_max_streams_uni(quic, 1);
   }
@@ -264,7 +265,8 @@ void QuicConnection::write(const std::function<void(std::span<const std::uint8_t
       ngtcp2_conn_update_pkt_tx_time(quic_, static_cast<ngtcp2_tstamp>(now_ns));
     }
   }
-  // It goes last, and once: a lost one leaves the server to its idle time.
+  // The packet that tells of the end goes last, and once. If it is lost, the server ends the connection after its idle
+  // time.
   if (!close_packet_.empty()) send(std::exchange(close_packet_, {}));
 }
 
@@ -338,7 +340,7 @@ void QuicConnection::end(int error, std::int64_t now_ns) {
   if (is_over()) return;
   if (const auto wanted = std::exchange(close_wanted_, {})) return close(wanted->first, wanted->second, now_ns);
   if (reason_.empty()) reason_ = describe(error);
-  // In these cases nobody listens, or QUIC forbids an answer.
+  // In these cases nobody listens, or QUIC forbids an answer, so the peer is told nothing.
   const bool is_silent = error == NGTCP2_ERR_DRAINING || error == NGTCP2_ERR_IDLE_CLOSE ||
                          error == NGTCP2_ERR_HANDSHAKE_TIMEOUT || error == NGTCP2_ERR_RECV_VERSION_NEGOTIATION ||
                          error == NGTCP2_ERR_DROP_CONN;
@@ -346,7 +348,7 @@ void QuicConnection::end(int error, std::int64_t now_ns) {
     ngtcp2_connection_close_error sent;
     ngtcp2_connection_close_error_default(&sent);
     if (error == NGTCP2_ERR_CRYPTO)
-      // A failed handshake tells the server by an alert of TLS, as its log then says what was wrong.
+      // The server learns of a failed handshake by TLS's own alert, so that its log says what was wrong.
       ngtcp2_connection_close_error_set_transport_error_tls_alert(&sent, ngtcp2_conn_get_tls_alert(quic_), nullptr, 0);
     else
       ngtcp2_connection_close_error_set_transport_error_liberr(&sent, error, nullptr, 0);

@@ -25,20 +25,22 @@
 namespace hairnet::link {
 
 struct QuicOptions {
+  // The default of one_way_window_bytes, 512 KiB.
   static constexpr std::uint64_t kOneWayWindowBytes = std::uint64_t{512} << 10;
-  // Is the application's protocol, as TLS names it; empty means none.
+  // The application's protocol, as TLS names it; empty means none.
   std::string protocol = "h3";
   std::uint32_t version = NGTCP2_PROTO_VER_V1;
+  // The connection ends if the handshake takes longer.
   std::int64_t handshake_timeout_ns = 5'000'000'000;
   // The connection ends after this time without a packet of the peer's.
   std::int64_t idle_timeout_ns = 15'000'000'000;
-  // After so long without a packet, a ping is sent, which the peer must acknowledge; zero means never.
+  // After this time without a packet, a ping is sent, which the peer must acknowledge; zero means never.
   std::int64_t keep_alive_ns = 5'000'000'000;
-  // So many bytes that the peer has sent on a two-way stream may wait until take().
+  // The peer may send this many bytes on a two-way stream before take() has taken any.
   std::uint64_t window_bytes = std::uint64_t{1} << 20;
   // The same limit for each one-way stream of the peer. A stream cannot use up the window of another one.
   std::uint64_t one_way_window_bytes = kOneWayWindowBytes;
-  // The peer may have so many one-way streams open at a time. It may open no two-way streams.
+  // The peer may have this many one-way streams open at a time, and no two-way streams.
   std::uint64_t one_way_streams_max = 8;
   std::uint64_t datagram_frame_bytes_max = quic::kDatagramFrameBytesMax;
 };
@@ -68,27 +70,31 @@ class QuicConnection final : private quic::SendObserver {
   QuicConnection& operator=(const QuicConnection&) = delete;
   ~QuicConnection() override;
 
+  // Takes one UDP packet of the peer.
   void receive(std::span<const std::uint8_t> packet, std::int64_t now_ns);
   // Call it when due_ns() has come.
   void poll(std::int64_t now_ns);
   [[nodiscard]] std::int64_t due_ns() const;
-  // Passes on the packets that it wants to send now. More may be due at due_ns().
+  // Passes the packets that may leave now to `send`. More packets may be due at due_ns().
   void write(const std::function<void(std::span<const std::uint8_t>)>& send, std::int64_t now_ns);
 
   // Returns -1 when the peer allows no further stream now.
   StreamId open_stream(bool one_way);
+  // Queues bytes on the stream. `is_last`: the stream ends behind them.
   void send(StreamId stream, std::vector<std::uint8_t> bytes, bool is_last = false);
-  // Takes bytes that on_stream_bytes() has passed on: the peer may send as many more.
+  // The caller has used this many bytes of on_stream_bytes(): the peer may send as many more.
   void take(StreamId stream, std::size_t bytes);
+  // Tells the peer that no more bytes of the stream are wanted.
   void stop_reading(StreamId stream, http3::ErrorCode code);
-  // What each datagram begins with.
+  // The bytes with which each datagram begins.
   void set_datagram_prefix(std::vector<std::uint8_t> prefix) { queues_.set_datagram_prefix(std::move(prefix)); }
   void send_datagram(std::vector<std::uint8_t> bytes) { queues_.push_datagram(std::move(bytes)); }
   void drop_first_datagram() { queues_.drop_first_datagram(); }
-  // Counts the datagrams that wait.
+  // The number of datagrams that wait.
   [[nodiscard]] std::size_t datagram_count() const { return queues_.datagram_count(); }
-  // Returns zero when the peer takes none.
+  // The largest datagram frame that the peer takes; zero when it takes none.
   [[nodiscard]] std::size_t datagram_frame_bytes_max() const;
+  // unsent_bytes() have not been sent yet. kept_bytes() includes those that were sent and not acknowledged.
   [[nodiscard]] std::size_t unsent_bytes() const { return queues_.unsent_bytes(); }
   [[nodiscard]] std::size_t kept_bytes() const { return queues_.kept_bytes(); }
   // Ends the connection with an application's code; the next write() tells the peer. `reason` is one line.
@@ -98,7 +104,7 @@ class QuicConnection final : private quic::SendObserver {
 
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   [[nodiscard]] bool is_over() const { return error_ != 0; }
-  // Says in one line why the connection is over.
+  // One line that says why the connection is over.
   [[nodiscard]] const std::string& reason() const { return reason_; }
   // Returns ngtcp2's error; zero until the connection is over.
   [[nodiscard]] int error() const { return error_; }
@@ -112,12 +118,14 @@ class QuicConnection final : private quic::SendObserver {
 
   void on_stream_sent(StreamId, std::size_t) override {}
   void on_datagram_sent(std::size_t, bool) override {}
+  // SendObserver's calls (schema/quic/send_queues.hpp), from within write().
   bool on_stopped(StreamId stream) override;
 
   // Whether nothing but datagrams is on its way, so that acknowledgements may wait (quic::AnswerDelay).
   [[nodiscard]] bool is_quiet() const { return is_ready_ && queues_.is_idle(); }
-  // Is called by TLS during the handshake. Returns 0 for a good certificate, else GnuTLS's error.
+  // TLS calls it during the handshake. Returns 0 for a good certificate, else GnuTLS's error.
   int verify();
+  // Ends the connection with an error of ngtcp2, and tells the peer where the peer listens.
   void end(int error, std::int64_t now_ns);
   [[nodiscard]] std::string describe(int error) const;
   void write_close(const ngtcp2_connection_close_error& error, std::int64_t now_ns);
@@ -131,15 +139,16 @@ class QuicConnection final : private quic::SendObserver {
   ngtcp2_crypto_conn_ref reference_{};
   quic::SendQueues queues_;
   quic::AnswerDelay answer_;
-  // Is the time of the receive() that is running.
+  // The time of the receive() that is running.
   std::int64_t now_ns_ = 0;
-  // Holds the packet that tells the peer of the end, until write() sends it.
+  // The packet that tells the peer of the end, until write() sends it.
   std::vector<std::uint8_t> close_packet_;
   std::string reason_;
   int error_ = 0;
-  // Is what a close() from within ngtcp2 wanted. end() then closes with it (see close()).
+  // The arguments of a close() that came from within ngtcp2, which must not be closed there. end() closes with them.
   std::optional<std::pair<http3::ErrorCode, std::string>> close_wanted_;
-  // was_reset_: the peer says that it does not know the connection. is_in_quic_: a call of ngtcp2 is running.
+  // is_ready_: the handshake is done. was_reset_: the peer says that it does not know the connection. is_in_quic_: a
+  // call of ngtcp2 is running.
   bool is_ready_ = false, was_reset_ = false, is_in_quic_ = false;
 };
 

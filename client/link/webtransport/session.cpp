@@ -11,7 +11,7 @@ namespace {
 using http3::ErrorCode;
 
 // The server ends the channel, and says the reason in a capsule on another stream, which may arrive later. This client
-// waits so long for it.
+// waits this long for the capsule.
 constexpr std::int64_t kReasonWait_ns = 500'000'000;
 
 }  // namespace

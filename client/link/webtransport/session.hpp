@@ -18,7 +18,7 @@ namespace hairnet::link {
 // Where a session is opened.
 struct WebTransportTarget {
   quic::Path path;
-  // Is HOST:PORT.
+  // The server as HOST:PORT.
   std::string authority;
   std::string url_path;
   CertificateCheck certificate;
@@ -68,7 +68,7 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
 
   [[nodiscard]] bool is_open() const { return http3_.channel() >= 0 && !is_over(); }
   [[nodiscard]] bool is_over() const { return quic_->is_over(); }
-  // Says in one line why the session is over; empty: the server has closed it without a reason.
+  // One line that says why the session is over; empty: the server has closed it without a reason.
   [[nodiscard]] const std::string& reason() const { return quic_->reason(); }
 
   // The following calls assert that the session has been open, and do nothing once it is over.
@@ -115,17 +115,18 @@ class WebTransportSession final : private QuicEvents, private Http3Owner {
   WebTransportEvents* events_;
   std::unique_ptr<QuicConnection> quic_;
   Http3Session http3_;
-  // Holds for each datagram that waits the time at which send_datagram() got it.
+  // For each datagram that waits, the time at which send_datagram() got it.
   std::deque<std::int64_t> datagram_ns_;
-  // So many of the bytes that on_stream_bytes() handles were passed on to events_, which gives them back by take().
+  // How many of the bytes that on_stream_bytes() handles now were passed on to events_, whose owner gives them back by
+  // take().
   std::size_t passed_bytes_ = 0;
   // The server has ended the channel.
   bool has_ended_ = false;
-  // Is the time of the current call.
+  // The time of the current call.
   std::int64_t now_ns_ = 0;
-  // Is the time until which the session must open, or the reason of its end must arrive; zero means no deadline.
+  // The time until which the session must open, or the reason of its end must arrive; zero means no deadline.
   std::int64_t deadline_ns_ = 0;
-  // Is the time that the opening may take after QUIC's handshake.
+  // The time that the opening may take after QUIC's handshake.
   std::int64_t opening_ns_max_ = 0;
 };
 

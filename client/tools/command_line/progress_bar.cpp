@@ -10,6 +10,7 @@
 namespace hairnet {
 namespace {
 
+// The bar has this many letters.
 constexpr int kBarCells = 30;
 // A terminal is redrawn at this interval at most: quick enough for the eye, and slow enough to cost nothing.
 constexpr auto kRedrawInterval = std::chrono::milliseconds(50);
@@ -48,6 +49,7 @@ std::string ProgressBar::left(double fraction) const {
   const double taken_s = std::chrono::duration<double>(Clock::now() - begun_).count();
   if (fraction < kFractionMin || taken_s < kTaken_s_min) return {};
   const double left_s = taken_s * (1 - fraction) / fraction;
+  // From 100 s on the time left is told in minutes.
   const bool is_long = left_s >= 100;
   return ", " + std::to_string(std::lround(is_long ? left_s / 60 : left_s)) + (is_long ? " min left" : " s left");
 }

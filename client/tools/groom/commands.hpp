@@ -15,9 +15,9 @@ namespace hairnet::groom {
 
 // The materials that a command line names, for groups or all hair.
 struct MaterialOptions {
-  // Replaces the material of all hair; none: the groom's own.
+  // The material of all hair; none: the groom's own.
   std::optional<Material> material;
-  // Replaces materials by the group's name.
+  // The materials of single groups, by the group's name.
   std::vector<std::pair<std::string, Material>> group_materials;
 };
 // Sets the material of all hair first, then those of groups, so that a group's own wins. Root lengths follow the
@@ -27,7 +27,7 @@ Result<void> apply_materials(const MaterialOptions& options, Groom& groom);
 struct ImportOptions {
   HairFiles files;
   HairImport import;
-  // Overrides that of the material, m.
+  // The root length of all strands, m, in place of the material's.
   std::optional<double> root_length_m;
   // A random share by which each strand's own root length differs.
   double root_spread = 0;

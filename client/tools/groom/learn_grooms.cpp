@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 // The progress bar gives building the levels its part up to the first share, and finding the modes up to the second;
-// the rest is learning.
+// the rest is learning. Learning takes nearly all of the time.
 constexpr double kLevelsDone = 0.02, kModesDone = 0.04;
 
 // A groom to learn, and where its results go.
@@ -35,7 +35,7 @@ struct Subject {
   std::string path;
   wire::GroomHash hash{};
   Groom groom;
-  // Are the files to write; empty: not wanted.
+  // The files to write; empty: not wanted.
   std::string level_file, copy;
 };
 
@@ -64,8 +64,8 @@ Result<void> check_folder(const std::string& folder) {
   return check_can_write({(fs::path(folder) / ".hairnet-groom").string()});
 }
 
-// Says where the copy of a groom's file goes. It must not replace anything that was named: neither another copy of the
-// same name, nor the original, whose hash clients know.
+// Returns where the copy of a groom's file goes; empty: no copy is wanted. The copy must not replace another copy of
+// the same name, or the original, whose hash clients know.
 Result<std::string> copy_of(const std::string& path, const LearnOptions& options) {
   if (options.embed.empty()) return std::string();
   const fs::path name = fs::path(path).filename(), copy = fs::path(options.embed) / name;
@@ -88,8 +88,8 @@ Result<Subject> read_subject(const std::string& path, const LearnOptions& option
                  folder.empty() ? "" : (folder / wire::level_file_name(file->hash)).string(), *copy};
 }
 
-// Reads what the folder has of this groom. Null where it has no levels that a server would use: of another version,
-// damaged, or without modes.
+// Reads the levels that the folder has of this groom. Null where it has none that a server would use: they are of
+// another version, damaged, or without modes.
 std::shared_ptr<LevelSet> read_levels(const Subject& subject) {
   if (subject.level_file.empty()) return nullptr;
   const Result<std::vector<std::byte>> bytes = read_file(subject.level_file, wire::kLevelFileBytesMax);

@@ -7,7 +7,7 @@
 namespace hairnet::sim {
 namespace {
 
-// The same as MotionTimeline's, so that both programs settle alike.
+// The time in which the head eases upright, the same as MotionTimeline's, so that both programs settle alike.
 constexpr double kEaseUpright_s = 1;
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/gravity.hpp"
 #include "core/levels/level.hpp"
 #include "core/solver/step.hpp"
 
@@ -14,9 +15,9 @@ struct ModelDump {
   const Level* level = nullptr;
   double rate_hz = 30;
   int substep_count = 1;
-  // Is in m/s^2, world.
-  Vec3 gravity{0, -9.81, 0};
-  // Is the steady wind, world.
+  // The acceleration of gravity, m/s^2, world.
+  Vec3 gravity{0, -kGravity_m_per_s2, 0};
+  // The steady wind, world.
   Vec3 wind_m_per_s = Vec3::Zero();
   // Rows of --out whose step was a teleport, ascending.
   std::vector<std::size_t> resets;

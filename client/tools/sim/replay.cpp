@@ -60,6 +60,7 @@ class NodeFile {
   }
 
   std::string path_;
+  // The character as the user names it, by its own number or by its whole key, and the key of the one that is written.
   std::uint64_t character_, key_ = 0;
   const Level* level_ = nullptr;
   std::optional<NpyWriter> writer_;
@@ -120,10 +121,12 @@ class StrandsFile {
   }
 
   std::string path_;
+  // The character as the user names it, the key of the one that is written, and the tick of the last frame.
   std::uint64_t character_, key_ = 0, tick_ = 0;
   wire::GroomHash groom_{};
   std::unique_ptr<StrandCache> cache_;
   std::optional<WorldPoints> points_;
+  // `scratch_` is memory for `displacement`, and `last_` holds the points of the last frame.
   std::vector<Vec3f> scratch_, last_;
 };
 

@@ -119,7 +119,7 @@ Result<void> ReplayedWorld::give_levels(const wire::GroomHash& groom, LevelIndex
                      : level != LevelIndex::rigid ? (**levels)[level].rest.empty()
                                                   : false;
   if (lacks) return Refusal("a level that the groom does not have");
-  // Put before the tick that uses it, as the server does.
+  // The levels are there before the tick that uses them, as on the server.
   simulation_->put_levels(groom, std::move(*levels));
   return {};
 }

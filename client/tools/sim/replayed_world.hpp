@@ -15,9 +15,9 @@
 
 namespace hairnet::sim {
 
-// A Simulation, as the server's, that takes its inputs from a recording's entries: the same function steps both. It
-// refuses entries that contradict each other, and builds grooms when a character first needs their levels. Recordings
-// come from files, so nothing in them is trusted. One thread.
+// A Simulation that takes its inputs from the entries of a recording. The server steps the same class, so one function
+// steps both. It refuses entries that contradict each other, and builds the levels of a groom when a character first
+// needs them. Recordings come from files, so nothing in them is trusted. One thread.
 class ReplayedWorld {
  public:
   using BuildProgress = std::function<void(double fraction, std::string_view stage)>;
@@ -49,7 +49,7 @@ class ReplayedWorld {
   // What the recording has of one groom.
   struct RecordedLevels {
     Groom groom;
-    // Has modes once hair is learnt.
+    // The set has modes once hair is learnt.
     std::shared_ptr<const LevelSet> levels;
     // The levels are to have this learnt hair.
     std::shared_ptr<const LearntHair> learnt;
@@ -58,14 +58,17 @@ class ReplayedWorld {
   Result<void> prepare(const wire::RecordedTick& tick);
   Result<void> prepare(const wire::RecordedAdd& added);
   Result<void> prepare(const wire::RecordedLevel& level);
-  // Gives the simulation the levels of a groom, and builds them first where needed. An error when it lacks this one.
+  // Passes the levels of a groom to the simulation, and builds them first where needed. Returns an error when the groom
+  // does not have this level.
   Result<void> give_levels(const wire::GroomHash& groom, LevelIndex level);
   [[nodiscard]] Result<void> is_known(CharacterKey character, const char* what) const;
 
   BuildProgress progress_;
+  // The ticks a second of the recording; 0 before the header.
   double rate_hz_ = 0;
   std::optional<Simulation> simulation_;
   std::map<wire::GroomHash, RecordedLevels> grooms_;
+  // The characters that are there, with their grooms.
   std::map<CharacterKey, wire::GroomHash> characters_;
 };
 

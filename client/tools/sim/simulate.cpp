@@ -43,9 +43,9 @@ struct Displaced {
 // What a run measured.
 struct Run {
   Displaced motion, end;
-  // Lists the rows whose step was a teleport.
+  // The rows whose step was a teleport.
   std::vector<std::size_t> resets;
-  // Counts lattices that were not finite and returned to rest.
+  // Lattices that were not finite and returned to rest.
   std::size_t lattices_reset = 0;
   // The wall time of all steps, s.
   double step_s = 0;

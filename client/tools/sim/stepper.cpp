@@ -102,15 +102,17 @@ class ConvergedStepper : public Stepper {
   }
 
   StepperDef def_;
-  // Is kept alive by def_.
+  // The level that is stepped; def_ keeps it alive.
   const Level& level_;
-  // Hold the poses at the end of the last tick, and one substep before that.
+  // The poses at the end of the last tick, and one substep before that.
   Pose from_, last_from_;
-  // Belongs to the last tick; world, m/s.
+  // The velocity of the head in the last tick, world, m/s.
   Vec3 head_velocity_ = Vec3::Zero();
   // Velocities are relative to the head's, after a teleport.
   bool is_relative_ = false;
+  // The number of the ticks that are done; a double, since it is multiplied by their length.
   double tick_ = 0;
+  // The state in world axes and double, and the same in head space and floats, for `state`.
   WorldLattice lattice_;
   LatticeState state_;
 };

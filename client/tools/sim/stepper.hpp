@@ -14,13 +14,14 @@ struct StepperDef {
   LevelIndex level = LevelIndex::high;
   double tick_s = 1.0 / 30;
   int substep_count = 1;
-  // Zero: the level's own.
+  // The iterations of conjugate gradient a substep; zero: the level's own. Only Solver::standard counts them.
   int iterations = 0;
   Environment environment;
+  // The pose before the first tick.
   Pose start;
 };
 
-// One character, stepped tick by tick, by one of two solvers. One thread.
+// Steps one character tick by tick; each Solver has an implementation. One thread.
 class Stepper {
  public:
   virtual ~Stepper() = default;

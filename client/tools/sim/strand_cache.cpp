@@ -24,7 +24,7 @@ std::span<const Vec3f> WorldPoints::at(const RigidTransform& head, const LevelGe
     grid_.resize(lattice_.node_count());
     expand_displacements(*geometry, displacement, grid_);
     deformer_->deform(grid_, points_);
-    // As for viewers: no strand is longer than at rest. Without a lattice none is.
+    // No strand is longer than at rest, as viewers draw it. Without a lattice the points do not move.
     lengths_.limit(points_);
   }
   // Doubles until the last moment, for heads far from the origin.

@@ -7,7 +7,7 @@
 namespace hairnet::sim {
 namespace {
 
-// Rows are floats, computed in double up to here.
+// Writes a vector to a row, as its `entry`-th three numbers. Rows are floats, computed in double up to here.
 void put(std::vector<float>& row, std::size_t entry, const Vec3& v) {
   for (int a = 0; a < 3; ++a) row[3 * entry + a] = static_cast<float>(v[a]);
 }

@@ -6,7 +6,7 @@ namespace hairnet::token {
 namespace {
 
 constexpr std::int64_t kDay_s = 86'400;
-// Ten years, with their leap days.
+// The longest duration is ten years, with their leap days.
 constexpr std::int64_t kMax_s = 3653 * kDay_s;
 
 // Returns the seconds of a unit, 0 for an unknown one.

@@ -5,6 +5,7 @@
 
 #include "client/assets/import/placement.hpp"
 #include "client/viewer/characters/hair_colour.hpp"
+#include "core/groom/groom.hpp"
 #include "schema/wire/text.hpp"
 
 namespace hairnet::viewer {
@@ -38,9 +39,9 @@ Result<LevelIndex> parse_level(const std::string& text) {
 
 Result<std::size_t> parse_strand_count(const std::string& text) {
   const Result<double> number = parse_finite_number(text);
-  // This limit is that of a groom file.
-  if (!number || *number < 1 || *number > 200'000 || *number != std::floor(*number))
-    return Refusal("strands " + in_quotes(text) + " is not a whole number in 1 ... 200000");
+  constexpr std::size_t kMost = GroomLimits{}.strand_count_max;
+  if (!number || *number < 1 || *number > static_cast<double>(kMost) || *number != std::floor(*number))
+    return Refusal("strands " + in_quotes(text) + " is not a whole number in 1 ... " + std::to_string(kMost));
   return static_cast<std::size_t>(*number);
 }
 

@@ -18,11 +18,11 @@ struct CharacterSetup {
   // World space, at the character's place.
   Motion motion;
   LevelIndex level = LevelIndex::high;
-  // Is linear RGB.
+  // Linear RGB.
   Vec3f hair_colour = Vec3f::Zero();
-  // Replaces the groom's base material while it runs; none: as built.
+  // The material in place of the groom's base material while the character is simulated; none: as built.
   std::optional<Material> material;
-  // Is empty without a name.
+  // Empty without a name.
   std::string name = {};
   // Learnt hair from the groom's file; null: none.
   std::shared_ptr<const LearntHair> learnt = nullptr;

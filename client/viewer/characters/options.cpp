@@ -49,7 +49,7 @@ constexpr std::array<const char*, 4> kViewNames{"front", "side", "back", "three_
 constexpr std::array<const char*, 4> kTouchNames{"stroke", "hold", "pin", "prop"};
 // The character that is shown without a window when nobody is named.
 constexpr const char* kDefaultCharacter = "groom=made:long_curly,motion=made:walk,colour=auburn";
-// A day is the longest duration: a longer one is mostly a slip, and 'forever' exists.
+// The longest duration is a day: a longer one is mostly a typing error, and 'forever' exists.
 constexpr double kDuration_s_max = 24 * 3600;
 
 // Values as typed that need parsing before they go into the options. They are parsed together after CLI11 has read all

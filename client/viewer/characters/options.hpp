@@ -24,13 +24,13 @@ struct CharacterOptions {
   // A spec of load_groom.hpp.
   std::string groom;
   std::string motion = kDefaultMotion;
-  // None: side by side with the others.
+  // Where the character stands; none: side by side with the others.
   std::optional<Place> place;
   LevelIndex level = LevelIndex::high;
-  // Goes to everyone in the room; empty: none.
+  // Everyone in the room sees it; empty: none.
   std::string name;
   std::optional<Vec3f> colour;  // linear RGB
-  // Replaces the base material at run time; the groom's own is the built one.
+  // Replaces the base material at run time; none: the groom's own.
   std::optional<Material> material;
   HairstyleOptions hairstyle;
   BvhImport bvh;
@@ -52,39 +52,39 @@ struct ViewOptions {
   Output output = Output::window;
   // These files are shown as they are.
   std::vector<std::string> files;
-  // Applies to all strand files.
+  // How strand files are imported; the same for all of them.
   HairImport hair;
   link::Address server;
   link::TlsOptions tls;
   link::TransportChoice transport = link::TransportChoice::automatic;
   std::string room, token;
-  // Says which other characters of the room to show; none: no others.
+  // Which other characters of the room to show; none: no others.
   std::optional<wire::Observe> observe;
-  // Says how long to try to reconnect, s; zero means not at all, infinity forever.
+  // How long to try to reconnect, s; zero means not at all, infinity forever.
   double reconnect_s = 0;
   std::vector<CharacterOptions> characters;
-  // Ends the motions, which begin at time 0 when every lattice has arrived, s; infinity means forever.
+  // The motions end after this time, s; infinity means forever. They begin at time 0, when every lattice has arrived.
   double duration_s = 6;
-  // Follows the motions: heads ease upright within 1 s, then are still.
+  // Time after the motions, s: heads ease upright within 1 s, then are still.
   double settle_s = 0;
   double pose_rate_hz = 60;
-  // Is the rate of a local world.
+  // The rate of a local world.
   double tick_rate_hz = 30;
-  // Is the rate of a video.
+  // The rate of a video.
   double frame_rate_hz = 30;
-  // Each pose is taken up to this much earlier or later.
+  // Each pose is taken up to this much earlier or later, at random.
   double jitter_ms = 0;
-  // Blows in the whole room, for everyone; none: the room keeps its own.
+  // The wind in the whole room, for everyone; none: the room keeps its own.
   std::optional<Wind> wind;
-  // Touches the first character; none: nothing does.
+  // What touches the first character; none: nothing does.
   std::optional<TouchScript> touch;
   // Files and folders to write; empty: not written.
   std::string out, sheet, trace;
-  // Holds the times of the sheet's columns.
+  // The times of the sheet's columns.
   std::vector<double> times_s;
   // The sheet has one row for each character and view.
   std::vector<View> views;
-  // Are the size of a picture, a video or the window.
+  // The size of a picture, a video or the window.
   int width = 480, height = 540;
 };
 

@@ -12,10 +12,10 @@
 namespace hairnet::viewer {
 namespace {
 
-// Characters stand further apart than shoulders are wide, so that bodies do not meet.
+// Characters stand further apart than their shoulders are wide, so that their bodies do not meet.
 constexpr double kApart_m = 0.7, kRowsApart_m = 0.9;
 constexpr std::size_t kRowMax = 8;
-// This is well within the protocol's limit for a pose.
+// The limit for each number of a place. It is well within the protocol's limit for a pose.
 constexpr double kFar_m = 1000;
 
 }  // namespace

@@ -30,6 +30,8 @@ Vec3 head_middle(const Pose& pose) {
 Vec3 direction_of(View view) {
   switch (view) {
     case View::front:
+      // Directions from the head to the eye, which need not have unit length; the height shows a head slightly from
+      // above.
       return {0, 0.05, 1};
     case View::side:
       return {1, 0.05, 0};

@@ -9,6 +9,7 @@
 
 namespace hairnet::viewer {
 
+// Each head is taken as a ball; the nearest one that the ray meets is picked.
 std::optional<std::uint64_t> pick(const Ray& ray, std::span<const ViewedCharacter> viewed) {
   std::optional<std::uint64_t> nearest;
   double nearest_m = std::numeric_limits<double>::infinity();

@@ -11,7 +11,10 @@ namespace hairnet::viewer {
 // The mouse input since the last picture. Pixels count from the top left of the picture, in its own pixels, not in the
 // points of a dense display.
 struct MouseInput {
-  double x_px = 0, y_px = 0, right_px = 0, down_px = 0, wheel = 0;
+  // Where the mouse is now.
+  double x_px = 0, y_px = 0;
+  // The way that it has moved, and the steps that its wheel has turned; steps above 0 bring the camera nearer.
+  double right_px = 0, down_px = 0, wheel = 0;
   // These buttons are pressed now.
   bool left = false, middle = false, right = false;
   bool shift = false, ctrl = false;
@@ -38,7 +41,7 @@ class MouseController {
   void release(HairSource& source);
 
   Drag drag_ = Drag::none;
-  // Is the depth of the head that is dragged, m from the eye.
+  // The depth of the head that is dragged, m from the eye.
   double depth_m_ = 1;
   std::optional<std::uint64_t> grabbed_, chosen_;
 };

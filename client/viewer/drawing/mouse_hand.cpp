@@ -15,16 +15,16 @@ namespace {
 
 // The mouse has one hand with one shape, so all its holds and pins have one name.
 constexpr TouchKey kMouse{.toucher = 1, .number = 0};
-// Hair is thin, so a press need not meet it exactly: it may miss it by the width of a fingertip, or by a few pixels
+// Hair is thin, so a press need not meet it exactly. It may miss it by 8 mm, the width of a fingertip, or by 6 pixels
 // where that is more.
 constexpr double kPickReach_px = 6, kPickReach_m = 0.008;
 // The hand that holds hair has this radius: it is so small that the hand pushes no hair aside.
 constexpr double kFingertipRadius_m = 0.005;
-// So many points of a groom show where its hair is. A press must not wait for millions of them.
+// At most this many points of a groom are searched: a press must not wait for millions of them.
 constexpr std::size_t kPickedPointsMax = 20'000;
 // A ball of this radius about the middle of a head contains the body's skin.
 constexpr double kBodyRadius_m = 0.6;
-// Steps along the ray: a part of the body that is thinner may be missed.
+// The ray is followed in steps of this length: a part of the body that is thinner may be missed.
 constexpr double kSkinStep_m = 0.004;
 // Roots lie a little under the skin that a ray meets, and must still be found.
 constexpr double kRootDepth_m = 0.01;
@@ -98,7 +98,7 @@ std::optional<PickedHair> pick_hair(const Ray& ray, double reach_per_m, std::spa
 
 void MouseHand::press(const MouseInput& mouse, const LocalWorld& world, const OrbitCamera& camera, int width_px,
                       int height_px) {
-  // pixel_m() is at the camera's target; over the distance it is that of one metre.
+  // pixel_m() is the size of a pixel at the camera's target; divided by the distance it is that at one metre.
   const double reach_per_m = kPickReach_px * camera.pixel_m(height_px) / camera.distance_m();
   const Ray ray = camera.ray(mouse.x_px, mouse.y_px, width_px, height_px);
   const std::optional<PickedHair> picked = pick_hair(ray, reach_per_m, world.viewed_characters());
@@ -132,7 +132,7 @@ bool MouseHand::apply(const MouseInput& mouse, LocalWorld& world, const OrbitCam
   // A mouse outside the window leaves the hand at its edge, so that it does not fly off.
   const Ray ray = camera.ray(std::clamp(mouse.x_px, 0.0, static_cast<double>(width_px)),
                              std::clamp(mouse.y_px, 0.0, static_cast<double>(height_px)), width_px, height_px);
-  // The point of the ray at the plane's depth.
+  // The hand's place is where the ray meets the plane.
   target_ = ray.origin + depth_m_ / ray.direction.dot(forward(camera)) * ray.direction;
   return true;
 }

@@ -15,9 +15,9 @@ namespace hairnet::viewer {
 
 // Hair under the mouse.
 struct PickedHair {
-  // Is the id of the character (ViewedCharacter::id).
+  // The id of the character (ViewedCharacter::id).
   std::uint64_t id = 0;
-  // Is the place of the hair, world, m.
+  // The place of the hair, world, m.
   Vec3 place = Vec3::Zero();
 };
 
@@ -26,10 +26,10 @@ struct PickedHair {
 // large groom only an even part of the points is searched.
 std::optional<PickedHair> pick_hair(const Ray& ray, double reach_per_m, std::span<const ViewedCharacter> viewed);
 
-// The mouse as a hand in a local world. A left press on hair takes hold of it, or with ctrl makes the mouse a ball that
-// strokes it. The hand then moves in the plane through the pressed hair that is parallel to the screen. A release lets
-// the hair go, and with shift pins it to the head. A press with shift is left to MouseController, which moves the head.
-// Knows no window; one thread.
+// The mouse as a hand in a local world. A press of the left button on hair takes hold of it; with ctrl, the mouse
+// becomes a ball that strokes the hair. The hand then moves in the plane through the pressed hair that is parallel to
+// the screen. A release lets the hair go; with shift, it pins the hair to the head. A press with shift is left to
+// MouseController, which moves the head. It knows no window; one thread.
 class MouseHand {
  public:
   enum class Action : std::uint8_t { none, hold, stroke };
@@ -61,12 +61,13 @@ class MouseHand {
   Action action_ = Action::none;
   // A button was down at the last call.
   bool is_pressed_ = false;
-  // The world had the hand in its last tick.
+  // The world had the hand's shape in its last tick, so the hand can take hold of hair.
   bool is_in_world_ = false;
+  // has_hold_: the hand has taken hold of hair in this drag. has_touched_: some hair was pressed since the start.
   bool has_hold_ = false, has_touched_ = false;
-  // Names the pressed character.
+  // The id of the character whose hair was pressed.
   std::uint64_t id_ = 0;
-  // Is how far the plane is from the eye, along the view, m.
+  // The distance of the hand's plane from the eye, along the view, m.
   double depth_m_ = 1;
   // place_ is where the hand is after the last tick, target_ where the mouse wants it; world, m.
   Vec3 place_ = Vec3::Zero(), target_ = Vec3::Zero();

@@ -15,7 +15,7 @@ constexpr double kDistanceMin_m = 0.12, kDistanceMax_m = 500;
 constexpr double kZoomStep = 0.88;
 // The followed motion is smoothed over about this time.
 constexpr double kFollow_s = 0.2;
-// Framed things get this much room around them.
+// The camera stands this much farther away than a framed sphere needs.
 constexpr double kFrameMargin = 1.12;
 const double kHalfAngle = OrbitCamera::kFov_deg / 2 * std::numbers::pi / 180;
 

@@ -56,7 +56,7 @@ class OrbitCamera {
   // Angles are in radians; with a yaw of 0 the eye is on the +Z side, and sees a face that looks along +Z. The first
   // view is the one of View::three_quarter (direction_of), 2 m from a point at about the height of a head.
   double distance_m_ = 2, yaw_ = 0.69, pitch_ = 0.12;
-  // Is the smoothed place of the followed point; none: nothing is followed.
+  // The smoothed place of the followed point; none: nothing is followed.
   std::optional<Vec3> followed_;
 };
 

@@ -14,7 +14,7 @@ namespace {
 using render::Drawing;
 using render::Rgba;
 
-// A node this far from its design is red.
+// A node that is this far from its place in the designed hairstyle is red.
 constexpr float kFarFromDesign_m = 0.10f;
 // A spring stretched or compressed by this share has the full colour.
 constexpr float kStrainShown = 0.15f;
@@ -23,12 +23,12 @@ std::uint8_t byte(float x) {
   return static_cast<std::uint8_t>(std::lround(255 * std::clamp(x, 0.0f, 1.0f)));
 }
 
-// Blue at 0, green between, red at 1.
+// A colour from blue at 0 over green to red at 1.
 Rgba heat(float x) {
   return {byte(2 * x - 0.6f), byte(1.4f - std::abs(2.4f * x - 1.2f)), byte(1.2f - 2 * x), 255};
 }
 
-// Blue for compressed, grey for the design length, red for stretched.
+// The colour is blue for compressed springs, grey at the design length, and red for stretched ones.
 Rgba strain_colour(float strain) {
   const float s = std::clamp(strain / kStrainShown, -1.0f, 1.0f);
   return s < 0 ? Rgba{byte(0.7f + 0.6f * s), byte(0.7f + 0.3f * s), byte(0.7f - 0.3f * s), 200}
@@ -126,6 +126,7 @@ class LatticeDrawing {
     }
   }
 
+  // Draws at each node a line along its strongest drag. A tensor has the six numbers xx xy xz yy yz zz.
   void draw_drag(const Level& model) {
     // The trace of the tensor (eq. 6) orders nodes by their drag.
     float most = 0;
@@ -151,7 +152,7 @@ class LatticeDrawing {
 
   const ViewedCharacter& viewed_;
   Drawing& drawing_;
-  // Are the active nodes at rest and now, in active order, head space, m.
+  // The active nodes at rest and now, in active order, head space, m.
   std::vector<Vec3f> rest_, node_;
 };
 

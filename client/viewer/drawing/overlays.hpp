@@ -15,19 +15,19 @@ namespace hairnet::viewer {
 // The parts of the mechanics to draw over the hair. All but the lattice, levels and timing need the mechanical model,
 // which a server does not send.
 struct Overlays {
-  // Shows active nodes, coloured by their distance from their design, and the edges between them.
+  // The active nodes, coloured by their distance from their design, and the edges between them.
   bool lattice = false;
-  // Colours springs by strain.
+  // The springs, coloured by strain.
   bool springs = false;
-  // Connects the points on the skull with their current places (paper eq. 4).
+  // Lines from the points on the skull to their current places (paper eq. 4).
   bool attachments = false;
-  // Shows the points of hair that meet skin.
+  // The points of hair that meet skin.
   bool contacts = false;
-  // Shows each node's strongest drag, and its direction (paper eq. 6).
+  // Each node's strongest drag, and its direction (paper eq. 6).
   bool drag = false;
-  // Shows hair in its level's colour.
+  // The hair itself, in its level's colour.
   bool levels = false;
-  // Shows graphs.
+  // Graphs of the times of pictures and of the stream.
   bool timing = false;
 
   [[nodiscard]] bool need_model() const { return springs || attachments || contacts || drag; }

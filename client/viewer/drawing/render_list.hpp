@@ -31,7 +31,7 @@ class RenderList {
     std::shared_ptr<const Groom> groom;
     std::size_t number = 0;
     bool used = false;
-    // Is the skin that the stage has; null: none yet.
+    // The skin that the stage has; null: none yet.
     std::shared_ptr<const Skin> skin;
   };
   std::size_t number_of(const ViewedCharacter& character);

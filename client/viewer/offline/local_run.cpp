@@ -98,7 +98,7 @@ StreamResult run_locally(const ViewOptions& options, const std::vector<Character
   ProgressBar bar("hairnet-view");
   Cost cost;
   const double end_s = options.duration_s + options.settle_s;
-  // Goes tick by tick, so that a signal is noticed; and to the wanted moments between ticks.
+  // Each round makes one tick, so that a signal is noticed, or stops at a wanted moment between two ticks.
   while (result.moments.size() < moment_times_s.size() || world.time_s() < end_s) {
     if (stop_requested()) {
       result.stopped = true;

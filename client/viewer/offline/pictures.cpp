@@ -21,13 +21,14 @@ namespace {
 
 // The same as the window's (OrbitCamera::kFov_deg), so that both show hair alike.
 constexpr float kFieldOfView_deg = 26;
-// The framed sphere gets this much room, as in the window (kFrameMargin in orbit_camera.cpp).
+// The camera stands this much farther away than the framed sphere needs, as in the window (kFrameMargin in
+// orbit_camera.cpp).
 constexpr double kMargin = 1.12;
-// The smallest part to frame, also of short hair: head and neck, head space, m.
+// Head and neck, from below to above, head space, m: they are framed even for short hair.
 constexpr std::array<float, 2> kHeadSpan_y{-0.20f, 0.22f};
 
-// Centre and radius, head space, m, of the visible part of a groom at rest: the head, 14 cm to each side at least, and
-// strands as far as they hang.
+// The sphere to frame: a groom at rest, with the head, at least 14 cm to each side, and strands as far as they hang.
+// Head space, m.
 struct Framing {
   explicit Framing(const Groom& groom) {
     float low = kHeadSpan_y[0], high = kHeadSpan_y[1], wide = 0.14f;
@@ -60,11 +61,11 @@ draw::Camera camera_of(const Pose& beginning, const Framing& framing, const Pose
 struct Sitter {
   const Groom* groom = nullptr;
   Vec3f hair_colour = Vec3f::Zero();
-  // It replaces hair_colour.
+  // The colours of hair and skin, in place of hair_colour; none: hair_colour and the default skin.
   std::optional<wire::Appearance> appearance;
   // The pose at which the clip begins, or, for others, when they were first seen.
   Pose beginning;
-  // Indexed [time]; null: not seen then.
+  // One entry for each time; null: the subject was not seen then.
   std::vector<const Moment*> moments;
 };
 
@@ -174,7 +175,7 @@ class RenderedPictures : public Pictures {
   std::unique_ptr<render::Renderer> renderer_;
   struct OnStage {
     std::size_t number = 0;
-    // Is the skin that the stage has.
+    // The skin that the stage has for the groom; null: none yet.
     std::shared_ptr<const Skin> skin;
   };
   std::map<const Groom*, OnStage> grooms_;

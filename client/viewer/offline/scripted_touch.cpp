@@ -21,7 +21,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// A toucher other than kRoomToucher has hands; the number is free, since only one script runs.
+// The script's hand is that of a person, so it has any id but kRoomToucher, the room's own. Only one script runs.
 constexpr ToucherId kScript = 1;
 constexpr TouchKey kHoldingHand{.toucher = kScript, .number = 0};
 // The hand takes hold at this time. The heads are upright and the hair is at rest until then, so a lock is where it is
@@ -30,6 +30,7 @@ constexpr double kTakes_s = 0;
 
 // When a hand that takes hold of hair lets it go, and how. Motions of the default length have an end after that.
 struct Holding {
+  // The time at which the hand lets go, s. It is less than the default duration, 6 s (ViewOptions).
   double until_s;
   Release release;
 };
@@ -59,6 +60,7 @@ Vec3 along(std::span<const PathPoint> path, double time_s) {
 
 // The hand's way: it takes the lock, and pulls it aside until it lets go.
 std::vector<PathPoint> hold_path(const Vec3& lock) {
+  // The hand comes from 25 cm beside the lock, and pulls it 12 cm to the left.
   const Vec3 aside = lock + Vec3(0.12, 0.03, 0.06);
   return {{-MotionTimeline::kLeadIn_s, lock + Vec3(0.25, 0.05, 0.1)},
           {kTakes_s, lock},
@@ -71,6 +73,7 @@ std::vector<PathPoint> hold_path(const Vec3& lock) {
 
 // The hand's way: it takes the lock, lays it behind the shoulder, and goes away.
 std::vector<PathPoint> pin_path(const Vec3& lock) {
+  // A place 16 cm below the head joint, 12 cm to its left and 14 cm behind it.
   const Vec3 behind_shoulder(0.12, -0.16, -0.14);
   return {{-MotionTimeline::kLeadIn_s, lock + Vec3(0.25, 0.05, 0.1)},
           {kTakes_s, lock},
@@ -81,6 +84,7 @@ std::vector<PathPoint> pin_path(const Vec3& lock) {
           {3.8, behind_shoulder + Vec3(0.25, 0.1, -0.1)}};
 }
 
+// A ball of 1 cm radius.
 TouchBody fingertips(const Vec3& place) {
   return {kHoldingHand, sphere(0.01), {Quat::Identity(), place}};
 }
@@ -96,6 +100,7 @@ std::vector<TouchBody> stroking_hand(const HairToTouch& hair, double time_s) {
   const double low_m = std::clamp(hair.low_m, kLowest_m, kHigh_m);
   const Vec3 palm(0.27 - 0.1 * std::sin(angle), (kHigh_m + low_m + (kHigh_m - low_m) * std::cos(angle)) / 2, 0);
   const auto towards = [](const Vec3& axis) { return rotation_between<double>(Vec3::UnitY(), axis); };
+  // The palm is a capsule of half length 5 cm and radius 12 mm; fingers have a radius of 7 mm.
   std::vector<TouchBody> hand{{{kScript, 0}, capsule(0.05, 0.012), {towards(Vec3::UnitZ()), palm}}};
   for (int finger = 0; finger < 5; ++finger) {
     const Vec3 middle = palm + Vec3(-0.05, 0, kFingersApart_m * (finger - 2));
@@ -108,6 +113,8 @@ std::vector<TouchBody> stroking_hand(const HairToTouch& hair, double time_s) {
 
 // A chair's back that comes to the hair behind the head, and stays. It is a prop of the room, not anyone's hand.
 TouchBody chair_back(double time_s) {
+  // The chair comes from 50 cm to 15 cm behind the head joint within 1.5 s. Its back is 44 cm wide, 40 cm high and 3 cm
+  // thick.
   const std::array<PathPoint, 2> path{{{0, {0, -0.22, -0.5}}, {1.5, {0, -0.22, -0.15}}}};
   return {{kRoomToucher, 0}, box({0.22, 0.2, 0.015}), {Quat::Identity(), along(path, time_s)}};
 }

@@ -9,13 +9,13 @@
 
 namespace hairnet::viewer {
 
-// Where scripts meet the hair of a groom at rest, head space, m. It looks at points alone, so it takes a pass over the
-// groom.
+// Where scripts touch the hair of a groom at rest, head space, m. The constructor searches all points of the groom.
 struct HairToTouch {
   explicit HairToTouch(const Groom& groom);
-  // Is hair on the left side of the head, towards the face, near the ends or the shoulder.
+  // A point of hair on the left side of the head, towards the face, near the ends or the shoulder. The default is that
+  // of a groom without hair at that height.
   Vec3 lock{0.1, 0, 0.05};
-  // Is the height of the lowest hair; 0 where nothing hangs below the head joint.
+  // The height of the lowest hair; 0 where nothing hangs below the head joint.
   double low_m = 0;
 };
 

@@ -14,15 +14,16 @@ namespace hairnet::viewer {
 
 // The result of a stream, or of a local run in its place.
 struct StreamResult {
-  // Is indexed [time][character]; ends early when the stream does.
+  // The own characters at each moment, in the order of the times; shorter than the list of times when the stream ended
+  // early.
   std::vector<std::vector<Moment>> moments;
   std::vector<SeenCharacter> others;
   StreamStatistics statistics;
-  // Describes other clients at the end, one line each.
+  // The other clients' characters at the end, one line each (LiveRoom::members_summary).
   std::string members;
   // The stream is connected to a server; without one, the statistics count nothing.
   bool connected = false;
-  // Is the error that ended the stream early, if any.
+  // The error that ended the stream early, if any.
   Result<void> ended;
   // A signal stopped it before its end: moments may be missing.
   bool stopped = false;

@@ -19,15 +19,15 @@
 namespace hairnet::viewer {
 namespace {
 
-// A stream may store so many lattices for a video, which take at most a gigabyte.
+// The most lattices that a stream stores for a video; they take at most a gigabyte.
 constexpr std::size_t kKeptMax = 60'000;
 
 Result<std::unique_ptr<render::Renderer>> make_renderer() {
   return render::Renderer::create();
 }
 
-// Draws one picture after the other into a video. The camera frames all characters of the first picture that has any,
-// and then moves with their mean place: it does not turn, and does not zoom.
+// Draws one picture after the other into a video. The camera frames all characters of the first picture that has any.
+// It then moves with their mean place, without turning or zooming.
 class VideoRecording {
  public:
   VideoRecording(const ViewOptions& options, render::Renderer& renderer, VideoWriter& video)

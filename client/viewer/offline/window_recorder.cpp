@@ -6,8 +6,8 @@
 namespace hairnet::viewer {
 namespace {
 
-// A slow window repeats a picture up to so many times. After a longer standstill, as when the window was minimized, the
-// missed pictures are left out.
+// A slow window repeats a picture up to 15 times, half a second. After a longer standstill, as when the window was
+// minimized, the missed pictures are left out.
 constexpr std::uint64_t kCatchUpMax = 15;
 
 // A recording begins at the press of a key, so it must not replace a file.
@@ -17,7 +17,7 @@ std::string free_path(const char* ending) {
     std::error_code ignored;
     if (!std::filesystem::exists(path, ignored)) return path;
   }
-  // With so many recordings in one folder, this name may be that of an older one.
+  // After 9999 recordings in one folder this name is used again.
   return std::string("hairnet") + ending;
 }
 

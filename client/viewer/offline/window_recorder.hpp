@@ -17,9 +17,10 @@ namespace hairnet::viewer {
 // started; N is the first free number. Errors are one line. One thread.
 class WindowRecorder {
  public:
+  // The rate of the video.
   static constexpr double kRate_hz = 30;
 
-  // The size stays: a window that changes its size must end the video.
+  // The size cannot change later: a window that changes its size must end the video.
   Result<void> start_video(int width, int height);
   Result<void> start_trace();
   // Ending what has not begun does nothing.
@@ -43,8 +44,10 @@ class WindowRecorder {
   std::optional<VideoWriter> video_;
   std::optional<FrameTrace> trace_;
   int width_ = 0, height_ = 0;
+  // The time of the first picture, moved forward where pictures were left out.
   std::int64_t begun_ns_ = 0;
   std::uint64_t picture_count_ = 0;
+  // A picture with its rows from the top.
   std::vector<std::uint8_t> upright_;
   std::string video_path_, trace_path_, status_;
 };

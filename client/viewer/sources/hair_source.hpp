@@ -25,27 +25,28 @@ struct ViewedCharacter {
   std::uint64_t id = 0;
   std::string name;
   std::shared_ptr<const Groom> groom;
-  // Is linear RGB.
+  // Linear RGB.
   Vec3f hair_colour = Vec3f::Zero();
-  // Replaces hair_colour; none: the default skin and roughness.
+  // The colours of hair and skin and the roughness, in place of hair_colour; none: hair_colour, with the default skin
+  // and roughness.
   std::optional<wire::Appearance> appearance;
   Pose pose;
-  // Is the lattice of its hair. Its spans belong to the source, and are valid until the source's next non-const call.
+  // The lattice of its hair. Its spans belong to the source, and are valid until the source's next non-const call.
   MovedLattice lattice;
-  // Is the level that is stepped, which may be coarser than level_wanted.
+  // The level that is stepped, which may be coarser than level_wanted.
   LevelIndex level = LevelIndex::rigid;
-  // Is the lattice's geometry; null means at rest.
+  // The lattice's geometry; null means at rest.
   std::shared_ptr<const LevelGeometry> geometry;
-  // Holds the same as `lattice` for simulated hair, in active order, head space, m. It is empty for a server's hair,
-  // whose lattice has coefficients.
+  // The displacements of simulated hair, in active order, head space, m; `lattice` has the same for all nodes. Empty
+  // for a server's hair, whose lattice has coefficients.
   std::span<const Vec3f> displacement;
-  // Is the lattice's mechanical model, for overlays; null means not known here, since servers send none.
+  // The lattice's mechanical model, for overlays; null means not known here, since servers send none.
   std::shared_ptr<const Level> model;
-  // The hair is kept out of this skin; null means not known here.
+  // The hair is pushed out of this skin; null means not known here.
   std::shared_ptr<const Skin> skin;
   // Scales the groom's own materials.
   MaterialScale material;
-  // Is the finest level that it may have.
+  // The finest level that it may have.
   LevelIndex level_wanted = LevelIndex::high;
   // The user may grab and change it: it is this program's own, not another client's.
   bool own = false;
@@ -55,8 +56,8 @@ struct ViewedCharacter {
 // So the window has one path for both. All calls come from one thread.
 class HairSource {
  public:
-  // teleport() moves this far along x, world, and says that the pose jumps: at low rates the speed alone would not show
-  // it.
+  // teleport() moves the character this far along x, world. The pose says that it jumps: at a low rate of poses the
+  // speed alone would not show it.
   static constexpr double kAside_m = 0.8;
 
   virtual ~HairSource() = default;
@@ -74,11 +75,11 @@ class HairSource {
   // Steps aside; the next call moves it back. The hair does not swing after either.
   virtual void teleport(std::uint64_t id) = 0;
 
-  // Belongs to all characters: in a room, to everyone's.
+  // The wind blows on all characters; in a server's room, on everyone's.
   [[nodiscard]] virtual const Wind& wind() const = 0;
   virtual void set_wind(const Wind& wind) = 0;
   [[nodiscard]] virtual bool paused() const = 0;
-  // Stops own motions. Hair continues where a server simulates it, and comes to rest.
+  // Stops the motions of own heads. Hair continues where a server simulates it, and comes to rest.
   virtual void set_paused(bool paused) = 0;
 };
 

@@ -8,10 +8,10 @@
 namespace hairnet::viewer {
 namespace {
 
-// While grabbed, half of a step is made in about 40 ms: the head seems fixed to the mouse. Free, it returns in about
-// half a second.
+// The rates of the critical damping. A grabbed head makes half of a step in about 40 ms, so it seems fixed to the
+// mouse. A free one returns in about half a second.
 constexpr double kGrabbedRate_per_s = 45, kFreeRate_per_s = 9;
-// Below this nobody sees the offset. The unit is rad and m, and the same a second.
+// Offsets (rad, m) and speeds (the same a second) below this are not seen.
 constexpr double kAtRest = 1e-5;
 
 Quat from_rotation_vector(const Vec3& v) {

@@ -12,7 +12,7 @@ class HeadGrab {
  public:
   // The largest offsets, which keep a head on its neck and in view.
   static constexpr double kTurnMax_rad = 1.9, kShiftMax_m = 1.5;
-  // Both stay below the limits of is_teleport (core/pose/pose.hpp), with room for the motion's own speed.
+  // Both speeds stay below the limits of is_teleport (core/pose/pose.hpp), with room for the motion's own speed.
   static constexpr double kTurnSpeedMax_rad_per_s = 25, kShiftSpeedMax_m_per_s = 12;
 
   // Begins a drag, at the offset that is there.
@@ -33,15 +33,15 @@ class HeadGrab {
   [[nodiscard]] Pose apply(const Pose& pose, const Body& body) const;
 
  private:
-  // Moves towards a target with critical damping: as fast as is possible without overshoot.
+  // A value that moves towards a target with critical damping: as fast as possible without overshoot.
   struct DampedValue {
     Vec3 at = Vec3::Zero(), speed = Vec3::Zero(), target = Vec3::Zero();
     void advance(double elapsed_s, double rate_per_s, double speed_max);
   };
   bool grabbed_ = false;
-  // Is a rotation vector, world, rad.
+  // The turn of the head, as a rotation vector, world, rad.
   DampedValue turn_;
-  // Is the offset of the whole body, world, m.
+  // The offset of the whole body, world, m.
   DampedValue shift_;
 };
 

@@ -40,6 +40,7 @@ class LevelBuilder {
   // Guards the members below, except for stopping_.
   mutable std::mutex mutex_;
   std::condition_variable wanted_;
+  // The grooms that were asked for, with their levels once these are built.
   std::map<const Groom*, Built> built_;
   std::deque<std::shared_ptr<const Groom>> queue_;
   std::string status_;

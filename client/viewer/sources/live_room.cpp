@@ -17,17 +17,18 @@ namespace {
 constexpr const char* kWaiting = "waiting for the lattices";
 // Heads are upright for at least this long, so that hair has settled before motions begin.
 constexpr std::int64_t kUprightMin_ns = 1'000'000'000;
-// A server may have to build the levels of many new grooms first.
+// Without a window the program waits ten minutes at most for the lattices: a server may have to build the levels of
+// many new grooms first.
 constexpr std::int64_t kGroomsReady_ns_max = 600'000'000'000;
 // A character at a coarser level for this time stays at it: the server gives no finer one now.
 constexpr std::int64_t kCoarser_ns = 3'000'000'000;
 // An error within this time has the reason why a groom was refused; waiting for it makes a better message.
 constexpr std::int64_t kRefusalDetail_ns = 500'000'000;
-// Poses that are late by more than so many periods of the pose rate are skipped. After a stall only the newest pose
-// counts; sending all missed ones would be a burst of old poses.
+// Poses that are late by more than this many periods of the pose rate are skipped. After a stall only the newest pose
+// matters; all missed ones would be a burst of old poses.
 constexpr double kLateMax = 4;
-// Characters of others have this plus their member number as id. Own ids count from 1, and member numbers have 32 bits,
-// so the ids differ.
+// The id of another client's character is this plus its member number. Ids of own characters count from 1 and member
+// numbers have 32 bits, so all ids differ.
 constexpr std::uint64_t kOther = std::uint64_t{1} << 32;
 
 std::int64_t to_ns(double seconds) {
@@ -59,7 +60,7 @@ link::LinkOptions LiveRoom::link_options(const ViewOptions& options) {
   // An observer may not set the wind, so a client that wants to is a participant without characters.
   if (options.characters.empty() && !options.wind) link.core.role = wire::Role::observer;
   link.core.reconnect = options.reconnect_s > 0;
-  // Zero means forever here, and no reconnecting at all in the options.
+  // Infinity in the options means forever, for which the link takes 0. No reconnecting at all is set above.
   link.core.give_up_after_s = std::isfinite(options.reconnect_s) ? options.reconnect_s : 0;
   return link;
 }
@@ -321,7 +322,7 @@ std::string LiveRoom::members_summary() const {
 Result<void> LiveRoom::advance(std::int64_t now_ns) {
   const double elapsed_s = 1e-9 * static_cast<double>(now_ns - advanced_ns_.value_or(now_ns));
   advanced_ns_ = now_ns;
-  // Time stands still only once the clips run: before, poses must go on for hair to settle.
+  // A pause stops the time only once the clips run: before, poses must go on so that hair settles.
   if (paused_ && clip_time_s(now_ns).value_or(-1) > 0) paused_s_ += elapsed_s;
   for (OwnCharacter& own : own_characters_) own.grab.advance(elapsed_s);
   // Poses first: what they cause arrives a little later anyway, and the heads to draw are the newest.

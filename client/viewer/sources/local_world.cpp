@@ -7,8 +7,8 @@
 namespace hairnet::viewer {
 namespace {
 
-// A picture advances the world by at most this time, so a machine that is too slow shows slow motion. Catching up would
-// take even longer for the next picture, and never end.
+// One call of advance() advances the world by at most this time, so a machine that is too slow shows slow motion.
+// Catching up would take even longer for the next picture, and never end.
 constexpr double kCatchUpMax_s = 0.1;
 }  // namespace
 

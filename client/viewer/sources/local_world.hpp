@@ -25,16 +25,16 @@ struct LocalCharacter {
   Place place;
   LevelIndex level = LevelIndex::high;
   Vec3f hair_colour = Vec3f::Zero();
-  // Replaces the groom's material at run time.
+  // The material in place of the groom's while the character is simulated.
   std::optional<Material> material;
 };
 
 struct LocalTick {
   std::uint64_t number = 0;
-  // Is the time at the tick's end.
+  // The time at the tick's end.
   double time_s = 0;
   StepReport report;
-  // World::step took so long, ms, for all characters together; zero without a clock.
+  // The time that World::step took for all characters together, ms; zero without a clock.
   double step_ms = 0;
 };
 
@@ -48,7 +48,7 @@ class LocalWorld : public HairSource {
                           kTickRateMax_hz = local::PlayedWorld::kTickRateMax_hz;
   struct Def {
     double tick_rate_hz = 30;
-    // Is the duration of the clips, s, see MotionTimeline.
+    // The duration of the clips, s, see MotionTimeline.
     double duration_s = 0;
     Loop loop = Loop::plain;
     Wind wind;
@@ -61,8 +61,8 @@ class LocalWorld : public HairSource {
   std::uint64_t add(LocalCharacter character);
   // Also restarts time; hands and props stay.
   void remove_all();
-  // Gives levels to all characters with that groom, once. A set may lack levels that were not requested (Level::rest is
-  // empty): hair stays as it is when such a one is asked for.
+  // Gives levels to all characters with that groom that have none yet. A set may lack levels that were not requested
+  // (Level::rest is empty): when such a level is asked for, the hair stays at the level that it has.
   void give_levels(const Groom& groom, const std::shared_ptr<const LevelSet>& levels);
   // The grooms of characters that have no levels yet.
   [[nodiscard]] std::vector<std::shared_ptr<const Groom>> grooms_without_levels() const;
@@ -76,9 +76,10 @@ class LocalWorld : public HairSource {
   // let go of it, with the hands of the tick before.
   using BodiesAt = local::PlayedWorld::BodiesAt;
   void touch_by(BodiesAt bodies);
-  // As World::grab() and World::let_go(). An unknown character has no hair to hold.
-  // It returns how many points of the hair the hand holds now.
+  // Takes hold of hair like World::grab(), and returns how many points of it the hand holds now; 0 for an unknown
+  // character.
   std::uint32_t take_hair(std::uint64_t id, const Grab& grab);
+  // Lets go of hair like World::let_go().
   void let_go_of_hair(std::uint64_t id, const TouchKey& hand, Release release);
 
   // Moves all to `time_s`, the time that is shown, which is simulated time. It never decreases. As many ticks are made
@@ -139,9 +140,9 @@ class LocalWorld : public HairSource {
   // The entries are pointers, because callbacks of the played world refer to each character.
   std::vector<std::unique_ptr<SimulatedCharacter>> simulated_;
   std::vector<ViewedCharacter> viewed_;
-  // Ticks write to it: it stays where it is when this object is moved.
+  // Callbacks of played_ write to it through a pointer, so it lives on the heap and does not move with this object.
   struct Ticks {
-    // Belong to the last advance.
+    // The ticks of the last advance.
     std::vector<LocalTick> last;
     OnTick call;
     std::uint64_t number = 0;
@@ -150,6 +151,7 @@ class LocalWorld : public HairSource {
   std::uint64_t next_id_ = 1;
   double speed_ = 1;
   bool paused_ = false;
+  // The time of the last advance().
   std::optional<std::int64_t> last_ns_;
 };
 

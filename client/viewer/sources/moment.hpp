@@ -19,7 +19,7 @@ class Moment {
   explicit Moment(const link::Playout::Sample& sample);
 
   Pose pose;
-  // The hair is kept out of it; null means not known.
+  // The skin out of which the hair is pushed when it is drawn; null: it is not known.
   std::shared_ptr<const Skin> skin;
 
   // Valid while this object stays where it is: the spans point into it.
@@ -27,6 +27,7 @@ class Moment {
 
  private:
   std::shared_ptr<const LevelGeometry> geometry_;
+  // The displacements of all grid nodes, empty where the lattice comes as coefficients of `basis_`.
   std::vector<Vec3f> grid_;
   std::shared_ptr<const Basis> basis_;
   std::vector<float> coefficients_;

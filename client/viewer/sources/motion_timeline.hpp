@@ -37,7 +37,7 @@ class MotionTimeline {
   // The end of a round meets the beginning of the next one, by itself or because the seam is eased.
   bool loops_smoothly_;
   bool eases_seam_ = false;
-  // Is the mean velocity on the floor, which is taken off a clip whose seam is eased.
+  // The mean velocity on the floor, which is taken off a clip whose seam is eased.
   Vec3 drift_m_per_s_ = Vec3::Zero();
 };
 

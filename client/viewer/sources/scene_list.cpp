@@ -11,8 +11,9 @@
 namespace hairnet::viewer {
 namespace {
 
-// Different random variants of a motion. Each is stored, so their number limits memory.
+// The number of random variants of a motion. Each variant is stored, so the number bounds the memory.
 constexpr std::uint32_t kSeeds = 8;
+// The last entry of both lists: the characters take all hairstyles, or all motions, one after the other.
 constexpr const char* kInTurn = "one after the other";
 
 }  // namespace

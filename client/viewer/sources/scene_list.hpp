@@ -13,8 +13,8 @@
 
 namespace hairnet::viewer {
 
-// The hair and motions that a local world can use: every made hairstyle and motion, and those of the loaded characters,
-// in any number. Makes each on its first use, which takes a moment, and stores it. One thread.
+// The hair and motions from which a local world may choose: every made hairstyle and motion, and those of the loaded
+// characters. Each is made on its first use, which takes a moment, and then stored. One thread.
 class SceneList {
  public:
   // A limit of the slider: one core steps about 200 heads at the finest level.
@@ -22,16 +22,17 @@ class SceneList {
   // Choice::level has this value to ask for one character of each level, side by side.
   static constexpr int kEveryLevel = static_cast<int>(kLevelCount);
   struct Choice {
-    // Are indices into hair() and motions().
+    // Indices into hair() and motions().
     int hair = 0, motion = 0;
     int count = 1;
-    // Is a LevelIndex, or kEveryLevel.
+    // A LevelIndex as a number, or kEveryLevel.
     int level = 0;
   };
 
   explicit SceneList(const std::vector<CharacterSetup>& characters);
 
-  // Names of the choices, for a person; the last one is "one after the other", which gives character n the n-th.
+  // The names of the choices, for a person. The last one is "one after the other", which gives each character another
+  // one.
   [[nodiscard]] const std::vector<std::string>& hair() const { return hair_; }
   [[nodiscard]] const std::vector<std::string>& motions() const { return motions_; }
 
@@ -46,7 +47,9 @@ class SceneList {
 
   std::vector<LocalCharacter> given_;
   std::vector<std::string> hair_, motions_;
+  // How many entries at the beginning of hair_ and motions_ are made ones; given ones follow.
   std::size_t made_hair_ = 0, made_motions_ = 0;
+  // The made grooms by their index in hair_, and the made motions by index and seed.
   std::map<std::size_t, std::shared_ptr<const Groom>> grooms_;
   std::map<std::pair<std::size_t, std::uint32_t>, std::shared_ptr<const Motion>> moved_;
 };

@@ -12,7 +12,7 @@ class AdaptiveQuality {
   // Pictures that take longer than kSlow_ms (25 a second) lower the quality; pictures that take less than kFast_ms (50
   // a second) raise it. Between both times nothing changes, so that the quality does not go up and down.
   static constexpr double kSlow_ms = 40, kFast_ms = 20;
-  // Is the smallest factor: even a slow machine shows some hair.
+  // The smallest factor: even a slow machine shows some hair.
   static constexpr double kMin = 0.02;
 
   // Takes the time of the last picture, ms. Returns the factor for the chosen quality from now on, kMin ... 1.

@@ -28,7 +28,8 @@ constexpr const char* kKeys =
     "D drag     V level colours          G  timing\n"
     "R      record video   U  controls           H  this";
 
-// The ids of the chosen own characters, copied, since changing one may change the result of viewed_characters().
+// The ids of the own characters that a change concerns: the chosen one, or all without a choice. They are copied, since
+// a change may change the result of viewed_characters().
 std::vector<std::uint64_t> own_chosen(const ViewState& state, const HairSource& source) {
   std::vector<std::uint64_t> ids;
   for (const ViewedCharacter& character : source.viewed_characters()) {
@@ -45,7 +46,8 @@ void teleport(const ViewState& state, HairSource& source) {
   for (const std::uint64_t id : own_chosen(state, source)) source.teleport(id);
 }
 
-// ImGui's own combo wants an array of C strings.
+// A list of names to choose from; `index` is the chosen one. Returns whether it has changed. ImGui's own combo wants an
+// array of C strings.
 bool combo(const char* label, const std::vector<std::string>& names, int& index) {
   bool changed = false;
   if (!ImGui::BeginCombo(label, names[static_cast<std::size_t>(index)].c_str())) return false;
@@ -96,7 +98,7 @@ void time_controls(Controls& controls) {
   ImGui::Text("%.2f s", world->time_s());
 }
 
-// False when nothing was changed.
+// Sliders for the factors on a character's material. Returns whether one has changed.
 bool material_sliders(MaterialScale& scale) {
   bool changed = false;
   ImGui::SameLine();
@@ -125,7 +127,7 @@ void character_controls(ViewState& state, Controls& controls) {
   if (ImGui::BeginCombo("who", chosen == viewed.end() ? "all" : chosen->name.c_str())) {
     if (ImGui::Selectable("all", !state.chosen)) state.chosen.reset();
     for (const ViewedCharacter& character : viewed) {
-      // Names may be equal, and ImGui tells entries apart by names; its ids are ints.
+      // Two characters may have one name, and ImGui tells entries apart by their names. Its ids are ints.
       ImGui::PushID(static_cast<int>(character.id & 0x7fffffff));
       if (ImGui::Selectable(character.name.c_str(), state.chosen == character.id)) state.chosen = character.id;
       ImGui::PopID();
@@ -158,12 +160,12 @@ void wind_controls(ViewState& state, Controls& controls) {
   if (!ImGui::CollapsingHeader(controls.room != nullptr ? "Wind of the room" : "Wind")) return;
   Wind wind = controls.source.wind();
   const Vec3& mean = wind.mean_m_per_s;
-  // 57.29577951 degrees make a radian.
+  // The direction is in degrees from +z towards +x; a radian has 57.29577951 degrees.
   auto speed = static_cast<float>(mean.norm());
   auto towards_deg = speed > 0 ? static_cast<float>(std::atan2(mean.x(), mean.z()) * 57.29577951) : 0.0f;
   auto gust = static_cast<float>(wind.gust_ratio), rough = static_cast<float>(wind.turbulence_rms_m_per_s);
   bool changed = ImGui::SliderFloat("m/s", &speed, 0, 20, "%.1f");
-  // A wind of no speed has no direction: the slider's value is remembered in the state.
+  // Still air has no direction, so the state remembers the slider's value.
   if (wind.mean_m_per_s.isZero()) towards_deg = state.still_wind_deg;
   changed |= ImGui::SliderFloat("towards", &towards_deg, -180, 180, "%.0f deg");
   state.still_wind_deg = towards_deg;
@@ -225,6 +227,7 @@ void record_controls(ViewState& state, const Controls& controls) {
   if (!controls.recorder.status().empty()) ImGui::TextWrapped("%s", controls.recorder.status().c_str());
 }
 
+// A graph of 260 x 44 points, whose range is 10 % above the largest value.
 void graph(const char* label, const char* unit, const TimeGraph& graph) {
   char text[64];
   std::snprintf(text, sizeof text, "%s %.2f %s", label, static_cast<double>(graph.newest()), unit);

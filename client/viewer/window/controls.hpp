@@ -17,8 +17,8 @@
 
 namespace hairnet::viewer {
 
-// Everything that keys, sliders and buttons of a window change. Wishes that take long, such as a new scene, are flags
-// here, which the window obeys between pictures.
+// Everything that keys, sliders and buttons of a window change. Requests that take long, such as a new scene, are flags
+// here, which the window handles between two pictures.
 struct ViewState {
   OrbitCamera camera;
   MouseController mouse;

@@ -8,7 +8,7 @@ namespace hairnet::viewer {
 // The last kCount values of a measurement, for a graph: a ring, which ImGui can draw from any place. One thread.
 class TimeGraph {
  public:
-  // Is four seconds of pictures at 60 Hz.
+  // The values that the graph shows: four seconds of pictures at 60 Hz.
   static constexpr std::size_t kCount = 240;
   void add(float value) {
     values_[next_] = value;

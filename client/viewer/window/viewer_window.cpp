@@ -8,6 +8,7 @@
 #include <memory>
 #include <utility>
 
+#include "client/draw/draw_detail.hpp"
 #include "client/render/overlay.hpp"
 #include "client/render/picture.hpp"
 #include "client/tools/command_line/stop_signal.hpp"
@@ -24,10 +25,8 @@ namespace {
 // What a newcomer sees first: hair that shows its motion.
 constexpr const char* kFirstHair = "long_curly";
 constexpr const char* kFirstMotion = "dance";
-// The height of a head, as draw::kHead_m.
-constexpr double kHead_m = 0.24;
-// Heads within this distance of the view count as seen: servers do not simulate unseen hair, and hair that comes into
-// view should move already.
+// Heads within this distance of the view are reported as seen, m. Servers do not simulate unseen hair, and hair that
+// comes into view should move already.
 constexpr double kComingIntoView_m = 2;
 
 double ms_since(std::int64_t began_ns) {
@@ -38,7 +37,7 @@ Vec3f colour_of_level(const ViewedCharacter& character) {
   return level_colour(character.level);
 }
 
-// The name must exist: an unknown one gives an index past the end.
+// The index of the name, which must be in the list.
 int index_of(const std::vector<std::string>& names, const char* name) {
   return static_cast<int>(std::max<std::ptrdiff_t>(0, std::find(names.begin(), names.end(), name) - names.begin()));
 }
@@ -291,7 +290,7 @@ class ViewerWindow {
       const Vec3 middle = head_middle(pose);
       importance.screen_height = static_cast<float>(
           // The protocol refuses larger heights.
-          std::min(static_cast<double>(wire::kScreenHeightMax), state_.camera.height_share(middle, kHead_m)));
+          std::min(static_cast<double>(wire::kScreenHeightMax), state_.camera.height_share(middle, draw::kHead_m)));
       importance.in_view = state_.camera.in_view(middle, kComingIntoView_m, aspect);
       return importance;
     });
@@ -303,9 +302,9 @@ class ViewerWindow {
   ViewState state_;
   WindowRecorder recorder_;
   LevelBuilder builder_;
-  // Is the character that was chosen at the last picture.
+  // The character that was chosen at the last picture.
   std::optional<std::uint64_t> followed_last_;
-  // Counts the characters of the last picture.
+  // The number of characters when the camera was last pointed: another number frames all of them again.
   std::size_t framed_count_ = 0;
   // last_ns_ is the time of the last picture. At counted_ns_ the connection had received counted_bytes_.
   std::int64_t last_ns_ = 0, counted_ns_ = 0;

@@ -20,7 +20,8 @@ void on_error(int, const char* description) {
   g_error = description;
 }
 
-// The ImGui of this version sees only keys that are down at a picture; with slow pictures it would miss key presses.
+// The keys that went down since the last picture. ImGui of this version sees only keys that are down at a picture, and
+// with slow pictures would miss key presses.
 std::vector<int> g_pressed;
 
 void on_key(GLFWwindow*, int key, int, int action, int modifiers) {
@@ -76,7 +77,7 @@ Result<void> Window::start() {
   glfwSetKeyCallback(window_, on_key);
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  // ImGui then writes no file of its settings.
+  // Without a name ImGui writes no file of its settings.
   ImGui::GetIO().IniFilename = nullptr;
   ImGui::StyleColorsDark();
   ImGui::GetStyle().Colors[ImGuiCol_WindowBg].w = 0.82f;

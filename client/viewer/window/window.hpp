@@ -39,6 +39,7 @@ class Window {
   Result<void> start();
 
   GLFWwindow* window_;
+  // Whether Dear ImGui was started, and must be ended.
   bool has_ui_ = false;
   std::vector<int> keys_;
   int width_px_ = 0, height_px_ = 0;

@@ -5,9 +5,11 @@ export default {
   resolve: { dedupe: ["three", "@pixiv/three-vrm"] },
   // The other examples need no build.
   optimizeDeps: {
-    exclude: ["hairnet-client"], // copied into one file with others it would not find its hairnet.wasm
+    // Vite would copy the package into one file with others, where it would not find its hairnet.wasm.
+    exclude: ["hairnet-client"],
     entries: ["{minimal,vrm,react-three-fiber,babylon}/index.html"],
-    include: ["react/jsx-dev-runtime"], // esbuild adds it to each .tsx: found late, it would reload the page
+    // esbuild adds this to each .tsx file. If Vite found it late, it would load the page again.
+    include: ["react/jsx-dev-runtime"],
   },
   server: { fs: { allow: ["../../.."] } },
 };

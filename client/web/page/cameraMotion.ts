@@ -17,6 +17,9 @@ const kOrbitRadPerS = 0.09;
 const kFollow = 2.5;
 /** An arrow key turns the camera by this angle. */
 const kKeyTurnRad = 0.12;
+/** Arrow keys leave the camera below the zenith, where the picture would turn over, and a little below the horizon. */
+const kKeyHeightMaxRad = 1.4;
+const kKeyHeightMinRad = -0.3;
 /** The key + multiplies the distance to the target by this factor, and the key - divides by it. */
 const kKeyZoom = 0.88;
 
@@ -24,7 +27,12 @@ const kKeyZoom = 0.88;
 export class CameraMotion {
   /** Flights arrive at once, and there is no slow orbit: for people who prefer reduced motion. */
   isReduced = false;
+  /** The flight that goes on. `share`: how much of its time has passed, 0 to 1. */
   #flight: { from: CameraView; to: CameraView; share: number } | null = null;
+  /**
+   * The slow orbit. `bearing`: its middle; `swing`: how far it goes; `angle`: how far a full orbit would have gone,
+   * rad.
+   */
   #orbit: { bearing: number; swing: number; angle: number } | null = null;
 
   constructor(
@@ -97,6 +105,7 @@ export class CameraMotion {
         target: from.target.clone().lerp(to.target, share),
         bearing: MathUtils.lerp(from.bearing, to.bearing, share),
         height: MathUtils.lerp(from.height, to.height, share),
+        // The distance changes by the same factor in equal times, so that a person grows evenly in the picture.
         distance: from.distance * (to.distance / from.distance) ** share,
       });
       if (this.#flight.share === 1) this.#flight = null;
@@ -118,8 +127,8 @@ export class CameraMotion {
       "-": { distance: view.distance / kKeyZoom },
       ArrowLeft: { bearing: view.bearing - kKeyTurnRad },
       ArrowRight: { bearing: view.bearing + kKeyTurnRad },
-      ArrowUp: { height: Math.min(view.height + kKeyTurnRad, 1.4) },
-      ArrowDown: { height: Math.max(view.height - kKeyTurnRad, -0.3) },
+      ArrowUp: { height: Math.min(view.height + kKeyTurnRad, kKeyHeightMaxRad) },
+      ArrowDown: { height: Math.max(view.height - kKeyTurnRad, kKeyHeightMinRad) },
     }[key];
     if (!moved) return false;
     this.set({ ...view, ...moved });

@@ -22,12 +22,12 @@ export interface Shown {
  * everyone.
  */
 export class Focus {
-  /** member number; null: everyone, or nobody yet */
+  /** The member number of the shown person; null: everyone is shown, or nobody is there yet. */
   person: number | null = null;
   readonly #central = new CentralPerson();
   /** The user chose this view: a person, or everyone. */
   #isChosen = false;
-  /** what the last framing depended on */
+  /** What the last framing depended on, as a text; "": the next picture frames again. */
   #framed = "";
   /** Somebody was in the last picture. */
   #isDrawn = false;

@@ -16,7 +16,7 @@ export interface Covered {
 export interface Portrait {
   readonly bottom: number;
   readonly top: number;
-  /** of the widest direction */
+  /** Half the width in the widest direction. */
   readonly halfWidth: number;
 }
 
@@ -43,6 +43,7 @@ export function freePart(view: Size, covered: Covered): Size {
   return { width: Math.max(view.width - covered.right, 1), height: Math.max(view.height - covered.bottom, 1) };
 }
 
+/** The portraits that have been measured. A groom never changes. */
 const portraits = new WeakMap<Pick<Groom, "points">, Portrait>();
 
 /**
@@ -112,6 +113,7 @@ export function clearSwing(
   distance: number,
   swingMax: number,
 ): number {
+  // 0.05 rad are 3 degrees.
   const kStep = 0.05;
   for (let swing = kStep; swing <= swingMax; swing += kStep)
     for (const side of [-swing, swing])

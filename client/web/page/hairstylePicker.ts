@@ -1,7 +1,6 @@
 import { Vector3 } from "three";
 import { Member, type CharacterOptions, type MaterialScale, type OwnCharacter, type People } from "../src/index";
 import { fileHairstyle, listedHairstyles, roomHairstyles, type Hairstyle } from "./hairstyles";
-import { leastUsed } from "./names";
 import type { OwnHead } from "./head/ownHead";
 import { hairstyleName } from "./roomDetails";
 import { kHeadInVrM } from "./stage";
@@ -171,4 +170,10 @@ export class HairstylePicker {
       return;
     }
   }
+}
+
+/** The choice that the fewest people have, the first of several; null: there is no choice. `used`: how many have it. */
+export function leastUsed<Choice>(choices: readonly Choice[], used: (choice: Choice) => number): Choice | null {
+  const counts = choices.map(used);
+  return choices[counts.indexOf(Math.min(...counts))] ?? null;
 }

@@ -1,4 +1,5 @@
 import { Sphere, Vector3 } from "three";
+import { kHeadMiddleM } from "./head/headPose";
 import type { OwnHead } from "./head/ownHead";
 import type { Stage } from "./stage";
 
@@ -44,7 +45,6 @@ export function listenForGrabs(stage: Stage, head: OwnHead, isShown: () => boole
 }
 
 function isOnHead(stage: Stage, head: OwnHead, event: PointerEvent): boolean {
-  // The position is the head joint's, and the middle of a head is about 8 cm above it.
-  const middle = head.position.clone().add(new Vector3(0, 0.08, 0));
+  const middle = head.position.clone().add(new Vector3(0, kHeadMiddleM, 0));
   return stage.rayAt(event).intersectsSphere(new Sphere(middle, kHeadRadiusM));
 }

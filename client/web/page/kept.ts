@@ -3,7 +3,8 @@ export function kept(key: string): string {
   try {
     return localStorage.getItem(key) ?? "";
   } catch {
-    return ""; // storage is switched off
+    // The browser throws where its storage is switched off.
+    return "";
   }
 }
 

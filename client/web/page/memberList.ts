@@ -8,6 +8,7 @@ import { personName } from "./roomDetails";
  * person's hair. The user's own swatch changes the colour for everyone, and the others for this page alone.
  */
 export class MemberList {
+  /** The rows of the list by member number. */
   readonly #rows = new Map<number, { row: HTMLLIElement; swatch: HTMLInputElement; button: HTMLButtonElement }>();
 
   constructor(
@@ -17,6 +18,7 @@ export class MemberList {
     private readonly onOwnColour: (hairRoot: number) => void,
   ) {}
 
+  /** Adds the row of a character that has come. */
   add(character: HairCharacter): void {
     const row = document.createElement("li");
     const swatch = document.createElement("input");

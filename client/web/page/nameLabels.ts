@@ -15,6 +15,7 @@ const kHeadRadiusM = 0.13;
 
 /** Names over heads, as elements that follow them. Screen readers read the list of people instead. */
 export class NameLabels {
+  /** The labels by member number. */
   readonly #labels = new Map<number, HTMLElement>();
 
   /** `place`: the element that gets the labels; it lies over the picture. */
@@ -26,9 +27,11 @@ export class NameLabels {
    */
   update(shown: readonly Shown[], camera: PerspectiveCamera, free: Size, view: Size): void {
     const here = new Set<number>();
+    // The places of the labels so far, and the heads so far, from near to far. Both hide labels behind them.
     const taken: { x: number; y: number }[] = [];
     const heads: { x: number; y: number; radius: number }[] = [];
     const toPx = ({ x, y }: Vector3) => ({ x: ((x + 1) / 2) * view.width, y: ((1 - y) / 2) * view.height });
+    // How many CSS pixels a metre covers at a distance of 1 m.
     const pxAtOneM = view.height / 2 / Math.tan(MathUtils.degToRad(camera.fov) / 2);
     const eye = camera.getWorldPosition(new Vector3());
     const near = [...shown].sort((a, b) => distance(a, eye) - distance(b, eye));

@@ -20,9 +20,3 @@ export function keptName(): string {
 export function keepName(name: string): void {
   keep(kKey, name);
 }
-
-/** The choice that the fewest people have, the first of several; null: there is no choice. `used`: how many have it. */
-export function leastUsed<Choice>(choices: readonly Choice[], used: (choice: Choice) => number): Choice | null {
-  const counts = choices.map(used);
-  return choices[counts.indexOf(Math.min(...counts))] ?? null;
-}

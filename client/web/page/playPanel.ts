@@ -14,10 +14,13 @@ const kBehindShoulder = new Vector3(-0.42, 0.22, -0.75);
 
 /** Things to play with: presets, ways to turn the head, first person, a mirror, an invitation. */
 export class PlayPanel {
+  /** The camera in the own head; null: the camera is outside of it. */
   #firstPerson: FirstPerson | null = null;
+  /** The mirror before the own face; null: there is none. */
   #mirror: Mirror | null = null;
   readonly #firstPersonButton: HTMLButtonElement;
   readonly #mirrorButton: HTMLButtonElement;
+  /** The choice of what turns the head. */
   readonly #control: HTMLSelectElement;
 
   constructor(
@@ -78,7 +81,8 @@ export class PlayPanel {
     try {
       const source = which === 1 ? await Gyroscope.start() : null;
       if (this.#control.selectedIndex === which) head.source = source;
-      else source?.stop(); // the user chose another one meanwhile
+      // The user has chosen another source while this one started.
+      else source?.stop();
     } catch (error) {
       if (this.#control.selectedIndex === which) this.#control.selectedIndex = 0;
       this.host.showError((error as Error).message);

@@ -32,7 +32,8 @@ export function readQuery(address: URL, namedServer = ""): Query {
     room: asked.get("room") ?? "",
     server: local ? address.origin : server || address.origin,
     token: asked.get("token") ?? "",
-    observe: is("observe") && !local, // there would be nobody to watch
+    // A room without a server has nobody to watch, so its user is never an observer.
+    observe: is("observe") && !local,
     local,
   };
 }

@@ -3,7 +3,11 @@ import { Groom } from "../src/hair/groom";
 import { rigidPose } from "../src/hair/pose";
 import { HairScene, type HairSceneOptions } from "../src/scene/index";
 
-/** A .groom file in base64: a strand of 1 cm, and a body of four triangles. It needs no download. */
+/**
+ * A .groom file in base64, so that it needs no download: a strand from the head joint to 1 cm below it, and as the body
+ * a tetrahedron with edges of 1 cm along the axes. `hairnet-groom import` makes such a file of two .obj files, and
+ * `hairnet-groom inspect` shows what is in one. The test fails when the page's module cannot read it.
+ */
 const kGroom =
   "MAEAABAAAABITkdaCAAMAAQACAAIAAAAFAIAAAQAAAANAQAAdZA/S8NgEIefi1HkxaGIYAfBQgJ16ODkH/pSx0oRKdLRwcGhLk46uPkN" +
   "onPHSHHI4CAoJe1Q2y0dnN5FwY/gkk3EISlqm/7guTvufhzH5SxoAPuH1SOoEdIBHnkg4J47mpxywjGblJilDVwKrJFnhRxLLGJTA54n" +
@@ -15,9 +19,9 @@ const kScale = 1e-4;
 const kAheadM = 2;
 
 /**
- * Draws a hair and a body that are too small to be seen, while the first hairstyle is on its way: the machine then makes
- * the shaders, which takes seconds where software plays the GPU. Keep it until there is other hair, which uses the same
- * shaders.
+ * Draws a hair and a body that are too small to be seen, while the first hairstyle is on its way: the machine then
+ * makes the shaders, which takes seconds where software plays the GPU. Keep it until there is other hair, which uses
+ * the same shaders.
  */
 export class ShaderWarmUp {
   readonly #hair: HairScene;
@@ -60,7 +64,9 @@ export class ShaderWarmUp {
     try {
       this.#groom = await Groom.load(Uint8Array.from(atob(kGroom), (letter) => letter.charCodeAt(0)));
     } catch {
-      this.#isOver = true; // the first hairstyle will say why
+      // The module cannot start, or does not read the groom. There is no warm-up then, and the first real hairstyle
+      // reports what is wrong.
+      this.#isOver = true;
     }
   }
 

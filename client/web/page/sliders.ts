@@ -15,6 +15,8 @@ interface Slider {
 }
 
 const times = (value: number) => `× ${value < 1 ? value.toFixed(2) : value.toFixed(1)}`;
+/** A moving slider, which has many more events than a server needs, tells its values no more often than this. */
+const kTellEveryMs = 120;
 /** The sliders of factors, which start at 1: the hair as its maker made it. */
 const kScale = { isLogarithmic: true, start: 1, words: times };
 
@@ -152,7 +154,7 @@ export class Sliders {
 class SliderGroup<Name extends string> {
   readonly #sliders: Record<Name, Slider>;
   readonly #rows = new Map<Name, { input: HTMLInputElement; output: HTMLElement }>();
-  /** A change has been made and is not yet told: `show` must not undo it. */
+  /** The user has made a change that has not been announced yet, and `show` must not undo it. */
   #isWaiting = false;
 
   constructor(place: HTMLElement, sliders: Record<Name, Slider>, resetLabel: string, onInput: () => void) {
@@ -189,6 +191,7 @@ class SliderGroup<Name extends string> {
     label.textContent = slider.label;
     const output = document.createElement("output");
     const input = document.createElement("input");
+    // The input counts from 0 at the left end to 1 at the right end (`placeOf`). Its step is a 200th of the way.
     input.type = "range";
     input.name = name;
     input.min = "0";
@@ -209,15 +212,14 @@ class SliderGroup<Name extends string> {
     this.#put(name, slider.start);
   }
 
-  // Calls `onInput` at most once in 120 ms, with the newest values. A moving slider has many more events than a server
-  // needs.
+  // Calls `onInput` at most once in kTellEveryMs, with the newest values.
   #tell(onInput: () => void): void {
     if (this.#isWaiting) return;
     this.#isWaiting = true;
     setTimeout(() => {
       this.#isWaiting = false;
       onInput();
-    }, 120);
+    }, kTellEveryMs);
   }
 
   #put(name: Name, value: number): void {

@@ -122,7 +122,8 @@ export class Stage {
     if (this.renderer.xr.isPresenting) return;
     const { width, height } = this.size;
     const { right, bottom } = this.covered();
-    this.#backdrop = ""; // a new size clears the canvas
+    // A new size clears the canvas, so the backdrop must be drawn again.
+    this.#backdrop = "";
     this.#share = this.#wantedShare;
     this.renderer.setPixelRatio(this.#pixelRatio * this.#share);
     this.renderer.setSize(width, height, false);

@@ -15,6 +15,7 @@ import { ImportNote } from "./importNote";
 import { kConnecting, LoadingLine, loadingWords } from "./loadingLine";
 import { MemberList } from "./memberList";
 import { NameLabels } from "./nameLabels";
+import { kHeadMiddleM } from "./head/headPose";
 import { OwnHead } from "./head/ownHead";
 import type { PageHost } from "./pageHost";
 import { PersistentRoom, type PersistentRoomState } from "./persistentRoom";
@@ -56,6 +57,7 @@ export class PageViewer implements PageHost {
   readonly #play: PlayPanel;
   readonly #touching: Touching;
   readonly #touchPanel: TouchPanel;
+  /** The hair of the current room; null before the first connection. */
   hair: HairScene | null = null;
   readonly #members: MemberList;
   readonly #persistentRoom: PersistentRoom;
@@ -65,10 +67,14 @@ export class PageViewer implements PageHost {
   readonly #graph = new Graph(element<HTMLCanvasElement>("graph"));
   readonly #labels = new NameLabels(element("labels"));
   readonly #loading = new LoadingLine(element("loading"));
+  /** The own head was in the last picture. */
   #isOwnShown = false;
+  /** The wind that the sliders show. */
   #wind: Wind | null = null;
   #state: PersistentRoomState = "connecting";
+  /** The time of the last picture, ms; 0: there was none. */
   #lastMs = 0;
+  /** The time at which the figures were last refreshed, ms, and the bytes received until then. */
   #figuresMs = 0;
   #bytesBefore = 0;
   #errorTimer: ReturnType<typeof setTimeout> | undefined;
@@ -80,7 +86,8 @@ export class PageViewer implements PageHost {
       (state, detail, waitS) => this.#showState(state, detail, waitS),
       (detail) => this.showError(detail),
     );
-    void this.#persistentRoom.start(); // It connects while WebGL starts.
+    // The room connects while WebGL starts.
+    void this.#persistentRoom.start();
     setFolded(innerWidth <= kNarrowPx);
     this.stage = new Stage(element<HTMLCanvasElement>("view"), coveredByPanel);
     this.focus = new Focus(this.stage, (person) => this.#announce(person));
@@ -123,7 +130,8 @@ export class PageViewer implements PageHost {
     element("room").textContent = query.local ? "this browser" : query.room ? `“${query.room}”` : "the lobby";
     // An observer has no hair of its own, and servers do not let it set the wind.
     for (const id of ["you", "avatar", "play", "hair-and-wind", "join"]) element(id).hidden = query.observe;
-    element("touch").hidden = query.local; // there is nobody else
+    // In a room without a server there is nobody else who could touch hair.
+    element("touch").hidden = query.local;
     this.#listen();
   }
 
@@ -156,6 +164,7 @@ export class PageViewer implements PageHost {
     if (this.query.local) this.#hairstyles.join();
   }
 
+  // The page is in a room: at the start, or in another one after the connection was given up.
   #enter(room: People): void {
     this.hair?.dispose();
     this.#members.clear();
@@ -323,12 +332,13 @@ export class PageViewer implements PageHost {
     });
   }
 
+  // The member number of the nearest person whose head is under the pointer; null: there is none.
   #personAt(event: PointerEvent): number | null {
     const ray = this.stage.rayAt(event);
     let nearest = Infinity;
     let person: number | null = null;
     for (const { member, character } of this.#shown()) {
-      const head = new Sphere(character.position.clone().add(new Vector3(0, 0.03, 0)), kPersonRadiusM);
+      const head = new Sphere(character.position.clone().add(new Vector3(0, kHeadMiddleM, 0)), kPersonRadiusM);
       const hit = ray.intersectSphere(head, new Vector3());
       const distance = hit?.distanceTo(ray.origin) ?? Infinity;
       if (distance >= nearest) continue;
@@ -351,6 +361,7 @@ export class PageViewer implements PageHost {
     void this.#hairstyles.takeFiles(hair, (remarks) => this.#imported.show(remarks));
   }
 
+  // Shows what the page waits for. Members who cannot be shown, or have a groom and no pose, are not waited for.
   #showLoading(): void {
     const { room, hair } = this;
     if (this.#state === "closed" || this.#state === "refused") return this.#loading.show(null);
@@ -368,6 +379,7 @@ export class PageViewer implements PageHost {
     this.#loading.show(loadingWords({ isConnected: room !== null, people, withGroom, ready, downloads, building }));
   }
 
+  // Refreshes what changes slowly: the hint of an empty room, the list of members, the wind, and the line of figures.
   #showFigures(timeMs: number): void {
     const spanS = (timeMs - this.#figuresMs) / 1000;
     this.#figuresMs = timeMs;

@@ -1,13 +1,13 @@
 // Packs the package as `npm publish` does, which builds it, and lets publint and "are the types wrong" judge the
-// archive. Then each of its entries starts the hair module, whether it lies beside or inside. Exits with 1 when something
-// is wrong.
+// archive. Then each of its entries starts the hair module, whether it lies beside or inside. Exits with 1 when
+// something is wrong.
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readdirSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
-// npx fetches it, at this version, for this check alone: with its own TypeScript it is 38 MB in 52 packages. It asks for
-// Node 20, so that npm would warn at each installation on Debian 12; it works with Node 18.
+// npx fetches it, at this version, for this check alone: with its own TypeScript it is 38 MB in 52 packages. It asks
+// for Node 20, so that npm would warn at each installation on Debian 12; it works with Node 18.
 const kAttw = "@arethetypeswrong/cli@0.18.5";
 
 function succeeds(command, ...args) {

@@ -10,8 +10,10 @@ const kEndings = new Set(
     " ",
   ),
 );
-const kShareMax = 0.9; // of the file's own bytes
-const kSlowBrotliBytesMax = 1 << 20; // the best quality takes two seconds a megabyte
+// A copy is written if it has at most this share of the file's own bytes.
+const kShareMax = 0.9;
+// Larger files get a lower quality of brotli: the best one takes two seconds a megabyte.
+const kSlowBrotliBytesMax = 1 << 20;
 
 function brotli(bytes) {
   const quality = bytes.length <= kSlowBrotliBytesMax ? 11 : 9;

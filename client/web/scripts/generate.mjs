@@ -1,6 +1,6 @@
-// Writes src/generated/constants.ts: the numbers that C++ declares as `constexpr`, most of them its renderer's, so that both
-// have the same ones. `constexpr float kCellMin_m = 0.004f;` becomes `export const kCellMinM = 0.004;`. Expressions are
-// left out.
+// Writes src/generated/constants.ts: the numbers that C++ declares as `constexpr`, most of them its renderer's, so that
+// both have the same ones. `constexpr float kCellMin_m = 0.004f;` becomes `export const kCellMinM = 0.004;`.
+// Expressions are left out.
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname } from "node:path";
 import { fileURLToPath } from "node:url";

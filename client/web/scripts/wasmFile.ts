@@ -3,7 +3,9 @@ import { dirname, join, relative, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import type { Plugin } from "vite";
 
+/** The modules, by the names that src/ uses. */
 const kNames = ["hairnet.wasm", "hairnet_import.wasm", "hairnet_local.wasm"];
+/** The name under which src/inline.ts gets the module as base64. */
 const kBase64 = "\0hairnet.wasm";
 const built = fileURLToPath(new URL("../../../build/wasm/hairnet.wasm", import.meta.url));
 
@@ -23,7 +25,8 @@ export function wasmFile({ beside = false } = {}): Plugin {
     resolveId: (id) => (id.endsWith("/hairnet.wasm?inline") ? kBase64 : null),
     load: (id) => (id === kBase64 ? `export default "${readFileSync(join(folder, "hairnet.wasm"), "base64")}"` : null),
     transform(code, id) {
-      if (!id.includes("/src/")) return null; // Vitest shows it this file, too.
+      // Vitest also passes this file itself, whose text has the same expressions.
+      if (!id.includes("/src/")) return null;
       const name = kNames.find((each) => code.includes(inSource(each)));
       if (!name) return null;
       const place = beside ? "import.meta.hairnetFolder" : "import.meta.url";
@@ -39,6 +42,7 @@ export function wasmFile({ beside = false } = {}): Plugin {
   };
 }
 
+/** The expression in src/ that stands for the address of a module. */
 function inSource(name: string): string {
   return `new URL("./${name}", import.meta.url)`;
 }

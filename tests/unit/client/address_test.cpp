@@ -14,6 +14,8 @@ TEST(Address, every_transport_has_its_form_and_its_port) {
     const char* path;
   };
   for (const Case& c :
+       // Without a port the address means 7420, Hairnet's own, or the usual port of HTTP for WebSockets. A path is
+       // for WebSockets alone.
        {Case{"here:7421", Transport::tcp, "here", 7421, "/ws"},
         Case{"10.0.0.1", Transport::tcp, "10.0.0.1", 7420, "/ws"},
         Case{"tcp://here", Transport::tcp, "here", 7420, "/ws"}, Case{"tls://[::1]:9", Transport::tls, "::1", 9, "/ws"},
@@ -52,6 +54,7 @@ TEST(Address, refuses_invalid_text_with_a_reason) {
     const Result<Address> address = parse_address(text);
     ASSERT_FALSE(address) << text;
     EXPECT_EQ(address.error().find('\n'), std::string::npos);
+    // The reason must quote the text and say something about it.
     EXPECT_GT(address.error().size(), std::string(text).size() + 5);
   }
 }

@@ -11,6 +11,8 @@ TEST(Backoff, waits_are_spread_over_as_long_as_it_has_been_away) {
   std::vector<double> shares;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     Backoff backoff(seed);
+    // Each of 100 clients makes ten attempts, one second apart. The bound of a wait grows with the outage up to
+    // kBoundMax_ns, 5 s.
     for (std::int64_t away_ns = 0; away_ns < 2 * Backoff::kBoundMax_ns; away_ns += 1'000'000'000) {
       const std::int64_t bound_ns = std::clamp(away_ns, Backoff::kBoundMin_ns, Backoff::kBoundMax_ns);
       const std::int64_t wait_ns = backoff.next_ns(away_ns);
@@ -30,6 +32,7 @@ TEST(Backoff, waits_are_spread_over_as_long_as_it_has_been_away) {
 TEST(Backoff, client_is_back_within_twice_the_time_that_the_server_was_away) {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     Backoff backoff(seed);
+    // The server is away for 50 ms, 0.4 s or 1.4 s, and each client tries again after each wait.
     for (const std::int64_t away_ns : {50'000'000, 400'000'000, 1'400'000'000}) {
       std::int64_t at_ns = 0;
       while (at_ns < away_ns) at_ns += backoff.next_ns(at_ns);

@@ -190,6 +190,7 @@ std::size_t check_keys_below(AbcArchive& archive, const OgawaGroup& object) {
   return count;
 }
 
+// Other programs compare samples by their keys alone. With a wrong key they would take one frame for another.
 TEST_F(ExportAlembic, samples_have_the_keys_that_alembic_gives_them) {
   const std::vector<std::byte> ours = write(three_strands(), {eight_points(), eight_points(1)}, ExportedMotion{30, 2});
   auto archive = AbcArchive::open(ours);
@@ -205,6 +206,7 @@ TEST_F(ExportAlembic, samples_have_the_keys_that_alembic_gives_them) {
   }
 }
 
+// Data that do not move must be stored once, or a long motion would take many times its size.
 TEST_F(ExportAlembic, only_positions_and_bounds_change_with_time) {
   std::vector<std::vector<Vec3f>> frames;
   for (int f = 0; f < 5; ++f) frames.push_back(eight_points(static_cast<float>(f)));
@@ -238,6 +240,7 @@ TEST_F(ExportAlembic, only_positions_and_bounds_change_with_time) {
 
 TEST(Murmur, texts_of_all_lengths_have_different_digests_and_the_known_one) {
   const std::string text = "The quick brown fox jumps over the lazy dog";
+  // The digest of this sentence is widely published for MurmurHash3, 128 bits, x64.
   EXPECT_EQ(murmur_128(std::as_bytes(std::span(text))), (MurmurDigest{0xe34bbc7bbc071b6c, 0x7a433ca9c49a9347}));
   EXPECT_EQ(murmur_128({}), (MurmurDigest{0, 0}));
 }

@@ -44,6 +44,7 @@ TEST_F(ExportGroom, made_hair_goes_to_each_format_and_can_be_imported_again) {
       EXPECT_THAT(again->group_names, testing::UnorderedElementsAreArray(made->group_names)) << file;
     }
   }
+  // No reader of glTF strands exists here, so these are only written.
   EXPECT_EQ(exported("made:short", "hair.gltf"), "");
   EXPECT_EQ(exported("made:short", "hair.glb"), "");
 }
@@ -55,6 +56,7 @@ TEST_F(ExportGroom, widths_of_strands_come_back_from_each_format) {
   ASSERT_TRUE(made) << made.error();
   for (const bool is_one : {true, false}) {
     for (std::size_t s = 0; s < made->strand_count(); ++s)
+      // Strands have one width, or each another. Some formats store one number for all strands where that is enough.
       made->strands[s].radius_m = is_one ? 3e-5f : 3e-5f + 1e-7f * static_cast<float>(s);
     ASSERT_TRUE(write_groom(*made, (folder_ / "widths.groom").string()));
     for (const char* file : {"hair.abc", "hair.usda", "hair.hair", "hair.ply", "hair.npz"}) {

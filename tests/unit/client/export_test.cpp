@@ -61,6 +61,7 @@ Groom small_groom() {
   groom.group_names = {"fringe", "back \"of\" head", "2nd"};
   std::uint64_t seed = 1;
   const auto next = [&] {
+    // This is the linear congruential generator of Knuth's MMIX. Its upper 24 bits become a number from -0.5 to 0.5.
     seed = seed * 6364136223846793005u + 1442695040888963407u;
     return static_cast<float>(seed >> 40) / 16'777'216 - 0.5f;
   };
@@ -174,6 +175,8 @@ ImportedStrands read_back(const std::string& path) {
     const std::size_t bytes = json["buffers"][0]["byteLength"];
     EXPECT_EQ(uri.size() - kBegin.size(), (bytes + 2) / 3 * 4);
     Glb glb{json, {}};
+    // Four digits of base64 are 24 bits, thus three bytes. The padding counts as zeros, so up to two bytes too many
+    // follow.
     std::uint32_t word = 0;
     int digits = 0;
     for (const char c : std::string_view(uri).substr(kBegin.size())) {
@@ -194,6 +197,8 @@ ImportedStrands read_back(const std::string& path) {
   return strands ? std::move(*strands) : ImportedStrands();
 }
 
+// Names of objects may have letters, digits and underscores alone, so several groups may come to the same name. A
+// program that reads the file would then merge them.
 TEST(ExportedStrands, have_groups_of_different_names) {
   ExportedStrands strands;
   for (const char* name : {"a_b_2", "a b", "a.b", "a/b", "1"}) {
@@ -203,6 +208,8 @@ TEST(ExportedStrands, have_groups_of_different_names) {
   EXPECT_THAT(object_names(strands), ElementsAre("a_b_2", "a_b", "a_b_2_2", "a_b_3", "_1"));
 }
 
+// Every format is read back by our own importer, except for glTF, which this file reads by itself. Floats must come
+// back to the bit.
 TEST_F(Export, strands_of_different_length_come_back_from_each_format) {
   const Groom groom = small_groom();
   const ExportedStrands strands = exported_strands(groom);
@@ -220,6 +227,7 @@ TEST_F(Export, strands_of_different_length_come_back_from_each_format) {
 TEST_F(Export, groups_and_widths_come_back_from_alembic_and_usd) {
   Groom groom = small_groom();
   for (const bool is_even : {true, false}) {
+    // First every group has one width, and then group 0 has two.
     if (!is_even) groom.strands[0].radius_m = 1e-4f;
     const ExportedStrands strands = exported_strands(groom);
     for (const char* file : {"hair.abc", "hair.usda"}) {
@@ -300,7 +308,8 @@ TEST_F(Export, hair_that_stands_still_for_a_while_comes_back_from_alembic) {
   ASSERT_TRUE(motion) << motion.error();
   ASSERT_EQ(motion->times_s.size(), frames.size());
   for (std::size_t f = 0; f < frames.size(); ++f) EXPECT_LE(distance(motion->points[f], frames[f]), 0) << f;
-  // Equal frames are stored once.
+  // Equal frames are stored once. Of these eight frames only three differ, so five arrays of 12 bytes a point are
+  // saved, apart from up to 400 bytes of lists.
   ASSERT_EQ(write("moving.abc", strands, moved(three[0], frames.size()), ExportedMotion{30, {}}), "");
   EXPECT_LT(fs::file_size(path("hair.abc")) + 5 * 12 * strands.point_count(), fs::file_size(path("moving.abc")) + 400);
 }
@@ -332,6 +341,8 @@ TEST_F(Export, motion_comes_back_from_usd_arrays_and_gltf) {
   const auto times = glb.values<float>(animation["samplers"][0]["input"], 1),
              weights = glb.values<float>(animation["samplers"][0]["output"], 1);
   EXPECT_THAT(times, ElementsAre(0, 1 / 24.f, 2 / 24.f, 3 / 24.f));
+  // There are three morph targets for each of the four times. The mesh itself is the first frame, so all weights are
+  // 0 there.
   EXPECT_THAT(weights, ElementsAre(0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1));
 
   // The frames are the first array, stored as they are.
@@ -367,6 +378,7 @@ TEST_F(Export, any_byte_of_an_archive_of_arrays_may_be_missing) {
     EXPECT_FALSE(decode_npy(std::span(whole).first(size))) << size;
 }
 
+// A file that lacks a part would be found broken only in the other program, so it must not be written at all.
 TEST_F(Export, what_a_format_cannot_hold_is_refused_with_a_reason_and_leaves_no_file) {
   const Groom groom = small_groom();
   const ExportedStrands strands = exported_strands(groom);

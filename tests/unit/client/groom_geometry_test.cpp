@@ -43,6 +43,7 @@ TEST(OcclusionGrid, lets_less_light_into_the_middle_of_hair_than_to_its_surface)
   const OcclusionGrid light(ball_of_hair(), 3e-3f);
   const Transmittance middle = light.at(Vec3f(0, 0, 0)), top = light.at(Vec3f(0, 0.1f, 0)),
                       away = light.at(Vec3f(0, 0.6f, 0));
+  // The six directions are +x, -x, +y, -y, +z and -z.
   EXPECT_LT(mean(middle), 0.6f * mean(top));
   EXPECT_LT(mean(top), mean(away));
   for (const float side : away) EXPECT_EQ(side, 1);
@@ -69,7 +70,7 @@ TEST(OcclusionGrid, of_nothing_leaves_all_light) {
 TEST(Scalp, is_whole_between_the_rows_of_a_parting_and_fades_out_beyond_the_hairline) {
   Groom groom;
   groom.group_names = {"hair"};
-  // Two fields of roots 3 mm apart, with a parting of 8 mm between them.
+  // The roots of two fields are 3 mm apart, with a parting of 8 mm between the fields.
   for (int i = 0; i < 20; ++i) {
     for (int j = 0; j < 40; ++j) {
       for (const float side : {-1.0f, 1.0f}) {
@@ -110,6 +111,8 @@ TEST_F(MadeGeometry, has_every_point_of_every_strand_with_its_root_blend) {
   }
 }
 
+// Far hair is drawn with fewer points. Each list says how far the drawn line may be from the points that it leaves
+// out.
 TEST_F(MadeGeometry, keeps_every_left_out_point_within_the_tolerance_of_the_drawn_line) {
   ASSERT_GE(geometry_.simplified_strands.size(), 3u);
   const auto position = [&](std::uint32_t vertex) {
@@ -122,6 +125,8 @@ TEST_F(MadeGeometry, keeps_every_left_out_point_within_the_tolerance_of_the_draw
     before = list.triangles.size();
     ASSERT_EQ(list.triangles.size() % 6, 0u);
     for (std::size_t t = 0; t < list.triangles.size(); t += 6) {
+      // A segment of a strand takes two triangles, six indices, of which the first and the third are its two ends. A
+      // point has two vertices, so vertices of neighbouring points are 2 apart.
       const std::uint32_t from = list.triangles[t], to = list.triangles[t + 2];
       ASSERT_LT(from, to);
       EXPECT_EQ(geometry_.strand_vertices[from].strand, geometry_.strand_vertices[to].strand);
@@ -193,6 +198,8 @@ TEST(GroomGeometry, puts_strands_in_an_order_of_which_every_beginning_is_an_even
     }
     return Vec3f(sum / static_cast<float>(strands));
   };
+  // The mean root of 500 strands taken at random lies within some millimetres of that of all. A beginning that is
+  // one side of the head would be centimetres away.
   EXPECT_LT((mean_root(500) - mean_root(geometry.strand_count)).norm(), 0.012f);
 }
 
@@ -204,7 +211,7 @@ TEST(GroomGeometry, draws_the_copies_of_clusters_too) {
   EXPECT_EQ(geometry.strand_count, own + 5);
 }
 
-// Of such a zigzag, the point farthest from the line is always the one before its end. A simplification that divides
+// In such a zigzag, the point farthest from the line is always the one before its end. A simplification that divides
 // the strand there would recurse 200 000 deep.
 TEST(GroomGeometry, takes_a_strand_of_very_many_points_that_go_ever_further) {
   Groom groom;
@@ -244,6 +251,8 @@ TEST(DrawDetail, falls_continuously_as_a_head_grows_smaller) {
   DrawDetail before = detail_for(2000, 1, 10'000);
   EXPECT_EQ(before.strand_share, 1);
   EXPECT_EQ(before.quadratic, 1);
+  // A head that walks away shrinks by about 1 % from image to image. A larger step in any detail would be seen as a
+  // flicker.
   for (float px = 2000; px > 1; px *= 0.99f) {
     const DrawDetail detail = detail_for(px, 1, 10'000);
     EXPECT_LE(detail.strand_share, before.strand_share);

@@ -12,6 +12,7 @@
 namespace hairnet::draw {
 namespace {
 
+// The radius of a ball about the head. The swing is stored in the cube around this ball.
 constexpr float kBall_m = 0.45f;
 
 // A lattice from -0.5 to 0.5 m whose nodes move by `moved`.
@@ -109,6 +110,8 @@ TEST(HairMotion, swing_leads_from_where_hair_is_to_where_it_was) {
   EXPECT_GT(furthest_m, 8e-3f);
 }
 
+// A shader has room for the motion of kMovingMax characters. Those that fill most of the image need it most, and one
+// that has just appeared has no motion.
 TEST(HairMotion, motions_are_those_of_the_largest_characters_that_were_in_the_picture_before) {
   HairMotion motion;
   std::vector<MovingCharacter> all;

@@ -23,7 +23,7 @@ struct NamedText {
   std::string name, text;
 };
 
-// Holds what an import gives: a groom, or an error and its line of text.
+// What an import gives: a groom, or an error and its line of text.
 struct Imported {
   hairnet_error code = HAIRNET_OK;
   std::string error, name, remarks;
@@ -155,6 +155,8 @@ TEST(HairnetHImport, what_is_known_is_not_guessed) {
   EXPECT_THAT(refusal([](auto& wrong) { wrong.up = "+z", wrong.face = "-z"; }), HasSubstr("the same axis"));
   for (const double unit_m : {-1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
     EXPECT_THAT(refusal([&](auto& wrong) { wrong.unit_m = unit_m; }), HasSubstr("unit_m")) << unit_m;
+  // The size of the struct tells the version of hairnet.h that the program was built with; no version has 1000
+  // bytes.
   EXPECT_THAT(refusal([](auto& wrong) { wrong.size = 1000; }), HasSubstr("HAIRNET_IMPORT_OPTIONS"));
 }
 
@@ -165,6 +167,7 @@ TEST(HairnetHImport, files_of_one_head_are_one_groom) {
     if (s <= 150) left.strand_begin.push_back(hair.strand_begin[s]);
     if (s >= 150) right.strand_begin.push_back(hair.strand_begin[s]);
   }
+  // The first 150 strands go to one file and the others to a second one.
   left.points.resize(3 * std::size_t{left.strand_begin.back()});
   right.points.erase(right.points.begin(), right.points.begin() + 3 * right.strand_begin.front());
   const std::uint32_t first = right.strand_begin.front();
@@ -214,6 +217,7 @@ TEST(HairnetHImport, a_name_that_would_break_a_line_is_shown_with_escapes) {
 
 TEST(HairnetHImport, strands_without_length_are_dropped_and_counted) {
   MadeHair hair = make_bob();
+  // The points of the first three strands all lie at the root.
   for (std::uint32_t s = 0; s < 3; ++s) {
     for (std::uint32_t p = hair.strand_begin[s] + 1; p < hair.strand_begin[s + 1]; ++p) {
       for (std::size_t axis = 0; axis < 3; ++axis)

@@ -97,8 +97,9 @@ class HairnetHPicture : public testing::Test {
   [[nodiscard]] const float* texel(std::size_t record, std::size_t n) const {
     return data_.records + kRecordFloats * record + 4 * n;
   }
+  // The third number of texel 4 is 1 where a lattice moves the hair (character_records.cpp).
   [[nodiscard]] bool moves(std::size_t record) const { return texel(record, 4)[2] == 1; }
-  // -1: its nodes are there.
+  // The index in `sources` of what gives the record its nodes; -1 means that the nodes are in the texture already.
   [[nodiscard]] float source_of(std::size_t record) const { return texel(record, kLattice)[3]; }
 
   wire::HairBasis hair_;
@@ -153,7 +154,7 @@ TEST_F(HairnetHPicture, records_are_those_of_client_draw) {
   EXPECT_EQ(std::memcmp(data_.nodes, records.uploaded_nodes().data(), 4 * HAIRNET_NODE_TEXELS * sizeof(float)), 0);
   EXPECT_EQ(data_.node_rows, records.node_rows());
   EXPECT_EQ(data_.light_grids, 2u);
-  // The scale, and the width that it makes.
+  // A negative scale counts as 1.5 for the width of strands. The fourth number of texel 4 is the scale minus 1.
   EXPECT_EQ(texel(2, 4)[3], -2.5f);
   EXPECT_FLOAT_EQ(texel(2, 2)[3], 1.5f * texel(0, 2)[3]);
 
@@ -169,14 +170,15 @@ TEST_F(HairnetHPicture, records_are_those_of_client_draw) {
   EXPECT_EQ(modes, 4u * HAIRNET_NODE_TEXELS * 12);
 }
 
+// Where graphics are computed in software, the processor sums up the modes itself.
 TEST_F(HairnetHPicture, processor_sums_up_what_the_gpu_does_not) {
   const std::vector<hairnet_drawn> drawn{moving(0, show(coefficients_))};
   ASSERT_EQ(write(drawn, HAIRNET_SUM_BY_PROCESSOR), HAIRNET_OK);
   ASSERT_EQ(data_.source_count, 1u);
   EXPECT_EQ(source_of(0), 0);
-  std::array<float, 81> nodes;
-  ASSERT_EQ(hairnet_shown_nodes(&scene_, 0, nodes.data(), 27), HAIRNET_OK);
-  for (std::size_t n = 0; n < 27; ++n) {
+  std::array<float, link::kSmallBasisCoordinates> nodes;
+  ASSERT_EQ(hairnet_shown_nodes(&scene_, 0, nodes.data(), link::kSmallBasisNodes), HAIRNET_OK);
+  for (std::size_t n = 0; n < link::kSmallBasisNodes; ++n) {
     for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_EQ(data_.nodes[4 * n + axis], nodes[3 * n + axis]);
   }
   EXPECT_EQ(hairnet_node_sum_for("llvmpipe (LLVM 15.0.6, 256 bits)"), HAIRNET_SUM_BY_PROCESSOR);
@@ -266,6 +268,8 @@ TEST_F(HairnetHPicture, sixteen_characters_have_light_of_their_own) {
   EXPECT_EQ(texel(18, 20)[3], 0);
 }
 
+// A program in C has no checks of its own. A wrong record would write beyond the buffer, and a NaN would spoil an
+// image.
 TEST_F(HairnetHPicture, wrong_arguments_are_refused) {
   const std::vector<hairnet_drawn> valid{at_rest(0), at_rest(1)};
   const auto refused = [&](const auto& corrupt) {
@@ -288,6 +292,7 @@ TEST_F(HairnetHPicture, wrong_arguments_are_refused) {
   EXPECT_EQ(data_.record_count, 0u);
 }
 
+// A head behind the camera may have a size of NaN on the screen, and must still get a finite detail.
 TEST_F(HairnetHPicture, details_are_those_of_client_draw_also_for_sizes_that_are_no_numbers) {
   std::vector<hairnet_drawn> drawn(4, at_rest(0));
   drawn[0].head_px = 700;

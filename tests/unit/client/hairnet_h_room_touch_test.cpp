@@ -3,9 +3,13 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "client/hairnet.h"
+#include "core/touch/hand.hpp"
+#include "core/world/grab.hpp"
+#include "schema/limits.hpp"
 #include "schema/wire/messages.hpp"
 
 // Tests hands and props of a room through the C interface.
@@ -14,6 +18,9 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 namespace wire = hairnet::wire;
+
+// Hand numbers have 8 bits inside. Cut to these, this one would be 0, which is valid.
+constexpr std::uint32_t kBeyondByte = 256;
 
 constexpr std::uint32_t kOther = 40;
 
@@ -79,6 +86,7 @@ class HairnetHRoomTouch : public ::testing::Test {
   std::array<char, 200> error{};
 };
 
+// The server echoes the hands here as those of session 9, so that both directions are compared with each other.
 TEST_F(HairnetHRoomTouch, hands_go_out_and_those_of_others_come_in_the_same_form) {
   const std::array<hairnet_hand_shape, 3> shapes{
       {{{0, 0, 0}, {0, 0.08f, 0}, 0.01f, 0}, {{0, 0, 0}, {0, 0, 0}, 0.04f, 0}, {{1, 0, 0}, {1, 0, 0}, 0.5f, 1}}};
@@ -113,9 +121,10 @@ TEST_F(HairnetHRoomTouch, hands_go_out_and_those_of_others_come_in_the_same_form
   EXPECT_NEAR(theirs[1].shapes[0].from[0], 1, 1e-3f);
   EXPECT_EQ(theirs[1].shapes[0].is_inside_out, 1u);
 
-  hands[0].first_number = 300;
+  // The numbers of a person's hand shapes are below kHandShapesMax, which the message names.
+  hands[0].first_number = kBeyondByte;
   EXPECT_EQ(hairnet_push_hands(room, hands.data(), 1, error.data(), error.size()), HAIRNET_INVALID);
-  EXPECT_THAT(error.data(), HasSubstr("32"));
+  EXPECT_THAT(error.data(), HasSubstr(std::to_string(hairnet::kHandShapesMax)));
   EXPECT_EQ(inputs_dropped(), 1u);
   EXPECT_EQ(hairnet_push_hands(room, nullptr, 0, nullptr, 0), HAIRNET_OK) << "they are gone";
 }
@@ -135,15 +144,22 @@ TEST_F(HairnetHRoomTouch, a_hold_is_asked_for_and_answered) {
   EXPECT_EQ(announced[0].hand, 2);
   EXPECT_EQ(announced[0].held, 65'535);
 
+  // Member 3 is not there. Hand numbers are below kHandShapesMax, and the radius is at most kGrabRadiusMax_m.
   EXPECT_EQ(hairnet_take_hold(room, 3, 2, place.data(), 0.05, error.data(), error.size()), HAIRNET_NOT_THERE);
-  EXPECT_EQ(hairnet_take_hold(room, kOther, 300, place.data(), 0.05, error.data(), error.size()), HAIRNET_INVALID);
-  EXPECT_EQ(hairnet_take_hold(room, kOther, 2, place.data(), 0.5, error.data(), error.size()), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_take_hold(room, kOther, kBeyondByte, place.data(), 0.05, error.data(), error.size()),
+            HAIRNET_INVALID);
+  EXPECT_EQ(
+      hairnet_take_hold(room, kOther, 2, place.data(), hairnet::kGrabRadiusMax_m + 0.01, error.data(), error.size()),
+      HAIRNET_INVALID);
   EXPECT_THAT(error.data(), HasSubstr("radius"));
   EXPECT_EQ(hairnet_let_go(room, 3, 2, HAIRNET_DROP), HAIRNET_NOT_THERE);
-  EXPECT_EQ(hairnet_let_go(room, kOther, 32, HAIRNET_DROP), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_let_go(room, kOther, hairnet::kHandShapesMax, HAIRNET_DROP), HAIRNET_INVALID);
+  // Only the two holds with invalid numbers count as dropped inputs.
   EXPECT_EQ(inputs_dropped(), 2u);
 }
 
+// By default nobody but the owner may touch hair. Then the other member chooses the sessions 4 and 5, and this
+// client is session 5.
 TEST_F(HairnetHRoomTouch, who_may_touch_is_set_and_told) {
   EXPECT_EQ(hairnet_may_touch(room, kOther), 0);
   send(wire::MemberTouch{kOther, hairnet::TouchAudience::chosen, {4, 5}});
@@ -196,9 +212,10 @@ TEST_F(HairnetHRoomTouch, props_are_set_and_come_back) {
   EXPECT_EQ(announced[3].half_size_m[1], 0.5f);
   EXPECT_EQ(announced[3].has_jumped, 1u);
 
-  hairnet_touch_body beyond = box(128);
+  // The numbers of props are below kPropsMax.
+  hairnet_touch_body beyond = box(wire::kPropsMax);
   EXPECT_EQ(hairnet_set_props(room, &beyond, 1, nullptr, 0, error.data(), error.size()), HAIRNET_INVALID);
-  EXPECT_THAT(error.data(), HasSubstr("128"));
+  EXPECT_THAT(error.data(), HasSubstr(std::to_string(wire::kPropsMax)));
   beyond = box(1);
   beyond.rotation[0] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(hairnet_set_props(room, &beyond, 1, nullptr, 0, error.data(), error.size()), HAIRNET_INVALID);

@@ -46,7 +46,7 @@ TEST(HairnetH, says_its_version_and_a_text_for_every_error) {
 }
 
 TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
-  // A row of strands that hang from the top of the head.
+  // The strands hang in a row from the top of the head.
   std::vector<float> points;
   const std::vector<std::uint32_t> counts(50, 8);
   for (int s = 0; s < 50; ++s) {
@@ -64,6 +64,7 @@ TEST(HairnetH, a_groom_is_made_of_strands_and_read_back_from_its_file) {
   EXPECT_EQ(hairnet_groom_point_count(groom), 400u);
   EXPECT_EQ(hairnet_groom_strand_begin(groom)[50], 400u);
   std::size_t size = 0;
+  // Calls that fill a buffer of the caller say its size when it is too small, or null.
   EXPECT_EQ(hairnet_groom_file(groom, nullptr, &size), HAIRNET_TOO_SMALL);
   std::vector<std::uint8_t> file(size);
   ASSERT_EQ(hairnet_groom_file(groom, file.data(), &size), HAIRNET_OK);
@@ -228,6 +229,7 @@ TEST_F(HairnetHRoom, an_own_character_is_shown_where_its_pose_is) {
   EXPECT_EQ(std::string(shown.tag, shown.tag_size), std::string("Ada\0b", 5));
   EXPECT_EQ(shown.has_pose, 1u);
   EXPECT_EQ(shown.pose[4], 2);
+  // No frame has come yet, so the hair is at rest on the moved head.
   EXPECT_EQ(shown.moves, 0u);
   EXPECT_EQ(shown.appearance.hair_root, 0x7c422cu) << "auburn, the seventh of eight colours";
 
@@ -251,6 +253,7 @@ TEST_F(HairnetHRoom, wrong_input_is_refused_and_changes_nothing) {
   hairnet_groom* groom = make_bob();
   std::uint32_t me = 0;
   hairnet_character_options options = HAIRNET_CHARACTER_OPTIONS;
+  // A roughness is 0 to 1.
   const hairnet_appearance rough{0, 0, 0, 2};
   options.appearance = &rough;
   EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, error_.data(), error_.size()), HAIRNET_INVALID);
@@ -260,6 +263,7 @@ TEST_F(HairnetHRoom, wrong_input_is_refused_and_changes_nothing) {
   std::memcpy(&options.level, &beyond, sizeof beyond);
   EXPECT_EQ(hairnet_add_character(room_, groom, &options, &me, error_.data(), error_.size()), HAIRNET_INVALID);
   ASSERT_EQ(hairnet_add_character(room_, groom, nullptr, &me, nullptr, 0), HAIRNET_OK);
+  // A rotation with w = 2 is not of unit length.
   std::vector<double> pose = pose_at(0);
   pose[3] = 2;
   EXPECT_EQ(hairnet_push_pose(room_, me, pose.data(), 0), HAIRNET_INVALID);
@@ -273,6 +277,8 @@ TEST_F(HairnetHRoom, wrong_input_is_refused_and_changes_nothing) {
   EXPECT_EQ(hairnet_moderate(room_, HAIRNET_MUTE, 77, nullptr, 0, nullptr, nullptr, 0), HAIRNET_NOT_THERE);
   hairnet_counters counters = HAIRNET_COUNTERS;
   hairnet_get_counters(room_, &counters);
+  // The pose, the material and the wind count, since a room was given them. Characters that were not added, and
+  // calls for a character or session that does not exist, do not.
   EXPECT_EQ(counters.inputs_dropped, 3u);
   hairnet_groom_free(groom);
   EXPECT_EQ(take<hairnet::wire::PoseBatch>(), 0);
@@ -341,7 +347,7 @@ TEST(HairnetHWorld, hair_swings_and_comes_to_rest) {
   EXPECT_EQ(hairnet_world_remove(world, me), HAIRNET_OK);
   EXPECT_EQ(hairnet_shown_count(scene), 0u);
 
-  // Without a pose it is not drawn; the first one is no jump.
+  // A character without a pose is not drawn. Its first pose counts as no jump, so the hair is at rest there.
   std::uint32_t later = 0;
   ASSERT_EQ(hairnet_world_add(world, groom, levels, nullptr, nullptr, &later, nullptr, 0), HAIRNET_OK);
   hairnet_shown shown;
@@ -396,6 +402,7 @@ TEST(HairnetHWorld, a_build_that_is_not_wanted_any_more_is_cancelled) {
 TEST(HairnetHGeometry, gives_all_parts_of_a_groom) {
   hairnet_groom* groom = make_bob();
   hairnet_geometry* geometry = nullptr;
+  // With 1 the call asks for a coarse variant, which only large grooms have.
   EXPECT_EQ(hairnet_geometry_make(groom, 1, &geometry), HAIRNET_NOT_THERE) << "of a hundred strands";
   ASSERT_EQ(hairnet_geometry_make(groom, 0, &geometry), HAIRNET_OK);
   hairnet_geometry_numbers numbers;
@@ -422,6 +429,7 @@ TEST(HairnetHGeometry, gives_all_parts_of_a_groom) {
   EXPECT_EQ(hairnet_geometry_part(geometry, HAIRNET_STRAND_INDICES, static_cast<std::uint32_t>(lists), &bytes, &size),
             HAIRNET_NOT_THERE);
   ASSERT_EQ(hairnet_geometry_part(geometry, HAIRNET_BODY_VERTICES, 0, &bytes, &size), HAIRNET_OK);
+  // A vertex of the body takes 32 bytes.
   EXPECT_EQ(size % 32, 0u);
   hairnet_geometry_free(geometry);
   hairnet_groom_free(groom);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/hairnet.h"
+#include "core/world/grab.hpp"
 
 // Tests hands and props of a world through the C interface.
 namespace {
@@ -62,6 +63,7 @@ class HairnetHTouch : public testing::Test {
     body.position[2] = z;
     return body;
   }
+  // Advances by this number of ticks of 1/60 s.
   void advance(int pictures) {
     for (int i = 0; i < pictures; ++i) ASSERT_EQ(hairnet_world_advance(world, 1.0 / 60), HAIRNET_OK);
   }
@@ -84,6 +86,7 @@ TEST_F(HairnetHTouch, hair_follows_the_hand_that_holds_it_and_falls_back_when_le
   const auto place_of_tip = [&](const std::vector<float>& all) { return &all[3 * tip]; };
   hairnet_touch_body hand = ball(rest[3 * tip], rest[3 * tip + 1], rest[3 * tip + 2], 0.005f);
   ASSERT_EQ(hairnet_world_set_bodies(world, &hand, 1, nullptr, 0), HAIRNET_OK);
+  // A hand must be in the world for a tick before it can take hold.
   advance(2);
   const std::array<double, 3> middle{};
   std::uint32_t held = 0;
@@ -132,13 +135,15 @@ TEST_F(HairnetHTouch, what_is_no_body_or_no_hold_is_refused_and_changes_nothing)
   EXPECT_THAT(refusal({ball(0, 0, 0, 0.1f), bad}), HasSubstr("body 1: "));
   EXPECT_THAT(refusal({ball(0, 0, 0, 0.1f), ball(1, 0, 0, 0.1f)}), HasSubstr("another one"));
   bad = ball(0, 0, 0, 0.1f);
-  // Numbers of bodies are at most 255, and a world takes at most 1024 bodies.
-  bad.number = 256;
-  EXPECT_THAT(refusal({bad}), HasSubstr("255"));
+  // Numbers of bodies have 8 bits, and a world takes at most kBodiesMax bodies (client/c/worlds.cpp).
+  constexpr unsigned kNumberMax = std::numeric_limits<std::uint8_t>::max();
+  constexpr std::size_t kBodiesMax = 1024;
+  bad.number = kNumberMax + 1;
+  EXPECT_THAT(refusal({bad}), HasSubstr(std::to_string(kNumberMax)));
   bad = ball(0, 0, 0, 0.1f);
   bad.shape = 9;
   EXPECT_THAT(refusal({bad}), HasSubstr("shape 9"));
-  EXPECT_THAT(refusal(std::vector<hairnet_touch_body>(1025, bad)), HasSubstr("1024"));
+  EXPECT_THAT(refusal(std::vector<hairnet_touch_body>(kBodiesMax + 1, bad)), HasSubstr(std::to_string(kBodiesMax)));
 
   const std::array<double, 3> middle{};
   std::uint32_t held = 7;
@@ -147,8 +152,8 @@ TEST_F(HairnetHTouch, what_is_no_body_or_no_hold_is_refused_and_changes_nothing)
   ASSERT_EQ(hairnet_world_set_bodies(world, &far, 1, nullptr, 0), HAIRNET_OK);
   advance(1);
   EXPECT_EQ(hairnet_world_grab(world, me + 1, 1, 0, middle.data(), 0.04, &held), HAIRNET_NOT_THERE);
-  // The radius of a hold is at most 0.3 m.
-  EXPECT_EQ(hairnet_world_grab(world, me, 1, 0, middle.data(), 0.4, &held), HAIRNET_INVALID);
+  EXPECT_EQ(hairnet_world_grab(world, me, 1, 0, middle.data(), hairnet::kGrabRadiusMax_m + 0.01, &held),
+            HAIRNET_INVALID);
   EXPECT_EQ(held, 7u);
   EXPECT_EQ(hairnet_world_grab(world, me, 1, 0, middle.data(), 0.04, &held), HAIRNET_OK);
   EXPECT_EQ(held, 0u) << "it is too far away";

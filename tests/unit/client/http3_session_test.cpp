@@ -96,6 +96,8 @@ TEST(Http3Session, does_the_same_when_every_byte_comes_alone) {
 }
 
 TEST(Http3Session, ends_with_the_status_of_a_refusal) {
+  // These are the statuses of an origin that is not allowed, an unknown path, a second session, and a server that
+  // stops.
   for (const int status : {403, 404, 429, 503}) {
     Session s;
     s.http3.on_bytes(kControl, http3::control_stream_begin(), false);
@@ -169,6 +171,7 @@ Bytes download_of(std::uint64_t session, const Bytes& payload = {}) {
   return bytes;
 }
 
+// Streams may be mixed, and the first bytes of a stream, which name its session, may come one by one.
 TEST(Http3Session, passes_the_sessions_one_way_streams_on_as_downloads) {
   constexpr StreamId kSecond = 19, kThird = 23;
   Session s;
@@ -189,6 +192,7 @@ TEST(Http3Session, passes_the_sessions_one_way_streams_on_as_downloads) {
   EXPECT_FALSE(s.owner.failure);
 }
 
+// A server must not make a client store bytes for a session that the client has not opened.
 TEST(Http3Session, reads_no_downloads_of_other_sessions_or_before_its_own) {
   Session early;
   early.http3.on_bytes(kOther, download_of(kSession, {1}), false);
@@ -208,6 +212,7 @@ TEST(Http3Session, reads_no_downloads_of_other_sessions_or_before_its_own) {
   EXPECT_EQ(failure_of(true, kOther, http3::one_way_begin(3)), ErrorCode::id_error);
 }
 
+// Stream 2 is the client's own control stream.
 TEST(Http3Session, ends_with_its_session_and_with_a_stream_that_is_needed) {
   for (const StreamId stream : {kSession, kChannel, kControl}) {
     Session reset;

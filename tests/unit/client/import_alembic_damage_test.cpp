@@ -36,6 +36,7 @@ TEST(AlembicDamage, a_file_cut_at_any_byte_is_refused) {
     EXPECT_NE(refusal(AbcBytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))), "") << size;
 }
 
+// A changed byte may be in a count, an offset or a coordinate. Sanitizers find reads beyond the file.
 TEST(AlembicDamage, any_changed_byte_is_refused_or_gives_valid_strands) {
   const AbcBytes whole = full_file();
   for (std::size_t at = 0; at < whole.size(); ++at) {
@@ -54,6 +55,7 @@ TEST(AlembicDamage, any_changed_byte_is_refused_or_gives_valid_strands) {
   }
 }
 
+// The counts are refused against the size of the file, before memory is taken for them.
 TEST(AlembicDamage, absurd_counts_and_sizes_are_refused) {
   for (const std::uint64_t count :
        {std::uint64_t{3} << 30, ~std::uint64_t{0}, std::uint64_t{1} << 61, std::uint64_t{1} << 60}) {
@@ -76,6 +78,7 @@ TEST(AlembicDamage, absurd_counts_and_sizes_are_refused) {
 TEST(AlembicDamage, groups_within_themselves_or_too_deep_are_refused) {
   OgawaWriter cycle;
   const std::uint64_t inner = cycle.group({0, 0}), root = cycle.group({inner});
+  // The second entry of the inner group, behind its count and its first entry, becomes the group around it.
   cycle.set(inner + 16, root);
   EXPECT_THAT(refusal(cycle.finish(root)), HasSubstr("lies within itself"));
   OgawaWriter deep;
@@ -94,7 +97,8 @@ TEST(AlembicDamage, groups_that_share_children_do_not_multiply_work) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(100));
 }
 
-// Many objects that share one block of words or of positions, as no writer needs to.
+// Builds a file whose many objects share one block of positions, which no writer needs to do. A reader that copies
+// the block for each object would need a thousand times the file's size.
 TEST(AlembicDamage, parts_that_share_bytes_do_not_multiply_memory) {
   AbcFile file;
   std::vector<float> many(30'000, 1.f);
@@ -111,6 +115,7 @@ TEST(AlembicDamage, parts_that_share_bytes_do_not_multiply_memory) {
     return word;
   };
   for (std::size_t i = 16; i + 8 < bytes.size(); ++i) {
+    // A block begins with its size: 4 bytes for each float, and a key of 16 bytes.
     if (word_at(i) == 4 * many.size() + 16) largest = i, large_size = word_at(i);
   }
   ASSERT_GT(large_size, 0u);
@@ -127,6 +132,7 @@ TEST(AlembicDamage, parts_that_share_bytes_do_not_multiply_memory) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
 }
 
+// A count of 4 billion samples must be refused by comparison with the file, before memory is taken for it.
 TEST(AlembicDamage, samples_and_words_that_do_not_add_up_are_refused) {
   const auto with = [](auto change) {
     AbcObj hair = row("hair", 1);

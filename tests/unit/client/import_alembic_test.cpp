@@ -2,9 +2,11 @@
 
 #include <chrono>
 #include <filesystem>
+#include <numeric>
 
 #include "client/assets/import/alembic.hpp"
 #include "client/assets/import/hair_import.hpp"
+#include "core/groom/groom.hpp"
 #include "tests/support/abc_writer.hpp"
 #include "tests/support/import_files.hpp"
 #include "tests/unit/client/decoded_alembic.hpp"
@@ -139,7 +141,7 @@ TEST(Alembic, transforms_of_all_kinds_accumulate_down_the_tree) {
   expect_near(first_of({xform("z", {0x60}, {{90}}, {hair()})}), Vec3f(-1, 0, 0));
   expect_near(first_of({xform("m", {0x30}, {{1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 5, 6, 7, 1}}, {hair()})}),
               Vec3f(5, 6, 8));
-  // Turned about the pivot (0, 2, 0): there, turned, and back, each with its hint.
+  // A turn about the pivot (0, 2, 0) is three operations: to the pivot, the turn, and back. Each has its hint.
   expect_near(first_of({xform("p", {0x13, 0x60, 0x13}, {{0, 2, 0, 180, 0, -2, 0}}, {hair()})}), Vec3f(0, 3, 0));
   const auto nested = [&](bool inherits) {
     return first_of({xform("a", {0x10}, {{10, 0, 0}}, {xform("b", {0x00}, {{1, 2, 1}}, {hair()}, inherits)})});
@@ -186,6 +188,7 @@ TEST(Alembic, widths_have_any_scope_and_grow_with_the_transform) {
   }
 }
 
+// The attributes are those of Epic's guidelines for grooms in Alembic files, as other programs write them.
 TEST(Alembic, epics_attributes_of_grooms_are_read) {
   const AbcObj hair =
       row("hair", 3, {attribute<float>("width", "con", {9})},
@@ -209,6 +212,8 @@ TEST(Alembic, epics_attributes_of_grooms_are_read) {
   EXPECT_THAT(strands.notes, Contains("unknown attributes: Cd_mine"));
 }
 
+// The lists of attributes cover all strands of the file, so strands without an attribute need a value that means
+// none.
 TEST(Alembic, curves_without_an_attribute_that_others_have_get_none) {
   const AbcObj with =
       row("b", 1, {},
@@ -240,14 +245,16 @@ TEST(Alembic, objects_are_groups_unless_each_curve_is_one) {
   EXPECT_THAT(decoded({row("hair", 2), row("fringe", 1)}).group_names, ElementsAre("hair", "fringe"));
   EXPECT_THAT(decoded({row("curve1", 1), row("curve2", 1)}).group_names, IsEmpty());
   EXPECT_THAT(decoded({row("hair", 4)}).group_names, IsEmpty());
-  std::vector<std::int32_t> ids;
-  // A groom has at most kGroupsMax, 256, groups (alembic_strands.cpp).
-  for (int i = 0; i < 300; ++i) ids.push_back(i);
-  const ImportedStrands many = decoded({row("hair", 300, {}, {attribute<std::int32_t>("groom_group_id", "uni", ids)})});
+  // A groom has no more groups than GroomLimits allows.
+  std::vector<std::int32_t> ids(GroomLimits{}.group_count_max + 1);
+  std::iota(ids.begin(), ids.end(), 0);
+  const ImportedStrands many =
+      decoded({row("hair", ids.size(), {}, {attribute<std::int32_t>("groom_group_id", "uni", ids)})});
   EXPECT_THAT(many.group_names, IsEmpty());
-  EXPECT_THAT(many.doubts, ElementsAre(StartsWith("300 groups are more")));
+  EXPECT_THAT(many.doubts, ElementsAre(StartsWith(std::to_string(ids.size()) + " groups are more")));
 }
 
+// Guides steer hair in other programs and are not drawn. They count as hair only when a file has nothing else.
 TEST(Alembic, groups_are_divided_and_guides_beside_strands_left_out) {
   const AbcObj hair = row("hair", 4, {},
                           {test::texts("groom_group_name", "uni", {"a", "b", "a", "guides"}),
@@ -264,6 +271,7 @@ TEST(Alembic, groups_are_divided_and_guides_beside_strands_left_out) {
   EXPECT_EQ(divide_groups(guides)[0].strands.strand_count(), 2u);
 }
 
+// Visibility in Alembic: 0 is hidden, 1 is shown, and -1 defers to the object above.
 TEST(Alembic, hidden_curves_are_left_out_and_deferring_ones_are_as_those_above) {
   const auto visible = [](std::int8_t value) { return numbers<std::int8_t>("visible", {{value}}, 1, 1); };
   const auto with = [&](AbcObj object, std::int8_t value) {
@@ -286,6 +294,7 @@ TEST(Alembic, archives_without_curves_say_what_they_have) {
   EXPECT_EQ(refusal({curves("none", {}, {{}})}), "no curves: 1 object for curves, without any");
 }
 
+// One broken strand of thousands must not cost the whole hairstyle, but its owner must hear of it.
 TEST(Alembic, one_bad_curve_is_named_and_the_others_are_read) {
   std::vector<float> points = row_of_strands(4);
   points[3 * 4] = std::nanf("");
@@ -314,6 +323,7 @@ TEST(Alembic, curves_that_move_give_their_points_at_each_time) {
   for (std::size_t i = 0; i < later.size(); i += 3) later[i] += 4;
   const AbcObj hair = curves("hair", {3, 3}, {row_of_strands(2), later, row_of_strands(2)});
   AbcFile file;
+  // The first sample is at 2 s, and the writer's cycle of 0.5 s gives the others.
   file.stored_times_s = {2};
   file.top.children = {xform("t", {0x10}, {{0, 1, 0}, {0, 3, 0}}, {hair}), row("still", 1)};
   const AbcBytes bytes = AbcWriter(file).write();
@@ -359,6 +369,7 @@ TEST(Alembic, times_of_any_kind_are_used) {
   };
   EXPECT_THAT(times(0.25, {1}), ElementsAre(1, 1.25, 1.5));
   EXPECT_THAT(times(1, {0, 0.125}), ElementsAre(0, 0.125, 1)) << "two in each cycle";
+  // A cycle of this length is Alembic's sign that times do not repeat.
   EXPECT_THAT(times(std::numeric_limits<double>::max() / 32, {0, 3, 7}), ElementsAre(0, 3, 7)) << "without a cycle";
 }
 
@@ -388,6 +399,7 @@ TEST(Alembic, other_versions_and_containers_are_refused_by_name) {
     file.library_version = library_version;
     return refusal(AbcWriter(file).write());
   };
+  // The library version 10805 means 1.8.5.
   EXPECT_EQ(versions(1, 10805), "the archive's version 1 is not read, only version 0");
   EXPECT_EQ(versions(0, 7), "damaged: there is no Alembic of version 7");
   EXPECT_EQ(versions(0, 0xffffffff), "damaged: there is no Alembic of version 4294967295");
@@ -397,6 +409,7 @@ TEST(Alembic, other_versions_and_containers_are_refused_by_name) {
     changed[at] = static_cast<std::byte>(value);
     return refusal(changed);
   };
+  // After the word Ogawa, byte 5 is 0xff once a file is complete, and bytes 6 and 7 are the version.
   EXPECT_EQ(with(0, 'o'), "not an Alembic file: it does not begin with Ogawa");
   EXPECT_EQ(with(5, 0), "was not written to its end: export it again");
   EXPECT_EQ(with(6, 0xf1), "Ogawa version 61697 is not read, only version 1");
@@ -409,7 +422,8 @@ TEST(Alembic, other_versions_and_containers_are_refused_by_name) {
   EXPECT_EQ(refusal(other.finish(root)), "an Ogawa file, but not an Alembic archive");
 }
 
-// Hair on the upper half of a head of 9 units, which hangs down at its back; the last curve is bad.
+// Makes hair on the upper half of a head of 9 units (cm), which hangs down at its back. A coordinate of the last
+// curve is no number.
 AbcBytes hair_of_a_head() {
   std::vector<float> points;
   std::vector<std::int32_t> counts(200, 8);
@@ -436,6 +450,7 @@ TEST(Alembic, an_import_says_what_was_read_and_a_strict_one_refuses_what_was_lef
     import.strict = is_strict;
     return import_hair_parts(std::move(parts), import);
   };
+  // The last of the 200 curves of hair_of_a_head() cannot be read.
   const auto lax = imported(false);
   ASSERT_TRUE(lax) << lax.error();
   EXPECT_EQ(lax->groom.strand_count(), 199u);

@@ -110,6 +110,7 @@ TEST(BodyJoints, usual_names_are_known) {
                            "J_Bip_L_Shoulder", "Bip01 L Clavicle", "CC_Base_L_Clavicle", "lCollar", "leftShoulder"})
     EXPECT_EQ(bone_of_joint(name), Bone::left_shoulder) << name;
   EXPECT_EQ(bone_of_joint("RightShoulder"), Bone::right_shoulder);
+  // These names are of ends, of other bones, of an unknown side, or of hair.
   for (const char* name : {"", "HeadTop_End", "head_end", "HeadNub", "headset", "LeftArm", "shoulder", "Neck Twist",
                            "mixamorig:LeftHand", "hair_head_01_a", "\xff\x01", "l"})
     EXPECT_EQ(bone_of_joint(name), std::nullopt) << name;
@@ -154,6 +155,7 @@ TEST(ImportGltf, strips_and_fans_are_triangles_and_lines_are_told) {
                    std::to_string(mode) + "}, {'mode': 1}]}], " + kSquareViews + "}",
                square_buffer());
   };
+  // In glTF the mode 5 is a strip of triangles, 6 a fan, and 1 lines.
   const ImportedBody strip = body_of(as_mode(5));
   EXPECT_THAT(strip.mesh.triangles, ElementsAre(Triangle{0, 1, 2}, Triangle{1, 3, 2}));
   EXPECT_THAT(strip.notes, ElementsAre("1 part of points or lines left out"));
@@ -215,6 +217,7 @@ TEST(ImportGltf, joints_tell_head_and_face) {
   ASSERT_TRUE(body.joints[static_cast<std::size_t>(Bone::left_shoulder)]);
 }
 
+// The joint has a German name, which no list of usual names has, so only the avatar's own list finds it.
 TEST(ImportGltf, an_avatar_lists_its_bones_itself) {
   const std::string nodes = "{'mesh': 0}, {'name': 'Kopf', 'translation': [0, 1.4, 0]}";
   const ImportedBody older = body_of(
@@ -272,6 +275,7 @@ TEST(ImportGltf, buffers_may_be_in_the_text_or_beside_it) {
     for (unsigned shift = 24; shift > 0; shift -= 6) base64.push_back(kDigits[bits >> (shift - 6) & 63]);
   }
   EXPECT_EQ(body_of(text("data:application/octet-stream;base64," + base64)).mesh.triangles.size(), 2u);
+  // A file from a stranger must not read files outside its own folder.
   for (const char* uri : {"/etc/passwd", "../x.bin", "a/%2e%2e/x.bin", "http://x/y.bin", "%00"}) {
     const auto never = [](const std::string& name) -> Result<std::vector<std::byte>> {
       ADD_FAILURE() << "asked for " << name;
@@ -480,6 +484,7 @@ TEST(ImportBody, its_neck_turns_about_the_joint_of_its_skeleton) {
   HairParts parts = bust_with_hair();
   const auto imported = import_hair_parts(parts, {});
   ASSERT_TRUE(imported) << imported.error();
+  // The groom's origin is the head joint, so the neck's place is that of its joint minus (0, 0.01, -0.02).
   expect_near(imported->groom.body.joints[static_cast<std::size_t>(Bone::neck)], {0, -0.11f, -0.01f});
   parts.body->joints[static_cast<std::size_t>(Bone::neck)]->position = {0, 3, 0};
   const auto above = import_hair_parts(parts, {});

@@ -66,6 +66,8 @@ TEST(CurveBases, even_collinear_control_points_make_a_line_without_points_betwee
   for (int i = 0; i < 10; ++i) controls.push_back(Vec3f(1, 2, 3) + static_cast<float>(i) * Vec3f(0.5f, -1, 0.25f));
   for (const CurveBasis basis : kCubics) {
     const Points line = sampled(basis, CurveWrap::open, controls);
+    // Ten control points make three Bezier segments, and seven segments of the other bases, each with one more end.
+    // A straight segment needs no point in between.
     EXPECT_EQ(line.size(), basis == CurveBasis::bezier ? 4u : 8u);
     for (const Vec3f& x : line) EXPECT_LT(distance_to({controls.front(), controls.back()}, x), 1e-5f);
   }
@@ -77,6 +79,7 @@ TEST(CurveBases, a_bezier_curve_hits_its_ends_and_every_third_control_point) {
   for (std::size_t i = 0; i < 10; i += 3) EXPECT_NE(std::ranges::find(line, controls[i]), line.end()) << i;
 }
 
+// An open Catmull-Rom curve leaves out its first and last control point; they only give the direction.
 TEST(CurveBases, a_catmull_rom_curve_passes_through_its_control_points) {
   const Points controls = random_controls(8, 3);
   const Points open = sampled(CurveBasis::catmull_rom, CurveWrap::open, controls),
@@ -113,8 +116,10 @@ TEST(CurveBases, periodic_curves_are_closed) {
 TEST(CurveBases, what_repeats_its_begin_at_its_end_is_not_closed_twice) {
   Points circle;
   for (int i = 0; i < 8; ++i)
+    // Eight points, 45 degrees (0.785398 rad) apart.
     circle.emplace_back(std::cos(0.785398f * static_cast<float>(i)), 0, std::sin(0.785398f * static_cast<float>(i)));
   Points repeated = circle;
+  // Some programs close a cubic curve by three more control points, equal to the first three.
   repeated.insert(repeated.end(), circle.begin(), circle.begin() + 3);
   const Points once = sampled(CurveBasis::bspline, CurveWrap::periodic, circle),
                from_repeated = sampled(CurveBasis::bspline, CurveWrap::periodic, repeated);
@@ -143,6 +148,8 @@ TEST(CurveBases, the_polyline_stays_within_the_tolerance_and_finer_ones_have_mor
   }
 }
 
+// Widths and colours belong to control points and must follow the points on the curve. Here the values are the
+// heights, so that the right answer is known.
 TEST(CurveBases, values_at_control_points_are_interpolated_as_positions_are) {
   const Points controls = random_controls(7, 8);
   std::vector<float> heights;
@@ -196,6 +203,7 @@ TEST(CurveBases, knots_that_do_not_fit_are_refused) {
     const auto curve = sample_knots(order, knots, controls, 1e-3f);
     return curve ? std::string() : curve.error();
   };
+  // A curve has as many knots as points and its order together, in ascending order.
   EXPECT_EQ(refused(4, {0, 0, 0, 0, 1, 1, 1, 1}), "has 5 points and 8 knots, which must be 4 more than the points");
   EXPECT_EQ(refused(4, {0, 0, 0, 0, 2, 1, 3, 3, 3}), "has knots that do not ascend");
   EXPECT_EQ(refused(4, std::vector<float>(9, 1.f)), "has knots that do not ascend");
@@ -228,6 +236,8 @@ TEST(CurveSets, of_few_curves_each_are_thinned_as_one_list) {
     three.controls.insert(three.controls.end(), {Vec3f(0, 0, 0), Vec3f(0, static_cast<float>(c), 0)});
     three.begin.push_back(2 * c);
   }
+  // In all there are one and a half times as many curves as a groom may have, so every second one is left out. If
+  // each set were thinned by itself, all sets would lose the same curve, and hair of one length would vanish.
   const std::vector<CurveSet> sets(GroomLimits{}.strand_count_max / 2, three);
   const Result<ImportedStrands> strands = strands_of(sets);
   ASSERT_TRUE(strands) << strands.error();

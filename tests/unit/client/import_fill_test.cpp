@@ -64,6 +64,7 @@ Groom three_points_each(const Groom& groom) {
 }
 
 TEST(FillStrands, covers_the_skin_between_guides_with_hair_as_theirs) {
+  // There are about 200 guides. The other strands are filled in between them.
   const Groom guides = three_points_each(guides_of(made("bob", 3000), 15));
   Groom filled = guides;
   const Result<void> done = fill_strands(3000, filled);
@@ -105,6 +106,8 @@ TEST(FillStrands, does_not_mix_the_two_sides_of_a_parting) {
   const MeshQuery skin(groom.body.mesh);
   for (int row = 0; row < 6; ++row) {
     for (const float side : {-1.f, 1.f}) {
+      // Roots lie 1.5 cm on both sides of the middle, in six rows, and the hair of each side leads straight away
+      // from the parting.
       const Vec3 above(0.015 * static_cast<double>(side), 0.25, 0.02 * row - 0.05);
       const Vec3f root = skin.closest(above).point.cast<float>();
       groom.add_strand(std::array<Vec3f, 3>{root, root + Vec3f(0.05f * side, 0, 0), root + Vec3f(0.1f * side, 0, 0)},
@@ -115,6 +118,7 @@ TEST(FillStrands, does_not_mix_the_two_sides_of_a_parting) {
   ASSERT_TRUE(fill_strands(500, groom));
   for (std::size_t s = 0; s < groom.strand_count(); ++s) {
     const std::span<const Vec3f> strand = groom.strand_points(s);
+    // A mixture of both sides would go nowhere: its ends would lie above each other.
     EXPECT_GT(std::abs(strand.back().x() - strand.front().x()), 0.05f) << "strand " << s << " leads to a side";
   }
 }
@@ -126,6 +130,7 @@ TEST(FillStrands, gives_the_same_bits_again) {
   EXPECT_EQ(first.points, second.points);
 }
 
+// Each refusal must leave the groom as it was, since the caller may go on without filling.
 TEST(FillStrands, says_why_not) {
   const auto refusal = [](std::size_t count, Groom groom) {
     const Groom before = groom;

@@ -63,6 +63,7 @@ Vec3 middle_of(const TriangleMesh& mesh) {
   return ((low + high) / 2).cast<double>();
 }
 
+// Hair without a body still needs a skin to collide with. The ball's radius is that of the scalp on which roots lie.
 TEST(AssembleGroom, fits_a_skull_to_the_roots_where_there_is_no_body) {
   for (const double radius : {0.08, 0.095, 0.11}) {
     const auto imported = assemble_groom(def_of(scalp_strands(Vec3(0.3, 1.6, -0.2), radius, 2000)));
@@ -115,16 +116,19 @@ TEST(AssembleGroom, each_file_becomes_a_group_and_files_of_one_name_share_one) {
 
 TEST(AssembleGroom, refuses_more_groups_than_a_groom_has) {
   GroomDef def;
-  // A groom has at most 256 groups.
-  for (int i = 0; i < 257; ++i) def.files.push_back({scalp_strands(Vec3::Zero(), 0.09, 10), std::to_string(i)});
+  for (std::size_t i = 0; i <= GroomLimits{}.group_count_max; ++i)
+    def.files.push_back({scalp_strands(Vec3::Zero(), 0.09, 10), std::to_string(i)});
   EXPECT_FALSE(assemble_groom(def));
 }
 
 TEST(AssembleGroom, a_size_that_is_no_heads_is_warned_of_with_a_unit_that_mends_it) {
+  // The ball's radius is 0.95 times this in units of the file, where a head has some 0.1 m.
   for (const double size : {0.01, 0.4, 25.0, 1000.0}) {
     GroomDef def = def_of(scalp_strands(Vec3(size, 15 * size, 0), 0.95 * size, 1000, size));
     // A groom reaches 10 m at most: larger ones are refused with this reason.
     auto imported = assemble_groom(def);
+    // This unit gives the ball a radius of nearly 0.3 m, three times that of a head, which is accepted with a
+    // warning.
     if (!imported) {
       def.placement.unit_m = 0.3 / size;
       imported = assemble_groom(def);
@@ -166,7 +170,8 @@ TEST(AssembleGroom, says_so_when_no_strand_is_on_the_body) {
 }
 
 TEST(AssembleGroom, body_and_strands_in_different_axes_and_units_meet) {
-  // A ball in centimetres that faces -z under strands in metres that face +x; both off the origin.
+  // The body is a ball in centimetres that faces -z, and the strands are in metres and face +x. Both lie off the
+  // origin.
   const auto fitted = assemble_groom(def_of(scalp_strands(Vec3::Zero(), 0.09, 500)));
   ASSERT_TRUE(fitted);
   TriangleMesh ball = fitted->groom.body.mesh;
@@ -214,6 +219,7 @@ TEST(AssembleGroom, nothing_is_mirrored_by_any_axes) {
   }
 }
 
+// Each line gives one flag a value that makes no sense, such as a unit of 0 or a face along the axis that is up.
 TEST(AssembleGroom, refuses_flags_that_make_no_sense) {
   const auto refused = [](auto change) {
     GroomDef def = def_of(scalp_strands(Vec3::Zero(), 0.09, 100));
@@ -239,6 +245,7 @@ TEST(AssembleGroom, refuses_flags_that_make_no_sense) {
   EXPECT_NE(refused([](GroomDef& d) { d.files[0].strands = ImportedStrands{}; }), "");
 }
 
+// A ball cannot be fitted to so few points or to points on a line.
 TEST(AssembleGroom, few_strands_or_roots_in_a_plane_still_make_a_valid_groom) {
   for (const std::size_t count : {1, 2, 3, 4, 5, 8}) {
     ImportedStrands strands;
@@ -257,7 +264,7 @@ struct RealGroom {
   std::vector<const char*> files;
   StrandDecoder* decode;
   Placement placement;
-  // Is null for a groom without a body.
+  // The file of the body; null for a groom without one.
   const char* body;
   std::optional<Placement> body_placement;
   std::size_t strand_count;
@@ -328,6 +335,7 @@ TEST_F(AssembleRealGrooms, strands_of_all_four_begin_on_the_body) {
     EXPECT_EQ(validate(groom), "") << real.name;
     for (const std::string& group : groom.group_names) {
       std::printf("%s: rooted share of '%s': %.4f\n", real.name, group.c_str(), rooted_share(groom, group));
+      // Real hair begins a little above or below the skin of its body, so a few strands may miss it.
       EXPECT_GT(rooted_share(groom, group), 0.95) << real.name << ' ' << group;
     }
     for (const std::string& warning : imported->warnings) EXPECT_THAT(warning, Not(HasSubstr("size of a head")));
@@ -342,6 +350,8 @@ TEST_F(AssembleRealGrooms, the_ponytails_tail_hangs_in_mid_air_once_its_hair_ban
   const std::size_t removed = std::erase_if(mesh.triangles, [&](const auto& triangle) {
     return std::ranges::all_of(triangle, [&](std::uint32_t v) {
       const Vec3f& x = mesh.vertices[v];
+      // The box, in units of the file (0.1 inch), contains the hair band alone. Its three rings have 800 triangles
+      // each.
       return std::abs(x.x()) < 7 && x.y() > 73 && x.y() < 86 && x.z() < -41.8f;
     });
   });

@@ -78,8 +78,8 @@ std::vector<Vec3f> straight(const Vec3f& from, const Vec3f& to, int count) {
   return points;
 }
 
-// Each entry does to strand 50 what a broken exporter does to one strand of many, and has the words that the warning
-// must have.
+// Each entry does to strand 50 of 200 what a broken exporter does to one strand of many. `word` is a part of the
+// warning that must name it.
 struct Corrupted {
   const char* word;
   std::function<void(Strands&)> corrupt;
@@ -117,6 +117,8 @@ TEST(Outliers, of_every_kind_are_named_and_leave_the_lattice_that_valid_hair_has
     const auto level = build_level(imported->groom, spec);
     const Lattice &a = level->geometry.lattice, &b = wanted->geometry.lattice;
     EXPECT_EQ(a.dims, b.dims) << i;
+    // One bad strand that stayed would stretch the lattice to it, and the cells over all other hair would become
+    // coarse. Cutting it may change the lattice by 5 % of a cell and 1 cm.
     EXPECT_LT((a.spacing - b.spacing).cwiseAbs().maxCoeff(), 0.05f * b.spacing.maxCoeff()) << i;
     EXPECT_LT((a.origin - b.origin).norm(), 0.01f) << i;
     EXPECT_NEAR(static_cast<double>(level->rest.size()), static_cast<double>(wanted->rest.size()),
@@ -145,6 +147,7 @@ TEST(Outliers, many_of_one_kind_are_told_in_few_lines) {
   }
   const auto imported = import_hair_parts(parts_of(strands), {});
   ASSERT_TRUE(imported) << imported.error();
+  // Forty lines, one for each bad strand, would hide all other warnings.
   EXPECT_LE(imported->warnings.size(), 12u);
   EXPECT_THAT(imported->warnings, Contains(HasSubstr("20 of 200 strands have no length")));
   EXPECT_THAT(imported->warnings, Contains(HasSubstr("40 of 200 strands in all")));
@@ -161,6 +164,7 @@ TEST(Outliers, are_none_where_few_strands_are_a_style_of_their_own) {
   const Strands stubble = [] {
     Strands strands = made("short");
     for (auto& strand : strands) {
+      // Each strand has a tenth of its length, as after a shave.
       for (Vec3f& x : strand) x = strand[0] + 0.1f * (x - strand[0]);
     }
     return strands;
@@ -179,6 +183,7 @@ TEST(Outliers, are_none_where_few_strands_are_a_style_of_their_own) {
   }
   EXPECT_TRUE(outliers_of(half).empty()) << "every other strand a vellus hair";
   Strands flyaways = made("bob");
+  // Two strands that are 1.8 times as long as they were are below 3 times the usual size (kFar in outliers.cpp).
   for (const std::size_t s : {3, 90}) {
     for (Vec3f& x : flyaways[s]) x = flyaways[s][0] + 1.8f * (x - flyaways[s][0]);
   }
@@ -201,6 +206,8 @@ TEST(HairImport, tells_how_much_a_far_origin_rounds) {
   EXPECT_THAT(near->warnings, Not(Contains(HasSubstr(" mm: move"))));
 }
 
+// Hair that is taken tip first would hang from its tips. Short and made hair that is stored root first must not be
+// turned by mistake.
 TEST(HairImport, strands_stored_tip_first_are_turned_round_and_none_others) {
   for (const char* style : {"long_straight", "long_curly", "wavy", "bob", "side_part", "ponytail", "short"}) {
     const Strands strands = made(style, 300);
@@ -227,8 +234,10 @@ Strands half_ball(float phase) {
   Strands strands;
   for (int i = 0; i < 200; ++i) {
     const float y = (static_cast<float>(i) + 0.5f) / 200, ring = std::sqrt(1 - y * y);
+    // The golden angle, in rad, spreads the roots evenly over the half ball.
     const float angle = 2.39996f * static_cast<float>(i) + phase;
     const Vec3f out(ring * std::cos(angle), y, ring * std::sin(angle));
+    // Roots lie on a skull of 9 cm radius; tips are 16 cm from its middle, and 5 cm lower than straight out.
     strands.push_back(straight(0.09f * out, 0.16f * out - Vec3f(0, 0.05f, 0), 8));
   }
   return strands;
@@ -261,6 +270,7 @@ TEST(HairImport, takes_a_face_that_hair_does_not_show_where_it_usually_is_and_sa
 
 TEST(HairImport, takes_what_is_known_instead_of_guessing_it) {
   HairImport import;
+  // No guess would give any of these values for hair that is upright, in metres, with its origin in the head.
   import.strands = {Axis::plus_z, Axis::minus_y, 0.9, Vec3(1, 2, 3)};
   const auto imported = import_hair_parts(parts_of(made("bob")), import);
   ASSERT_TRUE(imported) << imported.error();

@@ -13,6 +13,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using Triangle = std::array<std::uint32_t, 3>;
 
+// Four vertices in four lines, so the next line is line 5.
 const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
 std::string refusal(std::string_view text) {
@@ -56,6 +57,7 @@ TEST(ImportObj, windows_line_ends_comments_and_other_keywords_are_no_error) {
 }
 
 TEST(ImportObj, refuses_bad_indices_and_names_the_line) {
+  // Vertices are numbered from 1, and from -1 backwards. The large numbers overflow 32 and 64 bits.
   for (const char* face : {"f 1 2 5", "f 0 1 2", "f 1 2 -5", "f 1 2 x", "f 1 2 /3", "f 1 2 3.5", "f 1 2 4294967297",
                            "f 1 2 99999999999999999999", "f 1 2 -9223372036854775808"}) {
     EXPECT_THAT(refusal(kSquare + face + "\n"), HasSubstr("line 5: no vertex")) << face;
@@ -79,6 +81,7 @@ TEST(ImportObj, refuses_what_is_no_mesh) {
 
 TEST(ImportObj, a_reason_is_one_short_printable_line) {
   const std::string reason = refusal(kSquare + "f 1 2 " + std::string(100'000, '\x01') + "\n");
+  // A reason quotes at most the beginning of a line, whatever the file holds.
   EXPECT_LT(reason.size(), 320u);
   EXPECT_EQ(reason.find_first_of(std::string("\x01\n\r", 3)), std::string::npos);
 }
@@ -122,6 +125,7 @@ TEST(ImportRealObj, counts_are_those_the_data_set_lists) {
   }
 }
 
+// Some programs write each segment of a strand as a line of its own.
 TEST(ImportObj, lines_of_two_vertices_are_joined_in_any_order_and_from_the_lower_number) {
   const auto strands = decode_obj_strands(kSquare + "v 5 0 0\nl 3 2\nl 5 4\nl 1 2\n");
   ASSERT_TRUE(strands) << strands.error();

@@ -155,6 +155,7 @@ TEST(ImportPly, what_has_no_strands_says_what_it_has) {
             "no strands: it has a mesh of 1 face");
 }
 
+// The counts overflow 32 or 64 bits, or need more bytes than the file has.
 TEST(ImportPly, counts_that_do_not_fit_and_indices_of_no_vertex_are_refused) {
   for (const char* count : {"5", "4294967296", "18446744073709551615", "99999999999999999999", "-1"}) {
     const std::string file = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::string(count) +
@@ -250,6 +251,8 @@ std::string npz(const std::vector<std::pair<std::string, std::string>>& files, b
       const auto stream = bytes::deflated(bytes, bytes::PackEffort::most);
       packed.assign(stream.begin(), stream.end());
     }
+    // These fields stand in both kinds of header of a zip archive: version 2.0, flags, the method (8 is deflate),
+    // time, date and checksum (all 0), packed size, size, and the length of the name.
     const std::string about = little_endian(20, 2) + little_endian(0, 2) + little_endian(is_packed ? 8 : 0, 2) +
                               little_endian(0, 8) + little_endian(packed.size(), 4) + little_endian(content.size(), 4) +
                               little_endian(name.size() + 4, 2);
@@ -276,6 +279,7 @@ TEST(ImportNpz, takes_the_array_of_strands_stored_or_packed) {
 
 TEST(ImportNpz, positions_and_strand_begin_make_strands_of_any_number_of_points) {
   std::string begins;
+  // The strands have one point, none, and three.
   for (const std::uint64_t begin : {0, 1, 1, 4}) begins += little_endian(begin, 4);
   const auto with = [&](const std::string& points, const std::string& numbers) {
     return npz({{"frames", npy("<f4", "1, 4, 3", twelve())}, {"positions", points}, {"strand_begin", numbers}}, true);
@@ -331,6 +335,7 @@ TEST(ImportTressfxText, reads_strands) {
   EXPECT_EQ(strands.points[1], Vec3f(3, 4.5f, -0.5f));
 }
 
+// People edit such text files by hand, so the message must name the line.
 TEST(ImportTressfxText, wrong_counts_and_lines_are_refused_with_their_place) {
   const auto with = [](const std::string& from, const std::string& to) {
     std::string text = kTressfxText;

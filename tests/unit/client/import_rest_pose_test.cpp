@@ -22,7 +22,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 struct Joint {
   const char* name;
   int parent;
-  // Is the position of the joint in an upright person who faces +z, m.
+  // The position of the joint in an upright person who faces +z, m.
   Vec3 at;
 };
 
@@ -211,6 +211,7 @@ TEST(ImportRestPose, left_and_right_determine_where_the_zero_pose_faces) {
   }
 }
 
+// Programs such as Blender have +z up. The skeleton shows this, whatever axes its joints have.
 TEST(ImportRestPose, z_up_is_found_from_the_skeleton) {
   TestMotion made{.file = turn(90, Vec3::UnitX()), .frames = {upright, head_left, bowed}};
   made.axes = [&](std::size_t) { return made.file.conjugate(); };
@@ -225,6 +226,7 @@ TEST(ImportRestPose, z_up_is_found_from_the_skeleton) {
   EXPECT_THAT(motion->warnings, Contains(HasSubstr("the first frame is taken")));
 }
 
+// No frame shows what upright is, so a guess would tilt all hair. A flag lets the user say which pose is the rest.
 TEST(ImportRestPose, a_skeleton_that_is_never_upright_is_refused_and_the_flag_named) {
   const auto on_the_side = [](std::size_t) { return turn(80, Vec3::UnitZ()); };
   const TestMotion made{.axes = along_bone, .frames = {on_the_side, on_the_side}};
@@ -256,6 +258,7 @@ TEST(ImportRestPose, the_flag_overrides_the_bones) {
 
 TEST(ImportRestPose, a_unit_that_gives_the_size_of_a_person_is_used_with_a_warning) {
   for (const auto& [unit_m, name] : {std::pair{0.01, "centimetre"}, std::pair{0.001, "millimetre"},
+                                     // A unit of the motion files of CMU is 1 / 0.45 inch.
                                      std::pair{0.0254, "inch"}, std::pair{0.0254 / 0.45, "CMU"}}) {
     for (const auto& axes : {std::function<Quat(std::size_t)>(upright), std::function<Quat(std::size_t)>(along_bone)}) {
       const TestMotion made{.axes = axes, .unit_m = unit_m, .frames = {upright, head_left, bowed}};
@@ -302,6 +305,7 @@ TEST(ImportRealBvh, every_file_is_upright_or_gives_a_reason) {
     for (const std::string& warning : motion->warnings)
       std::printf("%s: %s\n", entry.path().filename().c_str(), warning.c_str());
     const RigidTransform& head = motion->motion.poses.front().head();
+    // The head must be within 60 degrees of upright, and as high as a person's head can be.
     EXPECT_GT(head.vector(Vec3::UnitY()).y(), 0.5) << entry.path();
     EXPECT_GT(head.position.y(), 0.3) << entry.path();
     EXPECT_LT(head.position.y(), 2.5) << entry.path();

@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -59,6 +60,7 @@ void append(ImportedStrands& strands, const Vec3& root, const Vec3& outwards) {
 ImportedStrands strands_of(const Cut& cut, double radius) {
   ImportedStrands strands;
   constexpr std::size_t kCount = 6000;
+  // The directions lie on a Fibonacci spiral, which spreads them evenly over the ball.
   const double golden = std::numbers::pi * (3 - std::sqrt(5.0));
   for (std::size_t i = 0; i < kCount; ++i) {
     const double y = 1 - 2 * (static_cast<double>(i) + 0.5) / kCount, ring = std::sqrt(1 - y * y);
@@ -73,6 +75,8 @@ ImportedStrands strands_of(const Cut& cut, double radius) {
 ImportedStrands one_root_wide(double radius, double noise_m) {
   ImportedStrands strands;
   for (std::size_t i = 0; i < 60; ++i) {
+    // The angle begins 50 degrees above the horizon in front, is 90 at the top, and ends 47 degrees below the
+    // horizon behind.
     const double angle = (50 + 3 * static_cast<double>(i)) * std::numbers::pi / 180;
     const Vec3 d(0, std::sin(angle), std::cos(angle));
     append(strands, kMiddle + (radius + noise_m * noise(i)) * d + Vec3(noise_m * noise(7 * i), 0, 0), d);
@@ -147,6 +151,24 @@ TEST(SkullOfRoots, the_unit_of_a_part_of_a_scalp_is_guessed_as_that_of_a_whole_o
   }
 }
 
+// A cap of roots lies between two usual units: with 0.0254 m it reaches over 7 cm, with 0.1 m over 26 cm. Of units that
+// people give, the one that makes it a scalp must be believed, however far it is from the usual one.
+TEST(SkullOfRoots, a_unit_that_makes_a_part_a_scalps_size_is_believed_beside_a_usual_one) {
+  std::vector<Vec3> roots;
+  for (int x = -5; x <= 5; ++x) {
+    for (int z = -5; z <= 5; ++z) {
+      const Vec3 across(0.26 * x, 0, 0.26 * z);
+      if (across.norm() < 1.32) roots.push_back(across + Vec3(0, std::sqrt(1.4 * 1.4 - across.squaredNorm()), 0));
+    }
+  }
+  const UnitGuess guess = guess_unit(roots);
+  ASSERT_FALSE(guess.is_sure);
+  EXPECT_TRUE(guess.allows(0.07)) << guess.m;
+  EXPECT_TRUE(guess.allows(guess.m));
+  EXPECT_FALSE(guess.allows(1));
+  EXPECT_FALSE(guess.allows(0.001));
+}
+
 // The made bust, moved to where the file has it.
 TriangleMesh bust(const Vec3f& at) {
   TriangleMesh mesh = make_bust().mesh;
@@ -205,6 +227,7 @@ class HairstylesOfOneHead : public testing::Test {
     EXPECT_THAT(imported->warnings, Contains(HasSubstr(with_body ? "from the body's skull" : "from the roots")));
     return joint_of(def, imported->groom);
   }
+  // The head joint of the bust and of all hairstyles in the coordinates of the files.
   static inline const Vec3f kAt{0.3f, 1.5f, -0.2f};
 };
 
@@ -225,6 +248,8 @@ TEST_F(HairstylesOfOneHead, strands_that_begin_on_its_back_are_counted) {
   GroomDef def = def_of(styles().front());
   const std::size_t of_head = def.files[0].strands.strand_count();
   for (int i = 0; i < 100; ++i) {
+    // These roots are 10 to 30 cm below the head joint. Roots more than kFarBelow_m, 7 cm, below it are counted
+    // (assemble_groom.cpp).
     const double down = 0.1 + 0.002 * i;
     append(def.files[0].strands, kAt.cast<double>() + Vec3(0.01 * (i % 5), -down, -0.08), Vec3(0, -0.7, -0.7));
   }

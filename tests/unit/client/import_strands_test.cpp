@@ -29,6 +29,7 @@ struct Made {
 
 const std::vector<Made>& all_formats() {
   static const std::vector<Made> kMade{
+      // The last 16 bytes of tressfx4_file() lie behind the points and are not read.
       {"yuksel", decode_yuksel_hair, test::yuksel_file, {0, 2, 3, 6}, test::yuksel_file().size()},
       {"tressfx3", decode_tressfx, test::tressfx3_file, {0, 3, 6}, test::tressfx3_file().size()},
       {"tressfx4", decode_tressfx, test::tressfx4_file, {0, 3, 6}, test::tressfx4_file().size() - 16},
@@ -43,6 +44,7 @@ void expect_valid(const ImportedStrands& strands, std::size_t file_bytes) {
   EXPECT_EQ(strands.strand_begin.back(), strands.points.size());
   EXPECT_TRUE(std::ranges::is_sorted(strands.strand_begin));
   EXPECT_TRUE(std::ranges::all_of(strands.points, [](const Vec3f& x) { return x.allFinite(); }));
+  // Each point takes at least three floats of the file.
   EXPECT_LE(12 * strands.points.size(), file_bytes);
 }
 
@@ -124,17 +126,20 @@ INSTANTIATE_TEST_SUITE_P(AllFormats, ImportStrands, testing::ValuesIn(all_format
 TEST(ImportStrandsCounts, absurd_counts_are_refused_in_every_field) {
   for (const auto& [strands, points] : {std::pair{kHuge, kHuge}, std::pair{kHuge, 1u}, std::pair{1u, kHuge},
                                         std::pair{0x10000u, 0x10000u}, std::pair{0x80000000u, 2u}}) {
+    // The bits of `arrays` name the arrays of the file; 31 is all five of them.
     for (std::uint32_t arrays = 2; arrays < 32; ++arrays) {
       for (const std::uint32_t segments : {0u, 1u, kHuge}) {
         EXPECT_NE(refusal(decode_yuksel_hair, test::yuksel_header(strands, points, arrays, segments).zeros(64).take()),
                   "");
       }
     }
+    // The points begin right behind the header, at 148 in version 3 and at 160 in version 4.
     EXPECT_NE(refusal(decode_tressfx, test::tressfx3_header(strands, points, 148).zeros(64).take()), "");
     EXPECT_NE(refusal(decode_tressfx, test::tressfx4_header(strands, points, 160).zeros(64).take()), "");
     EXPECT_NE(refusal(decode_usc_data, Bytes().u32(strands).u32(points).zeros(64).take()), "");
     EXPECT_NE(refusal(decode_usc_data, Bytes().u32(1).u32(points | 1u << 31).zeros(64).take()), "");
   }
+  // These offsets are inside the header, or leave no room for a point in the file.
   for (const std::uint32_t offset : {0u, 100u, 250u, kHuge, kHuge - 3}) {
     EXPECT_NE(refusal(decode_tressfx, test::tressfx3_header(1, 1, offset).zeros(64).take()), "") << offset;
     EXPECT_NE(refusal(decode_tressfx, test::tressfx4_header(1, 1, offset).zeros(64).take()), "") << offset;
@@ -143,6 +148,7 @@ TEST(ImportStrandsCounts, absurd_counts_are_refused_in_every_field) {
 
 TEST(ImportStrandsCounts, refuses_files_without_strands_or_points) {
   EXPECT_NE(refusal(decode_yuksel_hair, test::yuksel_header(0, 0, 2, 0).take()), "");
+  // This header has one strand of one point, but the bit of the points (2) is not set.
   EXPECT_NE(refusal(decode_yuksel_hair, test::yuksel_header(1, 1, 1, 0).u16(0).take()), "");
   EXPECT_NE(refusal(decode_tressfx, test::tressfx3_header(0, 3, 148).take()), "");
   EXPECT_NE(refusal(decode_tressfx, test::tressfx3_header(3, 0, 148).take()), "");
@@ -150,6 +156,7 @@ TEST(ImportStrandsCounts, refuses_files_without_strands_or_points) {
 }
 
 TEST(ImportYuksel, takes_the_default_segments_where_there_is_no_array) {
+  // The header has 2 strands, 6 points, the array of points only, and 2 segments as the default.
   Bytes file = test::yuksel_header(2, 6, 2, 2);
   for (std::uint32_t i = 0; i < 6; ++i) file.point(i);
   const auto strands = decode_yuksel_hair(file.take());
@@ -187,7 +194,7 @@ struct Real {
   const char* file;
   StrandDecoder* decode;
   std::size_t strand_count, point_count;
-  // Are the bounds that the data's own list states, to its digits; equal where the list states none.
+  // The bounds that the data's own list states, to its digits; equal where the list states none.
   std::array<float, 3> low, high;
 };
 

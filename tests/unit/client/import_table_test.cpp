@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 enum Column : std::size_t { kWidths, kColours, kRootUvs, kGroups, kGuides, kUp, kUnit, kMotion, kColumns };
 
-// Holds what all files of one program have together.
+// What all files of one program have in common.
 struct Row {
   std::set<std::string> extensions;
   std::size_t files = 0, strands = 0, points = 0;
@@ -61,6 +61,7 @@ void add(const ImportedStrands& strands, bool moves, Row& row) {
                                        moves};
   for (std::size_t c = 0; c < kColumns; ++c) row.has[c] = row.has[c] || has[c];
   for (const std::string& note : strands.notes) {
+    // A note with this text lists the names of attributes that the import leaves out.
     constexpr std::string_view kUnused = "that are not used: ";
     if (const std::size_t at = note.find(kUnused); at != std::string::npos) {
       for (std::string_view rest = std::string_view(note).substr(at + kUnused.size()); !rest.empty();) {
@@ -140,6 +141,7 @@ TEST(ImportTable, of_the_page_is_what_the_files_hold) {
   add_own(made, rows);
   fs::remove_all(made);
   const std::string page = test::file_text(fs::path(HAIRNET_SOURCE_DIR) / "client/assets/import/README.md");
+  // The table on the page ends at the first empty line.
   const std::size_t begin = std::min(page.find("| program | files |"), page.size());
   EXPECT_EQ(page.substr(begin, page.find("\n\n", begin) + 1 - begin), table_of(rows));
 }

@@ -33,6 +33,8 @@ std::string hair_file(int minor, const std::string& selected = "long") {
   CrateWriter crate(minor);
   const std::string selection =
       test::in_bytes(1, 8) + test::in_bytes(crate.string("style"), 4) + test::in_bytes(crate.string(selected), 4);
+  // add() takes the depth in the tree, the name, whether it is an attribute, and its fields. Numbers such as 9 or 42
+  // are types of the crate format (usd_crate_writer.hpp).
   crate.add(0, "", false,
             {{"upAxis", crate.token_value("Z")},
              {"metersPerUnit", crate.stored(9, test::in_bytes(std::bit_cast<std::uint64_t>(0.01), 8))}});
@@ -40,7 +42,7 @@ std::string hair_file(int minor, const std::string& selected = "long") {
             {{"specifier", CrateWriter::inlined(42, 0)},
              {"typeName", crate.token_value("Xform")},
              {"variantSelection", crate.stored(45, selection)}});
-  // Inlined as small whole numbers: (1, 2, 3).
+  // The value (1, 2, 3) is inlined as three bytes of small whole numbers.
   crate.add(
       2, "xformOp:translate", true,
       {{"typeName", crate.token_value("double3")},
@@ -95,6 +97,7 @@ TEST(ImportUsdCrate, reads_curves_of_every_version) {
 }
 
 TEST(ImportUsdCrate, other_versions_are_refused_with_what_to_do) {
+  // The reader knows the versions 0.4 to 0.10.
   for (const int minor : {0, 3, 11, 255}) EXPECT_THAT(refusal(hair_file(minor)), HasSubstr("usdcat")) << minor;
 }
 
@@ -104,6 +107,7 @@ TEST(ImportUsdCrate, a_variant_that_is_not_selected_is_told) {
 
 TEST(ImportUsdCrate, an_archive_holds_it_too) {
   const std::string crate = hair_file(8);
+  // A .usdz file is a zip archive whose files are stored without compression.
   const std::string header = "PK\3\4" + test::in_bytes(20, 2) + test::in_bytes(0, 12) +
                              test::in_bytes(crate.size(), 4) + test::in_bytes(crate.size(), 4) + test::in_bytes(8, 2) +
                              test::in_bytes(2, 2) + "hair.usd" + "xx";

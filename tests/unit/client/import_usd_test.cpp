@@ -32,16 +32,18 @@ ImportedStrands strands_of(std::string_view text) {
   return strands ? std::move(*strands) : ImportedStrands{};
 }
 
-// A file of one prim "hair" with these statements.
+// Returns a file of one prim "hair" with these statements.
 std::string file_of(const std::string& statements, const std::string& metadata = "") {
   return "#usda 1.0\n(" + metadata + ")\ndef BasisCurves \"hair\" {\n" + statements + "\n}\n";
 }
 
 const std::string kLine = "uniform token type = \"linear\"\n";
+// Two curves of two points each, unless a test says more.
 const std::string kTwoOfTwo = kLine + "int[] curveVertexCounts = [2, 2]\n";
 const std::string kFourPoints = "point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 2, 0), (0, 3, 0)]\n";
 
-// Where the point (1, 2, 3) of a line comes to lie under a prim with these transforms.
+// Returns where the point (1, 2, 3) of a line comes to lie under a prim with these transforms. `above` is the parent
+// prim's, `own` the curves' own.
 Vec3f moved(const std::string& above, const std::string& own = "") {
   const ImportedStrands strands =
       strands_of("#usda 1.0\ndef Xform \"above\" {\n" + above + "\ndef BasisCurves \"hair\" {\n" + own + '\n' + kLine +
@@ -117,6 +119,7 @@ d"""]
   EXPECT_THAT(strands.doubts, IsEmpty());
 }
 
+// Each line has one operation of USD, applied to (1, 2, 3). Angles are degrees, right-handed.
 TEST(ImportUsd, transforms_are_those_of_the_scene) {
   expect_near(moved(ordered("double3 xformOp:translate = (10, 20, 30)", "\"xformOp:translate\"")), {11, 22, 33});
   expect_near(moved(ordered("float3 xformOp:scale = (2, 3, -1)", "\"xformOp:scale\"")), {2, 6, -3});
@@ -145,6 +148,7 @@ TEST(ImportUsd, the_last_operation_of_the_order_comes_first_and_prims_follow_tho
   expect_near(moved(shift), {1, 2, 3});
 }
 
+// A pivot shifts, turns and shifts back: half a turn about (1, 2, 0) leaves (1, 2, 3) where it is.
 TEST(ImportUsd, pivots_are_undone_and_a_reset_forgets_the_prims_above) {
   const std::string pivot =
       "float3 xformOp:translate:pivot = (1, 2, 0)\nfloat xformOp:rotateZ:turn = 180\nfloat "
@@ -186,6 +190,8 @@ TEST(ImportUsd, a_cubic_curve_runs_through_what_its_basis_says) {
   // Curves are cubic Bezier unless the file says something else.
   EXPECT_EQ(ends("").first, Vec3f(0, 0, 0));
   EXPECT_EQ(ends("token basis = \"bezier\"\n").second, Vec3f(3, 0, 0));
+  // A B-spline begins at (a + 4b + c) / 6 of its first three points, and a pinned one at the first point. A
+  // Catmull-Rom curve begins at its second point.
   expect_near(ends("uniform token basis = \"bspline\"\n").first, {0.5f, 2.5f, 0});
   expect_near(ends("uniform token basis = \"bspline\"\nuniform token wrap = \"pinned\"\n").first, {0, 0, 0});
   expect_near(ends("uniform token basis = \"catmullRom\"\n").first, {0, 3, 0});
@@ -206,6 +212,8 @@ TEST(ImportUsd, a_curve_that_does_not_fit_its_basis_becomes_lines_and_one_of_a_p
 }
 
 TEST(ImportUsd, a_curve_with_a_point_that_is_not_finite_is_left_out) {
+  // A float holds up to 3.4e38, so 1e39 is read as infinite. -1e500 is too large even for a double, and is no number
+  // to the reader.
   for (const char* bad : {"inf", "-inf", "nan", "1e39", "-1e500"}) {
     const std::string points =
         std::string("point3f[] points = [(0, 0, 0), (") + bad + ", 0, 0), (0, 2, 0), (0, 3, 0)]\n";
@@ -220,6 +228,7 @@ TEST(ImportUsd, a_curve_with_a_point_that_is_not_finite_is_left_out) {
   }
 }
 
+// The file has four points. Counts that need more must neither read beyond them nor overflow.
 TEST(ImportUsd, counts_that_do_not_fit_the_points_give_the_curves_that_do) {
   const auto with = [](const std::string& counts) {
     return decode(file_of(kLine + "int[] curveVertexCounts = [" + counts + "]\n" + kFourPoints));
@@ -234,6 +243,8 @@ TEST(ImportUsd, counts_that_do_not_fit_the_points_give_the_curves_that_do) {
   EXPECT_THAT(with("2, x").error(), HasSubstr("no whole numbers"));
 }
 
+// In USD a width may belong to a point (vertex, varying), a curve (uniform) or the whole prim (constant). Without a
+// statement the number of widths decides.
 TEST(ImportUsd, widths_lie_over_the_points_as_their_interpolation_says) {
   const auto widths = [](const std::string& more) {
     return strands_of(file_of(kTwoOfTwo + kFourPoints + more)).widths;
@@ -259,6 +270,7 @@ TEST(ImportUsd, widths_at_the_ends_of_segments_are_those_of_the_curve_there) {
   EXPECT_THAT(strands.widths, ElementsAre(0, 6, 0));
 }
 
+// The values are red and blue, and the indices give blue to the first curve. An index of no value drops the colours.
 TEST(ImportUsd, indexed_primvars_are_looked_up) {
   const std::string colours =
       "color3f[] primvars:displayColor = [(1, 0, 0), (0, 0, 1)] (interpolation = \"uniform\")\n";
@@ -274,6 +286,7 @@ TEST(ImportUsd, indexed_primvars_are_looked_up) {
   }
 }
 
+// Groups come from names at the curves, then from numbers at the curves, then from the prims that hold them.
 TEST(ImportUsd, groups_are_those_of_the_curves_else_the_prims) {
   const std::string more =
       "int[] primvars:groom_group_id = [4, 7] (interpolation = \"uniform\")\nfloat[] primvars:clumpid = [0, 1]\n";
@@ -298,6 +311,8 @@ TEST(ImportUsd, groups_are_those_of_the_curves_else_the_prims) {
   EXPECT_THAT(strands_of(file_of(kTwoOfTwo + kFourPoints)).groups, IsEmpty());
 }
 
+// Guides and hidden hair lie in many files beside the hair itself. Taking them would draw hair that the artist does
+// not show.
 TEST(ImportUsd, curves_that_are_not_drawn_are_skipped_and_named) {
   const std::string hair = kTwoOfTwo + kFourPoints;
   const std::string shown = "def BasisCurves \"shown\" {\n" + hair + "}\n";

@@ -68,7 +68,9 @@ class LatticePassTest : public ShaderTest {
           picture_.records().data() + (lattices.size() - 1 - i) * CharacterRecords::kRecordTexels;
       std::vector<Vec3f>& read = nodes.emplace_back();
       if (texels[4].z() == 0) continue;
+      // Texel 17 of a record says where the nodes begin, counted in texels.
       const std::size_t rows = node_rows(*lattices[i].geometry);
+      // The texture holds the bits of floats as integers, so reading them as integers changes nothing.
       std::vector<std::array<float, 4>> bits(rows * kLatticeRow);
       glReadPixels(0, static_cast<GLint>(texels[17].w()) / static_cast<GLint>(kLatticeRow), kLatticeRow,
                    static_cast<GLsizei>(rows), GL_RGBA_INTEGER, GL_UNSIGNED_INT, bits.data());
@@ -119,9 +121,11 @@ TEST_F(LatticePassTest, nodes_from_coefficients_are_those_of_core) {
   std::vector<Vec3f> scratch;
   float most = 0;
   for (const Vec3f& u : nodes_of(lattices[0], scratch)) most = std::max(most, u.norm());
+  // The nodes must move by more than 5 cm, or equal nodes would say little.
   EXPECT_GT(most, 0.05f);
 }
 
+// A program may sum up modes on either side, and hair must look the same.
 TEST_F(LatticePassTest, gpu_and_processor_give_the_same_nodes) {
   const auto all = coefficients(hair_->basis->mode_count(), 1), few = coefficients(5, 2);
   const std::array lattices{moved(all), moved(few)};
@@ -196,6 +200,8 @@ TEST(NodeSum, software_renderers_leave_it_to_the_processor) {
     EXPECT_EQ(node_sum_for(gpu), NodeSum::gpu) << gpu;
 }
 
+// Characters with two bases and characters whose nodes are uploaded come mixed. The memory of a basis that nobody
+// uses must be freed.
 TEST_F(LatticePassTest, bases_and_uploaded_nodes_share_a_picture) {
   Basis reversed = *hair_->basis;
   for (std::int16_t& integer : reversed.modes) integer = static_cast<std::int16_t>(-integer);
@@ -219,6 +225,7 @@ TEST_F(LatticePassTest, coefficients_that_are_none_of_hair_move_nothing) {
     const std::array lattices{moved(c), moved(valid)};
     const auto nodes = nodes_from_gpu(lattices);
     EXPECT_TRUE(nodes[0].empty());
+    // The high level has 10 x 10 x 10 nodes.
     EXPECT_EQ(nodes[1].size(), 1000u);
   }
 }

@@ -29,6 +29,7 @@ using Bytes = std::vector<std::uint8_t>;
 constexpr HairLearning kShort{
     .motion_count = 192, .validation_count = 16, .duration_s = 4, .hidden_count = 24, .rounds = 24};
 constexpr HairLearning kHardly{.motion_count = 16, .validation_count = 16, .duration_s = 1, .rounds = 1, .rate = 0};
+// So few motions give modes of low quality, in a short time.
 constexpr ModeTraining kSomeTraining{.motion_count = 8, .duration_s = 2};
 
 void write(const fs::path& to, const Bytes& bytes) {
@@ -101,6 +102,7 @@ TEST_F(LearnGrooms, a_server_with_the_folder_has_the_learnt_level_at_once) {
   const auto owner = join("", LevelIndex::low);
   run_ms(1000, {owner.get()});
   EXPECT_EQ(metrics_.level_cache.level_cache_hits.value(), 1u);
+  // The server must not learn again what lies in the folder.
   EXPECT_EQ(metrics_.groom.grooms_learnt.value(), 0u);
   const auto batches = owner->connection->all<wire::FrameBatch>();
   ASSERT_FALSE(batches.empty());
@@ -175,9 +177,12 @@ TEST_F(EmbeddedHair, is_refused_where_it_is_worse_than_the_low_level_and_learnt_
   run_until_learnt();
   EXPECT_EQ(metrics_.groom.grooms_learnt_accepted.value(), 0u);
   EXPECT_EQ(metrics_.groom.grooms_learnt_file_refused.value(), 1u);
+  // The server learns the hair itself then, by `learn_` of this fixture.
   EXPECT_EQ(learnt_here_, 1);
 }
 
+// With `embed` the tool writes copies of grooms. A copy in the folder of its original, or of two grooms of one name,
+// would overwrite a user's file.
 TEST_F(LearnGrooms, a_copy_replaces_no_file_that_was_named) {
   LearnOptions options = options_for("learnt");
   fs::create_directories(suite_ / "levels" / "copies");
@@ -197,6 +202,7 @@ TEST_F(LearnGrooms, hair_that_is_already_learnt_is_learnt_again_only_when_asked)
   const Bytes before = read(file_in("learnt"));
   LearnOptions options = options_for("learnt");
   int asked = 0;
+  // This stops at once if anything is learnt at all.
   options.is_stopped = [&asked] { return ++asked > 0; };
   EXPECT_EQ(refusal(options), "");
   EXPECT_EQ(asked, 0);
@@ -215,6 +221,7 @@ TEST_F(LearnGrooms, hair_that_errs_more_when_learnt_again_leaves_what_there_is) 
 }
 
 TEST_F(LearnGrooms, a_stop_at_any_moment_leaves_nothing_behind) {
+  // The work asks is_stopped again and again. These numbers of calls stop it at different stages.
   for (const int calls : {1, 20, 200}) {
     LearnOptions options = options_for("levels");
     options.learning = kShort;
@@ -234,6 +241,7 @@ TEST_F(LearnGrooms, a_refused_groom_has_its_levels_without_learnt_hair_in_place_
   EXPECT_FALSE(decoded.levels->learnt);
 }
 
+// Learning takes minutes, and a mistake in the command line must not show after them.
 TEST_F(LearnGrooms, what_is_wrong_is_told_before_anything_is_learnt) {
   const std::string junk = (suite_ / "levels" / "junk.groom").string(), absent = (suite_ / "absent.groom").string();
   write(junk, Bytes(500, 7));

@@ -12,7 +12,7 @@
 namespace hairnet::link {
 
 inline constexpr std::int64_t kMs = 1'000'000;
-// The server's clock is ahead of the client's by this.
+// The server's clock is ahead of the client's by 7000 s, so that a test finds times of the wrong clock.
 inline constexpr std::int64_t kServerClock_ns = 7'000'000'000'000;
 
 inline wire::GroomHash hash_of(std::uint8_t first) {
@@ -28,6 +28,7 @@ class LinkCoreDriver {
 
   // Opens a connection when the core wants one, after the core's waiting time.
   void open() {
+    // A wait ends after one or two deadlines; ten are enough for any.
     for (int i = 0; i < 10 && !core.wants_connection(); ++i) pass_to_deadline();
     ASSERT_TRUE(core.wants_connection());
     core.on_opening(now_ns);
@@ -66,6 +67,7 @@ class LinkCoreDriver {
     if (bytes.empty()) return std::nullopt;
     wire::DecodedPacket decoded = wire::decode_packet(bytes);
     EXPECT_EQ(decoded.error, wire::DecodeError::none) << decoded.detail;
+    // Each packet carries the client's time of sending, from which the server computes when poses were captured.
     EXPECT_EQ(decoded.envelope.clock_ns, now_ns);
     return std::move(decoded.envelope.message);
   }
@@ -106,6 +108,7 @@ class LinkCoreDriver {
 inline wire::Welcome welcome_to(std::uint64_t session, bool resumed = false) {
   wire::Welcome welcome;
   welcome.session = session;
+  // The secret belongs to the session, so that a test can see whether Hello brings the right one.
   welcome.secret[0] = static_cast<std::uint8_t>(session);
   welcome.resumed = resumed;
   return welcome;

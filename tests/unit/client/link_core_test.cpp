@@ -35,6 +35,7 @@ TEST(LinkCore, wants_a_connection_once_started_and_not_before) {
   EXPECT_FALSE(d.core.wants_connection());
 }
 
+// Before the welcome the client sends its Hello alone, and drops poses.
 TEST(LinkCore, says_hello_first_and_nothing_more_before_the_welcome) {
   LinkCoreOptions options;
   options.client_name = "tester";
@@ -57,6 +58,7 @@ TEST(LinkCore, says_hello_first_and_nothing_more_before_the_welcome) {
   EXPECT_EQ(d.core.counters().poses_dropped, 1u);
 }
 
+// A program may add its characters while the connection still opens.
 TEST(LinkCore, requests_before_the_welcome_are_sent_after_it) {
   LinkCoreDriver d;
   d.core.offer_groom(hash_of(1), some_bytes(100));
@@ -74,6 +76,7 @@ TEST(LinkCore, requests_before_the_welcome_are_sent_after_it) {
   EXPECT_FALSE(d.event<Connected>()->again);
 }
 
+// TCP delivers bytes in pieces of any size, down to one byte.
 TEST(LinkCore, a_stream_is_understood_however_it_is_cut) {
   LinkCoreDriver d;
   d.core.start();
@@ -154,6 +157,7 @@ TEST(LinkCore, a_server_that_falls_silent_is_given_up_and_asked_again) {
   }
 }
 
+// A server takes a silent client for gone. With a sign in every quarter of the time, three may get lost.
 TEST(LinkCore, promises_signs_of_life_and_gives_one_in_every_quarter_of_the_time_for_them) {
   LinkCoreDriver d;
   d.core.start();
@@ -226,6 +230,7 @@ TEST(LinkCore, a_server_that_breaks_the_protocol_is_left_for_good) {
   }
 }
 
+// WebSockets and datagrams carry whole messages, so a message that is no packet is an error at once.
 TEST(LinkCore, a_message_transport_gives_one_packet_a_message) {
   LinkCoreDriver d;
   d.core.start();

@@ -14,13 +14,15 @@ TEST_F(Receiving, any_frame_decodes_without_those_before) {
     EXPECT_EQ(frame->level, LevelIndex::low);
     EXPECT_FALSE(frame->discontinuous);
     expect_near(frame->coefficients, coefficients_at(tick, kOther));
+    // Two ticks of the 30 Hz that a Welcome has by default (send_frame() sets a stride of 2).
     EXPECT_FLOAT_EQ(frame->step_s, 2.0f / 30);
     EXPECT_NEAR(frame->pose.head().position.x(), 0.1 * static_cast<double>(tick) + kOther, 1e-3);
     ASSERT_TRUE(frame->basis);
-    std::vector<Vec3f> shown, wanted(27);
+    std::vector<Vec3f> shown, wanted(kSmallBasisNodes);
     displacements_of(*frame, shown);
     hairnet::displacements_of(small_basis().basis, coefficients_at(tick, kOther), wanted);
     ASSERT_EQ(shown.size(), wanted.size());
+    // Twelve rounded coefficients may differ by 2 mm in sum.
     for (std::size_t n = 0; n < shown.size(); ++n) EXPECT_LT((shown[n] - wanted[n]).norm(), 2e-3f);
   }
   EXPECT_EQ(d.core.counters().frames_undecodable, 0u);
@@ -87,8 +89,8 @@ TEST_F(Receiving, frames_of_unknown_members_and_old_ticks_are_counted) {
   EXPECT_FALSE(d.take());
 }
 
-// Datagrams may overtake a MemberJoined, or come after a number has passed to another member. A frame then carries
-// another generation than the member.
+// Datagrams may overtake a MemberJoined, or come after a number has passed to another member. Such a frame carries
+// another generation than the member, and would show one person's hair on another.
 TEST_F(Receiving, frames_of_an_earlier_or_later_member_of_the_same_number_are_counted_and_dropped) {
   send_frame(2, kOther, {.generation = 0});
   EXPECT_TRUE(received());
@@ -108,6 +110,7 @@ TEST_F(Receiving, frames_of_an_earlier_or_later_member_of_the_same_number_are_co
   EXPECT_TRUE(received());
 }
 
+// A frame datagram is a shorter form of the same batch, with which the server saves bytes.
 TEST_F(Receiving, frames_of_a_frame_datagram_are_those_of_a_packet) {
   const std::vector<std::uint8_t> content = content_at(5, kOther);
   wire::FrameBatch batch{5, 165 * kMs, {}};
@@ -133,6 +136,8 @@ TEST_F(Receiving, a_damaged_frame_datagram_ends_the_connection) {
   EXPECT_TRUE(d.core.wants_close());
 }
 
+// Datagrams and the channel have no common order, so frames may come before the client knows any member. This is no
+// error of the server.
 TEST(LinkFrames, of_a_datagram_that_overtakes_the_welcome_are_dropped) {
   LinkCoreDriver d;
   d.core.start();
@@ -164,23 +169,26 @@ TEST_F(Receiving, hair_continues_from_its_last_lattice_on_a_new_server) {
   // The velocity of a node is that in the world, in the axes of the head, from the last two frames. Their sample times
   // are 33 ms apart (send_frame()).
   const auto world_at = [](std::uint64_t tick, std::size_t node) {
-    std::vector<Vec3f> shown(27);
+    std::vector<Vec3f> shown(kSmallBasisNodes);
     hairnet::displacements_of(small_basis().basis, coefficients_at(tick, kOwnMember), shown);
     const Vec3f rest = small_basis().geometry.lattice.node(static_cast<std::uint32_t>(node));
     return pose_at(tick, kOwnMember).head().point((rest + shown[node]).cast<double>());
   };
-  ASSERT_EQ(added.state->velocities.size(), 81u);
-  for (std::size_t node = 0; node < 27; ++node) {
+  ASSERT_EQ(added.state->velocities.size(), kSmallBasisCoordinates);
+  for (std::size_t node = 0; node < kSmallBasisNodes; ++node) {
     const Vec3 velocity =
         pose_at(11, kOwnMember).head().rotation.conjugate() * (world_at(11, node) - world_at(10, node)) / 0.033;
     for (std::size_t c = 0; c < 3; ++c) {
       const double sent =
           static_cast<double>(added.state->velocities[3 * node + c] * wire::kVelocityStepsPer_s * added.state->step_m);
+      // A velocity of the state has steps of 8 mm/s (kVelocityStepsPer_s * 0.25 mm). The rest of the 6 cm/s comes
+      // from coefficients, which are rounded before the difference over 33 ms.
       EXPECT_NEAR(sent, velocity[static_cast<Eigen::Index>(c)], 0.06);
     }
   }
 }
 
+// Coefficients belong to their basis. With another basis they would be a wrong shape of the hair.
 TEST_F(Receiving, hair_of_a_basis_that_has_changed_since_is_not_kept) {
   send_frame(10, kOwnMember);
   d.send(wire::GroomBasis{hash_of(1), hash_of(77)});
@@ -198,6 +206,7 @@ TEST_F(Receiving, hair_of_a_basis_that_has_changed_since_is_not_kept) {
   EXPECT_FALSE(frame->basis);
 }
 
+// Counts what a load test would measure: frames, decoded ones, bytes and damage.
 class CountingSink : public FrameSink {
  public:
   void on_frame(const ReceivedFrame& frame) override {
@@ -242,6 +251,7 @@ TEST(LinkCoreShare, only_a_share_of_the_members_is_decoded_and_all_are_counted) 
   }
   d.send(batch);
   EXPECT_EQ(sink.frames, 1000u);
+  // A hash of the number chooses the members, so a quarter of 1000 is met only about.
   EXPECT_NEAR(static_cast<double>(sink.decoded), 250, 25);
   EXPECT_EQ(sink.undecodable, 0u);
   EXPECT_EQ(d.core.counters().frames_received, 1000u);
@@ -273,6 +283,7 @@ class ReceivingBasis : public Receiving {
   wire::GroomHash hash_{};
 };
 
+// Frames may come before the file of their basis. The head must move at once, with its hair at rest.
 TEST_F(ReceivingBasis, hair_is_at_rest_until_it_is_here) {
   announce();
   send_frame(10, kNew);
@@ -289,6 +300,8 @@ TEST_F(ReceivingBasis, hair_is_at_rest_until_it_is_here) {
   expect_near(frame->coefficients, coefficients_at(11, kNew));
 }
 
+// A sleeping character sends no frames, so the client must keep its last one until the basis is there. Otherwise its
+// hair would stay at rest until it wakes.
 TEST_F(ReceivingBasis, shows_a_sleeping_character_of_which_no_other_frame_comes) {
   announce();
   send_frame(10, kNew, {.asleep = true});
@@ -324,6 +337,8 @@ TEST_F(ReceivingBasis, of_a_sleeping_character_is_asked_for_again) {
   send_frame(10, kNew, {.asleep = true});
   EXPECT_EQ(d.expect<wire::GroomRequest>().hash, hash_);
   d.send(wire::Error{wire::ErrorReason::limit_exceeded, 0, hash_, "too many grooms are asked for at once"});
+  // The client asks for a file again after GroomFiles::kAskAgain_ns, 2 s, and looks every kAskAgain_ns of
+  // link_core.cpp, 1 s. Ten steps of 0.5 s leave time for it.
   bool asked = false;
   for (int i = 0; i < 10 && !asked; ++i) {
     d.pass(500 * kMs);
@@ -384,6 +399,7 @@ TEST_F(ReceivingBasis, whose_basis_cannot_be_used_leave_the_hair_at_rest_and_say
   ASSERT_EQ(errors.size(), 1u);
   EXPECT_EQ(errors[0].groom, hash_of(3));
   EXPECT_THAT(errors[0].detail, testing::HasSubstr("its basis cannot be used"));
+  // This is longer than GroomFiles::kAskAgain_ns, 2 s, so a file that might be good would be asked for again.
   d.pass(5000 * kMs);
   d.take_all();
   send_frame(11, kNew);

@@ -39,6 +39,8 @@ class Resumed : public Restarted {
   Resumed() : Restarted(true) {}
 };
 
+// Without the last known hair, all hair would jump to its rest shape when a server is replaced, and swing again from
+// there.
 TEST_F(Restarted, own_hair_keeps_its_shape_until_the_new_server_has_a_lattice) {
   send_rigid_frame(3, kOwnMember);
   const std::optional<Frame> frame = received();
@@ -136,6 +138,7 @@ TEST_F(Restarted, a_shape_that_was_gone_on_from_is_not_brought_to_the_next_serve
   send_frame(4, kOwnMember, {});
   send_rigid_frame(5, kOwnMember);
   come_to_next_server();
+  // The new server has moved the hair on and then made it rigid, so the shape from before is outdated.
   EXPECT_FALSE(d.expect<wire::AddCharacter>().state);
 }
 
@@ -147,6 +150,7 @@ TEST_F(Restarted, a_shape_that_was_not_gone_on_from_is_brought_to_the_next_serve
   expect_state(*added.state, 10);
 }
 
+// A server that resumes has simulated the hair all along. When it sends rigid hair, the hair is rigid.
 TEST_F(Resumed, a_server_that_still_has_the_session_is_believed_at_once) {
   EXPECT_FALSE(keeps_hair(12));
 }

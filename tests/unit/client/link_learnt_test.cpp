@@ -131,8 +131,8 @@ class ReceivingLearnt : public testing::Test {
   const std::vector<float>& served(std::uint32_t member, std::uint64_t tick) {
     return served_.try_emplace(member, learnt_, member).first->second.at(tick);
   }
-  // Returns how often the client has told the server, since the last call, that it evaluates. All other messages are
-  // dropped.
+  // Counts the messages since the last call by which the client says that it has a network and evaluates it itself.
+  // All other messages are dropped.
   std::size_t announced() {
     std::size_t count = 0;
     for (const wire::Message& message : d.take_all()) count += std::holds_alternative<wire::EvaluateLearnt>(message);
@@ -147,6 +147,7 @@ class ReceivingLearnt : public testing::Test {
   LinkCoreDriver d;
 };
 
+// Once the server knows that the client evaluates the network, it leaves the coefficients out of the frames.
 TEST_F(ReceivingLearnt, asks_for_the_network_with_the_first_learnt_frame_and_tells_once_that_it_evaluates) {
   show(10, {.level = LevelIndex::low});
   EXPECT_THAT(d.take_all(), testing::IsEmpty());
@@ -313,6 +314,7 @@ TEST_F(ReceivingLearnt, evaluates_members_side_by_side_as_each_by_itself) {
   EXPECT_EQ(together, alone);
 }
 
+// The client's word may have been lost with the connection, and the server would send coefficients forever.
 TEST_F(ReceivingLearnt, tells_a_server_that_resumes_the_session_again) {
   fetch(100);
   show(101);
@@ -327,6 +329,7 @@ TEST_F(ReceivingLearnt, tells_a_server_that_resumes_the_session_again) {
   EXPECT_EQ(announced(), 1u);
 }
 
+// A new session may be on a server that has learnt another network, so the client must ask for it again.
 TEST_F(ReceivingLearnt, forgets_the_network_of_a_session_that_is_lost) {
   fetch(100);
   show(101);
@@ -349,6 +352,7 @@ TEST_F(ReceivingLearnt, keeps_the_last_coefficients_and_counts_when_it_cannot_ev
   EXPECT_LT(distance_m(show(103), served(kMember, 103)), 0.2e-3f);
 }
 
+// The hair must still be shown, by the coefficients that the server computes.
 TEST_F(ReceivingLearnt, with_a_network_that_cannot_be_used_says_why_once_and_takes_coefficients) {
   std::vector<std::uint8_t> corrupted = network_;
   corrupted.resize(corrupted.size() / 2);

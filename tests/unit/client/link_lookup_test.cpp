@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kSlowHost = "slow.invalid";
 
-// Holds back the answer of the system for kSlowHost until the test lets it come.
+// The answer of the system for kSlowHost, which waits until the test lets it come.
 struct SlowAnswer {
   std::mutex mutex;
   std::condition_variable changed;
@@ -52,6 +52,7 @@ extern "C" int getaddrinfo(const char* host, const char* service, const addrinfo
 namespace hairnet::link {
 namespace {
 
+// Every kind of stream looks up the name of its server first, by the system's blocking call on a thread.
 using MakeStream = std::shared_ptr<ServerStream> (*)(asio::io_context& io, StreamOptions options);
 
 template <Transport kTransport>
@@ -60,6 +61,8 @@ std::shared_ptr<ServerStream> make_of(asio::io_context& io, StreamOptions option
   return make_server_stream(io, std::move(options));
 }
 
+// A lookup may take many seconds, and the system cannot cancel it. A program that closes its link must not wait for
+// the answer, and the late answer must not open a connection.
 class LinkLookup : public ::testing::TestWithParam<support::Named<MakeStream>> {
  protected:
   LinkLookup() { slow_answer = &answer_; }

@@ -16,12 +16,14 @@ wire::GroomHash hash_of(std::uint8_t first) {
   return hash;
 }
 
+// Byte i has the value i, so that a byte shows from which offset it comes.
 UploadQueue::Bytes counted_bytes(std::size_t count) {
   std::vector<std::uint8_t> bytes(count);
   std::iota(bytes.begin(), bytes.end(), std::uint8_t{0});
   return std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
 }
 
+// Chunks have up to 10 bytes in these tests, and the groom 25: three chunks, the last one not full.
 TEST(UploadQueue, sends_nothing_before_it_is_asked_for) {
   UploadQueue uploads(10);
   ASSERT_TRUE(uploads.offer(hash_of(1), counted_bytes(25)));
@@ -54,6 +56,8 @@ TEST(UploadQueue, the_same_groom_is_offered_once_while_it_is_on_its_way) {
 TEST(UploadQueue, a_groom_the_server_has_is_kept_for_when_it_asks_again) {
   UploadQueue uploads(10);
   uploads.offer(hash_of(1), counted_bytes(25));
+  // An offset at the end of the groom means that the server needs no bytes now, because another client uploads them.
+  // If that client leaves, the server asks from where it stopped.
   EXPECT_TRUE(uploads.need({hash_of(1), 25}));
   EXPECT_FALSE(uploads.next_chunk());
   EXPECT_TRUE(uploads.need({hash_of(1), 20}));
@@ -103,14 +107,18 @@ TEST(SendQueue, only_the_oldest_poses_are_dropped) {
   SendQueue queue;
   ASSERT_TRUE(queue.push(wire::SetLevel{1, LevelIndex::low}));
   for (std::uint32_t i = 0; i < SendQueue::kPoseBatchesMax + 10; ++i) queue.push_poses(pose_of(1, i));
+  // All poses are of one character, so each has a batch of its own, and the 10 oldest batches over the limit go.
   EXPECT_EQ(queue.poses_dropped(), 10u);
   EXPECT_TRUE(std::holds_alternative<wire::SetLevel>(*queue.pop()));
   EXPECT_EQ(std::get<wire::PoseBatch>(*queue.pop()).poses[0].sequence, 10u);
 }
 
+// A server that never learns of a teleport would simulate the jump, and hair would fly across the room.
 TEST(SendQueue, a_dropped_teleport_passes_to_the_next_pose_of_that_character) {
   SendQueue queue;
   queue.push_poses(pose_of(7, 0, true));
+  // The first pose of character 8 joins the batch of character 7, which waits last. Each further pose of 8 needs a
+  // batch of its own.
   for (std::uint32_t i = 1; i <= SendQueue::kPoseBatchesMax; ++i) queue.push_poses(pose_of(8, i));
   queue.push_poses(pose_of(7, 1));
   ASSERT_EQ(queue.poses_dropped(), 0u);
@@ -130,6 +138,7 @@ TEST(SendQueue, a_dropped_teleport_without_a_next_pose_waits_for_one) {
   queue.push_poses(pose_of(7, 0, true));
   for (std::uint32_t i = 0; i <= SendQueue::kPoseBatchesMax; ++i) queue.push_poses(pose_of(8, i));
   ASSERT_EQ(queue.poses_dropped(), 2u);
+  // A lost connection clears the queue, but the teleport still has to reach the next server.
   queue.clear();
   queue.push_poses(pose_of(7, 1));
   EXPECT_TRUE(std::get<wire::PoseBatch>(*queue.pop()).poses[0].teleport);
@@ -145,6 +154,8 @@ TEST(SendQueue, large_batches_are_cut_to_the_protocols_limit) {
 
 TEST(SendQueue, characters_that_are_pushed_one_after_another_go_together_and_none_is_dropped) {
   SendQueue queue;
+  // A program with many characters pushes each of them in turn. If each push were a batch, most poses of one round
+  // would be dropped.
   const std::uint32_t count = 8 * SendQueue::kPoseBatchesMax;
   for (std::uint32_t i = 1; i <= 3; ++i)
     for (std::uint32_t c = 1; c <= count; ++c) queue.push_poses(pose_of(c, i));
@@ -158,6 +169,8 @@ TEST(SendQueue, characters_that_are_pushed_one_after_another_go_together_and_non
   EXPECT_FALSE(queue.pop());
 }
 
+// An empty batch is a sign of life. Poses that joined it, or a batch before another message, would be sent in the
+// wrong order.
 TEST(SendQueue, signs_of_life_and_other_messages_part_batches) {
   SendQueue queue;
   ASSERT_TRUE(queue.push(wire::PoseBatch{}));
@@ -170,6 +183,7 @@ TEST(SendQueue, signs_of_life_and_other_messages_part_batches) {
   EXPECT_EQ(std::get<wire::PoseBatch>(*queue.pop()).poses.at(0).character, 2u);
 }
 
+// A datagram has room for three characters (kPosesPerDatagram in link_core.cpp).
 TEST(SendQueue, a_batch_leaves_in_parts_where_fewer_poses_are_wanted) {
   SendQueue queue;
   for (std::uint32_t c = 1; c <= 7; ++c) queue.push_poses(pose_of(c, 1));

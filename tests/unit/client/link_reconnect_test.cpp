@@ -524,13 +524,13 @@ TEST_F(Settled, the_newest_tag_and_appearance_are_sent_again) {
 }
 
 TEST_F(Settled, a_tag_that_is_too_long_is_refused_here_and_changes_nothing) {
-  d.core.send(wire::SetAppearance{7, std::string(257, 'x'), {}});
+  d.core.send(wire::SetAppearance{7, std::string(wire::kTagBytesMax + 1, 'x'), {}});
   d.core.send(wire::AddCharacter{8, hash_of(1), LevelIndex::low, {}, std::string(300, 'x'), {}});
   const auto errors = d.events<wire::Error>();
   ASSERT_EQ(errors.size(), 2u);
   EXPECT_EQ(errors[0].reason, wire::ErrorReason::limit_exceeded);
   EXPECT_EQ(errors[0].character, 7u);
-  EXPECT_EQ(errors[1].detail, "tag: 300 bytes, more than 256");
+  EXPECT_EQ(errors[1].detail, "tag: 300 bytes, more than " + std::to_string(wire::kTagBytesMax));
   EXPECT_TRUE(d.take_all().empty());
 }
 

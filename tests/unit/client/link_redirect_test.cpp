@@ -34,6 +34,7 @@ TEST_F(Settled, a_redirect_is_followed_at_once_with_a_new_session) {
   EXPECT_EQ(hello.redirects, 0);
 }
 
+// Gives the client a trace, the number by which the logs of several servers can be joined.
 class Traced : public Settled {
  protected:
   static LinkCoreOptions options() {
@@ -64,6 +65,7 @@ TEST_F(Settled, where_the_named_server_does_not_answer_the_first_one_is_asked_ag
   EXPECT_EQ(hello.session, 5u) << "the first server may still have the session";
 }
 
+// A welcome names the fleet's other servers, so that clients find the room when the server that they know dies.
 TEST_F(Settled, where_the_first_server_does_not_answer_either_those_it_has_named_are_asked) {
   break_off();
   wire::Welcome welcome = welcome_to(6);
@@ -192,6 +194,7 @@ TEST_F(OfDeadServer, a_refusal_that_would_be_repeated_ends_the_link) {
   EXPECT_TRUE(d.core.ended());
 }
 
+// Two servers each say that the other one holds the room. The client must not go back and forth without end.
 TEST(LinkCoreRedirects, servers_that_contradict_each_other_end_a_first_connection_with_that_reason) {
   LinkCoreDriver d;
   d.core.start();

@@ -23,7 +23,8 @@ bool is_sign_of_life(const wire::Message& message) {
   return batch != nullptr && batch->poses.empty();
 }
 
-// Plays the server's side of one connection, on a thread of its own, as the test's script says.
+// Plays the server's side of one connection, on a thread of its own, as the test's script says. The destructor waits
+// until the script has ended, so every script must come to an end.
 class ScriptedServer {
  public:
   class Peer {
@@ -58,6 +59,7 @@ class ScriptedServer {
       boost::system::error_code ignored;
       asio::write(socket_, asio::buffer(bytes), ignored);
     }
+    // Answers the client's Hello and opens session 42, so that a script begins with a connection that works.
     void welcome() {
       expect<wire::Hello>();
       wire::Welcome welcome;
@@ -82,8 +84,10 @@ class ScriptedServer {
   [[nodiscard]] LinkOptions options(double timeout_s = 20) const {
     LinkOptions options;
     options.server.port = acceptor_.local_endpoint().port();
+    // The server speaks plain TCP alone, so the Link must not try WebTransport first.
     options.transport = TransportChoice::address;
     options.core.connect_timeout_s = timeout_s;
+    // The script ends with its connection, so a lost connection must be the end of the Link.
     options.core.reconnect = false;
     return options;
   }
@@ -105,6 +109,7 @@ Disconnected wait_for_end(Link& link) {
   }
 }
 
+// Makes a groom of one strand with this many points.
 Groom groom_of(std::size_t points) {
   Groom groom;
   groom.name = "line";
@@ -141,6 +146,7 @@ TEST(Link, a_refused_connection_has_a_plain_reason) {
   LinkOptions options;
   {
     asio::io_context io;
+    // The acceptor closes at the end of the block, so nobody listens at its port.
     options.server.port = tcp::acceptor(io, {asio::ip::address_v4::loopback(), 0}).local_endpoint().port();
   }
   Link link(options);
@@ -156,6 +162,7 @@ TEST(Link, a_silent_server_runs_into_the_time_out) {
     peer.expect<wire::Hello>();
     done.get_future().wait();
   });
+  // The time-out is 50 ms instead of the 20 s of the other tests, because this test waits for its end.
   Link link(server.options(0.05));
   const Result<wire::Welcome> welcome = link.connect();
   done.set_value();
@@ -197,6 +204,7 @@ TEST(Link, a_connection_that_just_closes_has_a_plain_reason) {
 }
 
 TEST(Link, bytes_that_are_no_packet_end_the_connection) {
+  // A size of 4 GB is more than kPacketBytesMax. The garbage has a right size prefix, 64, and no packet after it.
   const std::vector<std::uint8_t> impossible_size{0xff, 0xff, 0xff, 0xff};
   std::vector<std::uint8_t> garbage{64, 0, 0, 0};
   garbage.resize(68, 0x40);
@@ -232,6 +240,7 @@ RequestedState::Bytes shared(const std::vector<std::uint8_t>& bytes) {
 TEST(Link, uploads_from_the_offset_that_the_server_asks_for) {
   const std::vector<std::uint8_t> bytes = wire::encode_groom(groom_of(20'000));
   std::vector<std::uint8_t> received;
+  // The server has the first 1000 bytes already, as after an upload that broke off.
   const std::size_t offset = 1000;
   ScriptedServer server([&](Peer& peer) {
     peer.welcome();
@@ -311,6 +320,7 @@ TEST(Link, server_times_map_to_the_links_clock) {
 TEST(Link, a_link_with_nothing_to_send_still_shows_that_it_is_there) {
   ScriptedServer server([](Peer& peer) {
     peer.welcome();
+    // An empty batch is the sign of life that a client sends when it has nothing else to send.
     EXPECT_TRUE(peer.expect<wire::PoseBatch>().poses.empty());
     peer.send(wire::Goodbye{});
   });

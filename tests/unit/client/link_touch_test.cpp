@@ -58,6 +58,7 @@ class TouchLinkTest : public ::testing::Test {
   std::uint32_t pose_sequence = 0;
 };
 
+// Hands that came a tick before or after the poses of the same person would touch hair beside where they are seen.
 TEST_F(TouchLinkTest, hands_go_beside_the_poses_of_their_moment_or_alone) {
   join();
   push_poses(1);
@@ -90,6 +91,7 @@ TEST_F(TouchLinkTest, hands_are_there_before_they_take_hold) {
   EXPECT_EQ(d.expect<wire::TakeHold>().member, 7u);
 }
 
+// A lost jump would sweep hair along the way between both places.
 TEST_F(TouchLinkTest, only_the_newest_hands_are_sent_and_a_jump_passes_on_to_them) {
   join();
   Hand jumps = hand_at(1, 8);
@@ -105,6 +107,7 @@ TEST_F(TouchLinkTest, only_the_newest_hands_are_sent_and_a_jump_passes_on_to_the
   EXPECT_FALSE(d.take());
 }
 
+// A hand that the server never loses would stay in the room and push hair forever.
 TEST_F(TouchLinkTest, that_hands_are_gone_is_said_once_and_so_that_it_arrives) {
   join(true);
   push_hands({});
@@ -225,6 +228,8 @@ TEST_F(TouchLinkTest, the_most_hands_fit_no_datagram_and_are_a_packet_of_their_o
   EXPECT_THAT(batch.hands->hands, SizeIs(kHandShapesMax));
 }
 
+// The rule of who may touch is a wish that lasts. A hold or a prop is of its moment, and the server of a resumed
+// session still has them.
 TEST_F(TouchLinkTest, who_may_touch_is_said_again_after_a_reconnect_and_holds_and_props_are_not) {
   join();
   d.core.send(wire::SetTouch{1, TouchAudience::everyone});

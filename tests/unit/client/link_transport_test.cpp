@@ -256,6 +256,7 @@ TEST_F(LinkChooses, webtransport_by_itself_with_the_certificate_that_the_page_na
   EXPECT_EQ(fallback_reason_, "");
 }
 
+// A client must work with a server that has no WebTransport, and say why it does not use it.
 TEST_F(LinkChooses, the_address_where_the_server_has_no_webtransport) {
   listen(false, false);
   EXPECT_EQ(transport_after_connect(), "tcp");
@@ -287,7 +288,7 @@ std::uint16_t closed_udp_port() {
   boost::asio::io_context io;
   return boost::asio::ip::udp::socket(io, {boost::asio::ip::address_v4::loopback(), 0}).local_endpoint().port();
 }
-// Is the form of a SHA-256 hash in base64: 32 bytes, all zero, which no certificate has.
+// The form of a SHA-256 hash in base64: 32 bytes, all zero, which no certificate has.
 const std::string kWrongHash = '"' + std::string(43, 'A') + "=\"";
 
 TEST_F(LinkChooses, the_address_where_udp_is_not_answered_and_does_not_ask_again_soon) {
@@ -339,6 +340,7 @@ TEST_F(LinkChooses, webtransport_after_all_once_udp_is_answered_and_resumes_its_
   wait_for_end(link);
 }
 
+// WebTransport would replace the connection, which a link that may not reconnect must not risk.
 TEST_F(LinkChooses, to_stay_where_it_is_when_it_may_not_reconnect) {
   listen(false);
   PageInFront front(page_of(closed_udp_port(), ""), listener_->port());

@@ -57,6 +57,7 @@ TEST_F(LoadedFiles, a_motions_warnings_are_lines_with_its_file_on_stderr) {
 
 TEST_F(LoadedFiles, what_is_no_regular_file_is_refused_and_never_waited_for) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  // A pipe that nobody writes to would be waited for without end, and /dev/zero has no end.
   for (const std::string& file : {path("pipe"), std::string("/dev/zero"), std::string("/dev/tty")}) {
     const auto bytes = read_file(file);
     ASSERT_FALSE(bytes) << file;
@@ -65,6 +66,7 @@ TEST_F(LoadedFiles, what_is_no_regular_file_is_refused_and_never_waited_for) {
   EXPECT_THAT(read_file(path(".")).error(), HasSubstr("is a directory"));
   EXPECT_THAT(read_file(path("nowhere")).error(), HasSubstr("cannot be opened"));
   EXPECT_THAT(read_file(written("empty", "")).error(), HasSubstr("is empty"));
+  // The second argument is the largest size in bytes that is read.
   EXPECT_EQ(as_text(*read_file(written("text", "abc"), 3)), "abc");
   EXPECT_THAT(read_file(written("text", "abcd"), 3).error(), HasSubstr("limit of 3 bytes"));
 }

@@ -28,7 +28,7 @@ TEST(MadeBust, is_closed_with_every_edge_met_once_from_each_side) {
 TEST(MadeBust, is_one_piece_without_handles) {
   const auto vertices = static_cast<long>(bust().mesh.vertices.size());
   const auto triangles = static_cast<long>(bust().mesh.triangles.size());
-  // Euler: V - E + F = 2, with E = 3 F / 2.
+  // By Euler's formula V - E + F = 2, and each edge belongs to two triangles, so E = 3 F / 2.
   EXPECT_EQ(2 * vertices - triangles, 4);
 }
 
@@ -38,6 +38,8 @@ TEST(MadeBust, encloses_the_volume_of_a_head_and_shoulders_wound_outwards) {
     const auto corner = [&](std::size_t i) -> Vec3 { return bust().mesh.vertices[t[i]].cast<double>(); };
     volume_m3 += corner(0).dot(corner(1).cross(corner(2))) / 6;
   }
+  // The signed volume is negative for a mesh that is wound inwards. The bounds are those of an adult's head, neck
+  // and shoulders: 8 and 20 litres.
   EXPECT_GT(volume_m3, 0.008);
   EXPECT_LT(volume_m3, 0.020);
 }
@@ -46,6 +48,7 @@ TEST(MadeBust, has_an_adult_head_about_the_head_joint) {
   Eigen::AlignedBox3f skull, all;
   for (const Vec3f& v : bust().mesh.vertices) {
     all.extend(v);
+    // 7 cm above the head joint there is the skull alone, without ears and neck.
     if (v.y() > 0.07f) skull.extend(v);
   }
   EXPECT_NEAR(skull.max().y(), 0.15, 0.01);
@@ -75,6 +78,7 @@ TEST(MadeBust, weights_are_shares_and_mirror_left_and_right) {
     left += bust().bone_weights[i][static_cast<std::size_t>(Bone::left_shoulder)];
     right += bust().bone_weights[i][static_cast<std::size_t>(Bone::right_shoulder)];
   }
+  // The sum of the weights says that the shoulder moves many vertices.
   EXPECT_GT(left, 100);
   EXPECT_NEAR(left / right, 1, 0.02);
 }
@@ -83,6 +87,8 @@ TEST(MadeBust, turns_scalp_with_the_head_and_shoulders_with_the_clavicles) {
   for (std::size_t i = 0; i < bust().mesh.vertices.size(); ++i) {
     const Vec3f& v = bust().mesh.vertices[i];
     const auto weight = [&](Bone bone) { return bust().bone_weights[i][static_cast<std::size_t>(bone)]; };
+    // From 2 cm above the head joint on, all skin turns with the head. Skin beyond x = 15 cm is the left shoulder,
+    // and skin 20 cm below the joint the chest.
     if (v.y() > 0.02f) {
       ASSERT_FLOAT_EQ(weight(Bone::head), 1) << v.transpose();
     }

@@ -22,7 +22,7 @@ double arc_length_m(std::span<const Vec3f> strand) {
   return length;
 }
 
-// Strands, and the lines along the middles of cards.
+// A strand, or the line along the middle of a card.
 struct Line {
   std::vector<Vec3f> points;
   StrandProperties properties;
@@ -70,11 +70,14 @@ TEST_P(MadeHairstyle, is_a_valid_groom) {
 TEST_P(MadeHairstyle, never_enters_the_skin) {
   for (const double curl : {0.0, 1.0}) {
     for (const Vec3f& p : make({.curl = curl}).points) {
+      // A point may lie up to 2 mm inside the surface of the bust.
       ASSERT_GT(made::bust_distance(p.cast<double>()), -0.002) << p.transpose();
     }
   }
 }
 
+// Hair that is tied, such as the tail of a ponytail, begins at its band, away from the skin. It must not be attached
+// to the skull.
 TEST_P(MadeHairstyle, is_rooted_on_the_skin_but_for_what_is_tied) {
   const Groom groom = make();
   for (const auto& [points, strand] : lines_of(groom)) {
@@ -101,6 +104,7 @@ TEST_P(MadeHairstyle, stands_for_the_hairs_of_a_head) {
   const Groom groom = make();
   double hairs = 0;
   for (const Line& line : lines_of(groom)) hairs += static_cast<double>(line.properties.hair_count);
+  // A head has about 100 000 hairs, which strands share, so that a style weighs the same with any number of strands.
   EXPECT_NEAR(hairs, 100'000, 1000);
 }
 
@@ -111,6 +115,7 @@ TEST_P(MadeHairstyle, same_options_give_the_same_bits) {
 
 TEST_P(MadeHairstyle, is_as_long_as_asked_for) {
   const double shorter = mean_length_m(make({.length_m = 0.15})), longer = mean_length_m(make({.length_m = 0.45}));
+  // The lengths asked for are those of the longest strands, so the mean grows by less than their factor of 3.
   EXPECT_GT(longer, 1.2 * shorter);
 }
 
@@ -159,6 +164,7 @@ TEST(MadeHairstyles, refuse_what_they_cannot_make) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(make_hairstyle("mohawk"));
   EXPECT_NE(make_hairstyle("mohawk").error().find("ponytail"), std::string::npos) << "names what there is";
+  // A length is 0.01 to 1.2 m, a curl at most 1, and a style has 10 to 100 000 strands (hairstyles.cpp).
   for (const HairstyleOptions& options :
        {HairstyleOptions{.length_m = 0.005}, HairstyleOptions{.length_m = 1.3}, HairstyleOptions{.length_m = -1},
         HairstyleOptions{.length_m = kNan}, HairstyleOptions{.curl = 1.1}, HairstyleOptions{.curl = kNan},
@@ -169,6 +175,7 @@ TEST(MadeHairstyles, refuse_what_they_cannot_make) {
   }
 }
 
+// Hair from the scalp ends at the band, and the tail begins there.
 TEST(MadeHairstyles, pull_all_of_a_ponytail_to_one_band) {
   const Groom groom = make_hairstyle("ponytail", {.strand_count = kFew}).value();
   Vec3f band = Vec3f::Zero();
@@ -214,6 +221,7 @@ TEST(MadeHairstyles, cut_a_bob_at_one_height) {
     if (groom.group_names[groom.strands[s].group] != "fringe") tips.push_back(groom.strand_points(s).back().y());
   }
   std::sort(tips.begin(), tips.end());
+  // Four of five tips lie within 3 cm of height.
   EXPECT_LT(tips[tips.size() * 9 / 10] - tips[tips.size() / 10], 0.03f);
 }
 

@@ -19,6 +19,7 @@ TEST_P(MadeMotion, poses_are_valid_and_never_faster_than_a_person_but_where_it_t
     ASSERT_TRUE(is_valid(motion.poses[i]));
     if (i == 0 || motion.teleports[i]) continue;
     const RigidTransform &a = motion.poses[i - 1].head(), &b = motion.poses[i].head();
+    // Six metres a second are a fast run, and 900 degrees a second a violent shake of the head.
     EXPECT_LT((b.position - a.position).norm() * motion.rate_hz, 6) << "m/s at pose " << i;
     EXPECT_LT(a.rotation.angularDistance(b.rotation) * motion.rate_hz * 180 / std::numbers::pi, 900)
         << "deg/s at " << i;
@@ -50,6 +51,8 @@ TEST_P(MadeMotion, begins_and_ends_upright_and_ends_at_rest) {
   EXPECT_LT((last->head().position - (last - 1)->head().position).norm(), 1e-9);
 }
 
+// Each joint is the same point for both of its bones. Otherwise the neck would stretch, and hair would be pushed by
+// a body that comes apart.
 TEST_P(MadeMotion, bones_stay_joined) {
   const Body bust = make_bust();
   const auto joint = [&](Bone bone) -> Vec3 { return bust.joints[static_cast<std::size_t>(bone)].cast<double>(); };
@@ -113,6 +116,7 @@ TEST(MadeMotions, of_every_day_stand_still_between) {
       still = is_still ? still + 1 : 0;
       longest = std::max(longest, still);
     }
+    // The head rests for two seconds at least, so that hair is seen to come to rest, and moves for one.
     EXPECT_GE(static_cast<double>(longest), 2 * motion.rate_hz) << name;
     EXPECT_GE(static_cast<double>(moving), motion.rate_hz) << name;
   }

@@ -30,6 +30,7 @@ class Npy : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
+// Returns where the data begin: after 10 bytes and the header, whose length is in the bytes 8 and 9.
 std::size_t header_bytes(const std::string& file) {
   return 10 + static_cast<unsigned char>(file[8]) + 256u * static_cast<unsigned char>(file[9]);
 }
@@ -41,12 +42,14 @@ TEST_F(Npy, header_is_version_1_ends_in_a_newline_and_aligns_data_to_64_bytes) {
   const std::string file = content();
   ASSERT_GE(file.size(), 10u);
   EXPECT_EQ(file.substr(0, 8), std::string("\x93NUMPY\x01\x00", 8));
+  // NumPy aligns data to 64 bytes, so that an array can be mapped into memory.
   EXPECT_EQ(header_bytes(file) % 64, 0u);
   EXPECT_EQ(file[header_bytes(file) - 1], '\n');
   EXPECT_EQ(file.size(), header_bytes(file));
 }
 
 TEST_F(Npy, names_type_order_and_the_shape_that_was_written) {
+  // The shape is that of one row; the number of rows is only known at the end.
   auto writer = NpyWriter::create(path(), NpyType::float32, {2, 3});
   ASSERT_TRUE(writer);
   const std::vector<float> row{1, 2, 3, 4, 5, 6};

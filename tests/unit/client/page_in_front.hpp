@@ -32,6 +32,7 @@ class PageInFront {
   ~PageInFront() {
     is_stopping_ = true;
     error_code ignored;
+    // This connection wakes serve(), which waits in accept().
     tcp::socket(io_).connect(acceptor_.local_endpoint(), ignored);
     thread_.join();
     for (std::thread& each : conversations_) each.join();
@@ -55,6 +56,7 @@ class PageInFront {
   }
 
   void answer(tcp::socket socket) {
+    // The beginning of the first request decides. Its first read is taken to hold the whole request line.
     std::array<char, 2048> buffer{};
     error_code error;
     const std::size_t count = socket.read_some(boost::asio::buffer(buffer), error);
@@ -76,13 +78,14 @@ class PageInFront {
     back.join();
   }
 
+  // The text of the answer to /wt.json, and the port of the server on the loopback.
   const std::string page_;
   const std::uint16_t behind_;
   std::atomic<bool> is_stopping_{false}, steps_aside_{false};
   std::atomic<int> pages_asked_{0};
   boost::asio::io_context io_;
   tcp::acceptor acceptor_{io_, {boost::asio::ip::address_v4::loopback(), 0}};
-  // Belongs to `thread_` until that has ended.
+  // The threads of all connections. Only `thread_` touches the list until it has ended.
   std::vector<std::thread> conversations_;
   std::thread thread_;
 };

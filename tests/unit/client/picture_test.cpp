@@ -1,4 +1,4 @@
-// Tests the pictures of a window, which are averages of several drawings. They are drawn off-screen here.
+// Tests Picture, which shows a window the running average of several drawings. It is drawn off-screen here.
 #include "client/render/picture.hpp"
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ constexpr int kSide = 100;
 // A reference has kFine x kFine samples a pixel, each with a coverage of its own.
 constexpr int kFine = 8;
 
-// Holds red, green, blue and alpha of each pixel, 0 to 255.
+// Red, green, blue and alpha of each pixel, 0 to 255.
 using Pixels = std::vector<float>;
 
 // Returns the mean of the squared differences of two images.
@@ -66,6 +66,7 @@ class Target {
   Renderbuffer colour_, depth_;
 };
 
+// A made hairstyle by its name, and the colour of its hair in linear RGB.
 struct Hair {
   const char *name, *style;
   Vec3f colour;
@@ -104,7 +105,7 @@ class PictureTest : public testing::Test {
     // All strands are drawn, as thin as they are from near, which gives the most grain.
     character_.detail = DrawDetail{1, 1, 1e-3f, 1};
   }
-  // Draws one more picture with the average, and returns what the window shows.
+  // Draws one more image into the average, and returns what the window shows.
   Pixels averaged(Picture& picture) {
     screen_->bind();
     picture.draw(*stage_, {&character_, 1}, camera_, look_, kSide, kSide);
@@ -112,6 +113,8 @@ class PictureTest : public testing::Test {
   }
   Pixels averaged() { return averaged(*picture_); }
   template <class Move>
+  // Begins a new average, calls `move` with 0 to 7 before each drawing, and returns what the window shows after the
+  // eighth.
   Pixels last_of_8(const Move& move) {
     picture_->cut();
     Pixels last;
@@ -121,14 +124,14 @@ class PictureTest : public testing::Test {
     }
     return last;
   }
-  // Returns a picture without an average, with four samples a pixel.
+  // Returns an image without an average, with four samples a pixel.
   Pixels single(const Sampling& sampling = {}) {
     samples_->bind();
     stage_->draw({&character_, 1}, camera_, look_, kSide, kSide, false, sampling);
     samples_->resolve_to(*screen_);
     return screen_->read();
   }
-  // Returns what an endless average would show: the mean of two pictures of 8 x 8 samples a pixel.
+  // Returns what an endless average would show: the mean of two images of 8 x 8 samples a pixel.
   Pixels reference() {
     const int side = kFine * kSide;
     const Target large(side, side, 0);
@@ -163,6 +166,8 @@ TEST_P(PictureOfHair, of_which_16_have_less_than_a_quarter_of_the_grain_of_one) 
   Pixels before, last;
   for (int n = 0; n < 16; ++n) before = std::exchange(last, averaged());
   EXPECT_EQ(picture_->pictures(), 16);
+  // Both numbers are shares of the mean squared error of a single drawing. `flicker` is what the window changes by
+  // from the 15th drawing to the 16th.
   const double error = apart(last, wanted) / apart(one, wanted), flicker = apart(last, before) / apart(one, wanted);
   RecordProperty("error", std::to_string(error));
   RecordProperty("flicker", std::to_string(flicker));
@@ -178,13 +183,16 @@ INSTANTIATE_TEST_SUITE_P(Hair, PictureOfHair,
 TEST_F(PictureTest, after_a_cut_is_the_single_picture) {
   show(kCurls, {0.1f, 0.05f, 0.03f});
   for (int n = 0; n < 5; ++n) averaged();
+  // The camera goes round the head by 90 degrees, more than kCut_rad, 0.6 (picture.cpp).
   camera_.eye = {0.6, 0.03, 0};
   const Pixels after_turn = averaged();
   EXPECT_EQ(picture_->pictures(), 1);
   const auto [x_px, y_px] = place_of(0);
+  // draw() shifts each drawing by half of its sample position (picture.cpp), and begins with position 0 after a cut.
   EXPECT_EQ(after_turn, single({0.5f * x_px / kSide, 0.5f * y_px / kSide, 0}));
   averaged();
   EXPECT_EQ(picture_->pictures(), 2);
+  // The camera moves back by 1.4 m, more than kCut_m, 1 m.
   camera_.eye = {2, 0.03, 0};
   averaged();
   EXPECT_EQ(picture_->pictures(), 1);
@@ -197,11 +205,12 @@ TEST_F(PictureTest, after_a_cut_is_the_single_picture) {
 
 TEST_F(PictureTest, follows_the_camera) {
   show(kCurls, {0.1f, 0.05f, 0.03f});
-  // The camera turns by 0.01 rad, 1.6 px, from picture to picture.
+  // The camera turns by 0.006 m at a distance of 0.6 m, which is 0.01 rad or 1.6 px, from image to image.
   const auto move = [&](int n) { camera_.target.x() = 0.006 * n; };
   const Pixels last = last_of_8(move), wanted = reference();
   EXPECT_EQ(picture_->pictures(), 8);
-  // The average must show the last place of the camera, and not the place of the picture before.
+  // The average must show what the camera sees last. An image of the camera one step earlier must err at least four
+  // times as much.
   move(6);
   EXPECT_LT(apart(last, wanted), 0.25 * apart(single(), wanted));
 }
@@ -219,6 +228,8 @@ TEST_F(PictureTest, follows_heads) {
 
 TEST_F(PictureTest, follows_hair) {
   show(kCurls, {0.1f, 0.05f, 0.03f});
+  // The nodes lean sideways by 18 mm more in each drawing for each metre below the head joint, so hair swings under
+  // a head that is still.
   LevelGeometry geometry;
   geometry.lattice = {{-0.3f, -0.5f, -0.3f}, {0.1f, 0.1f, 0.1f}, {7, 8, 7}};
   std::vector<Vec3f> displacements(geometry.lattice.node_count(), Vec3f::Zero());
@@ -242,6 +253,7 @@ TEST_F(PictureTest, draws_as_the_stage_where_there_is_no_room) {
     draw();
     return screen_->read();
   };
+  // One pixel more than the widest texture of the GPU leaves no room for the targets of an average.
   const Pixels by_picture = drawn([&] { picture_->draw(*stage_, {&character_, 1}, camera_, look_, most + 1, kSide); });
   EXPECT_EQ(picture_->pictures(), 0);
   EXPECT_EQ(by_picture, drawn([&] { stage_->draw({&character_, 1}, camera_, look_, most + 1, kSide, false, {}); }));
@@ -251,6 +263,8 @@ TEST_F(PictureTest, hides_overlays_behind_what_it_shows) {
   show(kCurls, {0.1f, 0.05f, 0.03f});
   auto overlay = Overlay::create();
   ASSERT_TRUE(overlay) << overlay.error();
+  // The camera looks from (0, 0.03, 0.6) to the origin, so each point (0, 0.05 z, z) is in the middle of the image.
+  // The function returns the green value of the pixel there.
   const auto with_point = [&](float z_m) {
     Drawing drawing;
     drawing.point({0, 0.05f * z_m, z_m}, {0, 255, 0, 255});
@@ -266,6 +280,8 @@ TEST_F(PictureTest, hides_overlays_behind_what_it_shows) {
   EXPECT_LT(with_point(-0.3f), 200);
 }
 
+// The positions repeat after kPlaces, 32, drawings (picture.cpp). If they leaned to one side of the pixel, the whole
+// image would be shifted.
 TEST(PictureSampling, has_32_distinct_places_that_are_even_about_the_middle_of_the_pixel) {
   std::set<std::array<float, 2>> places;
   float sum_x = 0, sum_y = 0;
@@ -281,6 +297,7 @@ TEST(PictureSampling, has_32_distinct_places_that_are_even_about_the_middle_of_t
   EXPECT_EQ(place_of(32), place_of(0));
 }
 
+// The shader repeats two numbers of HairMotion, since GLSL cannot include a C++ header.
 TEST(PictureSampling, shader_has_room_for_as_many_characters_and_for_their_swing) {
   const std::string text(shader_text("accumulate.frag"));
   EXPECT_THAT(text, testing::HasSubstr("kMovingMax = " + std::to_string(HairMotion::kMovingMax) + ";"));

@@ -273,6 +273,7 @@ TEST_F(Playing, hair_goes_on_across_a_change_of_level) {
 TEST_F(Playing, hair_without_coefficients_is_at_rest_and_eases_there) {
   push_line(3);
   push(4, 40, LevelIndex::rigid);
+  // Frame 3 displaces the hair by 30 steps. Half way to the rigid frame 4 the hair must be on its way to rest.
   const Playout::Sample between = playout_.sample(3 * kInterval + kInterval / 2 + kDelay);
   ASSERT_EQ(displacement_of(between).size(), 2u);
   EXPECT_GT(displacement_of(between)[0].x(), kStep_m * 10);
@@ -289,8 +290,8 @@ TEST_F(Playing, coefficients_of_another_basis_are_not_mixed) {
   other.basis = std::make_shared<const KnownBasis>(small_basis(1));
   playout_.push(other, 4 * kInterval, 4 * kInterval + kLateness);
   EXPECT_NEAR(displacement_of(playout_.sample(4 * kInterval - 1 + kDelay))[0].x(), kStep_m * 30, 1e-7);
-  // The basis of small_basis() has 27 nodes, and that of the other frames has 2.
-  EXPECT_EQ(displacement_of(playout_.sample(4 * kInterval + kDelay)).size(), 27u);
+  // The basis of the other frames has 2 nodes.
+  EXPECT_EQ(displacement_of(playout_.sample(4 * kInterval + kDelay)).size(), kSmallBasisNodes);
 }
 
 TEST_F(Playing, an_even_acceleration_is_played_exactly) {
@@ -413,11 +414,11 @@ class Swinging : public ::testing::Test {
         const Playout::Sample sample = playout.sample(now + part * kFrame / 4);
         // The first 100 frames, in which the delay adapts to a jitter of up to 12 ms, are not judged.
         if (i < 100) continue;
-        std::vector<Vec3f> wanted(27);
+        std::vector<Vec3f> wanted(kSmallBasisNodes);
         hairnet::displacements_of(basis->hair.basis, coefficients_at(1e-9 * static_cast<double>(sample.time_ns)),
                                   wanted);
         const std::vector<Vec3f> shown = displacement_of(sample);
-        for (std::size_t node = 0; node < 27; ++node) {
+        for (std::size_t node = 0; node < kSmallBasisNodes; ++node) {
           squares += double{(shown[node] - wanted[node]).squaredNorm()};
           motion += double{wanted[node].squaredNorm()};
         }

@@ -10,6 +10,7 @@
 
 namespace hairnet::link {
 
+// Members are numbers that the server gives to all characters of a room; a character's number is its client's own.
 constexpr std::uint32_t kOwnMember = 31, kOther = 40;
 constexpr std::uint32_t kOwnCharacter = 7;
 
@@ -33,6 +34,8 @@ inline std::vector<float> coefficients_at(std::uint64_t tick, std::uint32_t memb
                 std::sin(0.1f * static_cast<float>(tick + member) + static_cast<float>(k)));
   return c;
 }
+// Returns the encoded content of a frame: the pose, and the first `count` coefficients. Without the others the frame
+// is valid but coarser.
 inline std::vector<std::uint8_t> content_at(std::uint64_t tick, std::uint32_t member, bool is_rigid = false,
                                             std::size_t count = 12) {
   const codec::CoefficientCode code(small_basis().basis.deviation_m);
@@ -45,8 +48,8 @@ inline std::vector<std::uint8_t> content_at(std::uint64_t tick, std::uint32_t me
 // A decoded coefficient differs from the sent one by at most half of the finest quantization step.
 constexpr float kRounding = codec::kFinestStep_m / 2 + 1e-6f;
 
-// Starts every test with a client that has an own character and sees one other member. The client has the basis of both
-// hairstyles, and all events are taken.
+// Starts every test with a client in session 5 that has an own character (hairstyle 1) and sees one other member
+// (hairstyle 2). Both hairstyles have the same basis, which has been downloaded, and all events are taken.
 class Receiving : public ::testing::Test {
  protected:
   explicit Receiving(LinkCoreOptions options = {}) : d(std::move(options)) { settle(5); }
@@ -67,10 +70,13 @@ class Receiving : public ::testing::Test {
       d.send(wire::GroomBasis{hash_of(groom), basis_hash()});
   }
   void send_basis() { d.send(wire::GroomData{basis_hash(), basis_file().size(), 0, basis_file()}); }
+  // What differs from a plain frame. `damaged` content has 3 bytes, too few for a pose.
   struct Coded {
     bool discontinuous = false, damaged = false, asleep = false;
-    // Counts coefficients.
+    // The number of coefficients in the frame; small_basis() has 12.
     std::size_t count = 12;
+    // Set for a frame that comes as by datagram, where the generation tells apart members that have had the same
+    // number.
     std::optional<std::uint8_t> generation = std::nullopt;
   };
   void send_frame(std::uint64_t tick, std::uint32_t member) { send_frame(tick, member, Coded()); }
@@ -79,12 +85,14 @@ class Receiving : public ::testing::Test {
     if (coded.damaged) content.resize(3);
     wire::FrameBatch batch;
     batch.tick = tick;
+    // Frames of neighbouring ticks are 33 ms apart, about a tick at 30 Hz.
     batch.sample_time_ns = static_cast<std::int64_t>(tick) * 33 * kMs;
     wire::Frame frame;
     frame.member = member;
     frame.level = LevelIndex::low;
     frame.discontinuous = coded.discontinuous;
     frame.asleep = coded.asleep;
+    // The character is simulated in every second tick.
     frame.step_stride = 2;
     frame.content = content;
     batch.frames.push_back(frame);
@@ -110,13 +118,13 @@ class Receiving : public ::testing::Test {
     EXPECT_EQ(batch->frames.size(), 1u);
     return batch->frames.at(0);
   }
-  // Expects the displacement of all 27 nodes at a tick, within 1 mm. The state is rounded to 0.25 mm, on top of the
+  // Expects the displacement of all nodes at a tick, within 1 mm. The state is rounded to 0.25 mm, on top of the
   // rounding of coefficients.
   static void expect_state(const wire::HairState& state, std::uint64_t tick) {
-    std::vector<Vec3f> shown(27);
+    std::vector<Vec3f> shown(kSmallBasisNodes);
     hairnet::displacements_of(small_basis().basis, coefficients_at(tick, kOwnMember), shown);
-    ASSERT_EQ(state.displacements.size(), 81u);
-    for (std::size_t i = 0; i < 81; ++i)
+    ASSERT_EQ(state.displacements.size(), kSmallBasisCoordinates);
+    for (std::size_t i = 0; i < kSmallBasisCoordinates; ++i)
       EXPECT_NEAR(static_cast<float>(state.displacements[i]) * state.step_m,
                   shown[i / 3][static_cast<Eigen::Index>(i % 3)], 1e-3f);
   }

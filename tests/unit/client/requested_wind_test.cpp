@@ -11,10 +11,13 @@ wire::RoomWind announced(double x, std::uint64_t session) {
   return {{Vec3(x, 0, 0)}, session};
 }
 
+// RequestedWind decides whether a client sends its wind again after a reconnect: it does as long as no other client
+// has set one since. The client's own session is kOurs, another client's is kAnother, and 0 stands for the server's
+// own setting.
 class RequestedWindTest : public testing::Test {
  protected:
-  // Let a welcome, or a RoomWind, arrive and return the speed of the wind that the client sends in answer, m/s. Zero
-  // means that it sends none.
+  // welcome() lets a welcome arrive, and tell() a RoomWind. They return the speed of the wind that the client sends
+  // in answer, m/s; 0 means that it sends none.
   double welcome(bool may_set = true) { return speed(wind_.on_welcome(may_set)); }
   double tell(double x, std::uint64_t session) { return speed(wind_.on_announced(announced(x, session), kOurs)); }
   void set(double x) { wind_.set(wire::SetWind{{Vec3(x, 0, 0)}}); }

@@ -17,12 +17,14 @@ namespace hairnet::room {
 class RoomOnCore : public ::testing::Test {
  protected:
   RoomOnCore() { make_room({}); }
+  // Makes the room again, on the same core. A room passes `observe` to its server.
   void make_room(const wire::Observe& observe) {
     auto owned = std::make_unique<link::CoreConversation>(d.core);
     conversation = owned.get();
     conversation->set_now(d.now_ns);
     room = std::make_unique<Room>(std::move(owned), observe);
   }
+  // Lets this time pass, and makes the room process what the driver has sent it until now.
   void advance(std::int64_t ms = 0) {
     d.pass(ms * link::kMs);
     conversation->set_now(d.now_ns);
@@ -49,6 +51,7 @@ class RoomOnCore : public ::testing::Test {
   }
 
   link::LinkCoreDriver d;
+  // The room owns it.
   link::CoreConversation* conversation = nullptr;
   std::unique_ptr<Room> room;
 };

@@ -150,7 +150,8 @@ TEST_F(RoomTest, shows_an_own_character_where_it_was_pushed_last_also_after_a_ch
   advance();
   EXPECT_EQ(member->pose->head().position.x(), 2);
 
-  // Another server: another session, another number; the same object.
+  // The next server gives the character another session and another number, but the room must go on with the same
+  // object.
   d.core.on_closed("the cable", d.now_ns);
   advance();
   EXPECT_EQ(room->state(), State::reconnecting);
@@ -163,6 +164,7 @@ TEST_F(RoomTest, shows_an_own_character_where_it_was_pushed_last_also_after_a_ch
   std::vector<std::uint32_t> numbers;
   for (const Event& event : room->take_events()) {
     if (const auto* joined = std::get_if<Joined>(&event)) numbers.push_back(joined->number);
+    // A departure counts as 100 plus the number, to tell it from an arrival.
     if (const auto* left = std::get_if<Left>(&event)) numbers.push_back(100 + left->number);
   }
   EXPECT_THAT(numbers, ::testing::ElementsAre(31, 131, 3));
@@ -177,6 +179,7 @@ TEST_F(RoomTest, shows_an_own_character_where_it_was_pushed_last_also_after_a_ch
   EXPECT_EQ(sent<wire::RemoveCharacter>().size(), 1u);
 }
 
+// A program pushes all of its characters in each image. One wrong pose must not cost the poses of the others.
 TEST_F(RoomTest, many_poses_of_one_call_are_one_packet_and_wrong_ones_are_dropped_and_counted) {
   const auto mine = file_of(groom_named("mine"));
   const std::uint32_t a = *room->add_character(mine), b = *room->add_character(mine);
@@ -209,6 +212,7 @@ TEST_F(RoomTest, many_poses_of_one_call_are_one_packet_and_wrong_ones_are_droppe
   EXPECT_EQ(room->inputs_dropped(), 5u);
 }
 
+// A stranger's file may be broken by intent. The room must go on without that person's hair.
 TEST_F(RoomTest, a_damaged_file_adds_nobody_and_that_of_another_is_told_once) {
   std::vector<std::uint8_t> damaged = *others_file;
   damaged[damaged.size() / 2] ^= 0x55;
@@ -270,7 +274,7 @@ TEST_F(RoomTest, a_caller_that_was_busy_gets_its_frames_as_if_it_had_not_been) {
   }
   const auto delay_ms = [&] { return 1e-6 * static_cast<double>(room->members().at(kOther)->playout.delay_ns()); };
   const double before_ms = delay_ms();
-  // Half a second in which nothing is read; then all of it is.
+  // The caller reads nothing for half a second, and then all packets at once.
   std::vector<std::vector<std::uint8_t>> packets;
   for (int i = 0; i < 15; ++i, ++tick) {
     d.now_ns += 33 * kMs;
@@ -286,6 +290,7 @@ TEST_F(RoomTest, a_caller_that_was_busy_gets_its_frames_as_if_it_had_not_been) {
   EXPECT_NEAR(delay_ms(), before_ms, 40);
 }
 
+// A negative height counts as 0. A NaN would make the whole message invalid.
 TEST_F(RoomTest, heights_on_the_screen_that_no_message_may_say_corrupt_no_report) {
   join();
   tell_of_other();
@@ -301,6 +306,7 @@ TEST_F(RoomTest, heights_on_the_screen_that_no_message_may_say_corrupt_no_report
   EXPECT_EQ(room->inputs_dropped(), 1u);
 }
 
+// A program that reconnected at once after being removed would fight the moderator.
 TEST_F(RoomTest, the_end_is_told_with_its_reason_and_whether_to_try_again) {
   join();
   tell_of_other();

@@ -5,7 +5,10 @@
 #include <limits>
 #include <tuple>
 
+#include "core/touch/hand.hpp"
+#include "core/world/grab.hpp"
 #include "schema/codec/frame.hpp"
+#include "schema/limits.hpp"
 #include "schema/wire/groom_file.hpp"
 #include "tests/support/build_grooms.hpp"
 #include "tests/unit/client/room_on_core.hpp"
@@ -24,6 +27,7 @@ constexpr std::uint32_t kOther = 40, kOwn = 31;
 constexpr std::uint64_t kSession = 5, kOthersSession = 9;
 const double kNan = std::numeric_limits<double>::quiet_NaN();
 
+// Returns a hand of one capsule, 8 cm long with a radius of 1 cm, at (x, 1, 2) in the world.
 Hand hand_at(double x) {
   return {0, {Quat::Identity(), Vec3(x, 1, 2)}, false, {{Vec3::Zero(), Vec3(0, 0.08, 0), 0.01}}};
 }
@@ -56,6 +60,7 @@ class RoomTouchTest : public RoomOnCore {
     d.open();
     welcome(session, resumed, may_touch, may_set_props);
   }
+  // Sends the hands of other people as the server does, and lets then_ms pass. 33 ms are a tick at 30 Hz.
   void say(std::uint64_t tick, std::vector<wire::RoomHands::Person> people, std::int64_t then_ms = 33) {
     d.send(wire::RoomHands{tick, link::kServerClock_ns + d.now_ns, std::move(people)});
     advance(then_ms);
@@ -84,6 +89,7 @@ class RoomTouchTest : public RoomOnCore {
   std::uint32_t me = 0;
 };
 
+// The room refuses wrong hands at the call, where their author hears of it.
 TEST_F(RoomTouchTest, hands_are_sent_and_wrong_ones_are_refused_in_a_line_and_counted) {
   EXPECT_TRUE(room->push_hands(std::vector{hand_at(1)}));
   const auto batches = sent<wire::PoseBatch>();
@@ -95,6 +101,7 @@ TEST_F(RoomTouchTest, hands_are_sent_and_wrong_ones_are_refused_in_a_line_and_co
   std::vector<Hand> many;
   for (std::uint8_t i = 0; i < kHandShapesMax; ++i)
     many.push_back({i, {Quat::Identity(), Vec3(5000, 5000, 5000)}, false, {{Vec3(9, 9, 9), Vec3(-9, -9, -9), 9}}});
+  // One hand more than kHandShapesMax, 32, with the number of the last one.
   many.push_back(many.back());
   const Result<void> pushed = room->push_hands(many);
   ASSERT_FALSE(pushed);
@@ -124,9 +131,8 @@ TEST_F(RoomTouchTest, a_hand_takes_hold_and_the_answer_is_told) {
   EXPECT_EQ(held[0].point_count, 12u);
 
   EXPECT_FALSE(room->take_hold(kOther + 1, 3, Vec3f::Zero(), 0.05f)) << "nobody";
-  EXPECT_FALSE(room->take_hold(kOther, 32, Vec3f::Zero(), 0.05f)) << "no number of a shape";
-  // The radius is more than kGrabRadiusMax_m, 0.3 m.
-  EXPECT_FALSE(room->take_hold(kOther, 3, Vec3f::Zero(), 0.31f));
+  EXPECT_FALSE(room->take_hold(kOther, kHandShapesMax, Vec3f::Zero(), 0.05f)) << "no number of a shape";
+  EXPECT_FALSE(room->take_hold(kOther, 3, Vec3f::Zero(), static_cast<float>(kGrabRadiusMax_m) + 0.01f));
   EXPECT_FALSE(room->take_hold(kOther, 3, Vec3f(0, static_cast<float>(kNan), 0), 0.1f));
   EXPECT_EQ(room->inputs_dropped(), 4u);
   EXPECT_THAT(d.take_all(), IsEmpty());
@@ -212,10 +218,10 @@ TEST_F(RoomTouchTest, props_are_those_that_the_server_has_told) {
   wire::Prop lost = ball(4);
   lost.place.position.x() = kNan;
   EXPECT_FALSE(room->set_props({lost}));
-  // Numbers of props are below wire::kPropsMax, 128. A size of 101 m is more than kTouchSizeMax_m.
-  EXPECT_FALSE(room->set_props({ball(128)}));
-  EXPECT_FALSE(room->set_props({}, {128}));
-  EXPECT_FALSE(room->set_props({ball(1, 101)}));
+  // Numbers of props are below wire::kPropsMax.
+  EXPECT_FALSE(room->set_props({ball(wire::kPropsMax)}));
+  EXPECT_FALSE(room->set_props({}, {wire::kPropsMax}));
+  EXPECT_FALSE(room->set_props({ball(1, kTouchSizeMax_m + 1)}));
   EXPECT_EQ(room->inputs_dropped(), 4u);
   EXPECT_THAT(sent<wire::SetProps>(), IsEmpty());
 
@@ -225,6 +231,7 @@ TEST_F(RoomTouchTest, props_are_those_that_the_server_has_told) {
   EXPECT_THAT(room->props(), IsEmpty());
 }
 
+// Holds and props are of their moment. Sent after a reconnect, they would grab at hair that has moved on.
 TEST_F(RoomTouchTest, what_is_done_without_a_connection_is_refused_in_a_line_and_counted) {
   d.core.on_closed("the cable", d.now_ns);
   advance();

@@ -77,13 +77,15 @@ class PosesOverDatagrams : public testing::Test {
     for (const std::uint32_t character : {1u, 2u, 3u}) d.core.send(wire::AddCharacter{character, hash_of(1)});
     d.take_all();
   }
+  // Pushes the next pose of each of the characters 1 to `characters`.
   void push(std::uint32_t characters) {
     std::vector<wire::PoseSample> poses;
     ++sequence_;
     for (std::uint32_t c = 1; c <= characters; ++c) poses.push_back(nth_pose(c, sequence_));
     d.core.push_poses(std::move(poses));
   }
-  // Returns how many packets there were.
+  // Takes all packets that the core sends, loses those for which is_lost() is true, and stores the poses of the
+  // others. Returns the number of packets.
   std::size_t take(const std::function<bool()>& is_lost) {
     std::size_t count = 0;
     for (std::vector<std::uint8_t> packet = d.core.take_packet(d.now_ns); !packet.empty();
@@ -146,6 +148,7 @@ TEST_F(PosesOverDatagrams, of_a_removed_character_do_not_come_with_those_of_the_
   EXPECT_THAT(named(d.expect<wire::PoseBatch>()), ElementsAre(Pair(1, 2)));
 }
 
+// Poses of an earlier connection are outdated when the next one opens.
 TEST_F(PosesOverDatagrams, of_an_earlier_connection_do_not_come_again) {
   push(1);
   d.take_all();
@@ -164,6 +167,7 @@ TEST_F(PosesOverDatagrams, of_an_earlier_connection_do_not_come_again) {
 TEST_F(PosesOverDatagrams, a_jump_travels_alone_and_does_not_come_again) {
   push(1);
   d.take_all();
+  // A lost teleport would let the server simulate the jump, so it goes over the channel, which loses nothing.
   wire::PoseSample jump = nth_pose(1, ++sequence_);
   jump.teleport = true;
   d.core.push_poses({jump});

@@ -25,7 +25,10 @@ class Settled : public ::testing::Test {
     d.send(wire::CharacterAdded{7, hash_of(1), LevelIndex::low, 31});
     d.core.take_events();
   }
+  // Ends the connection as a pulled cable does. "the cable" is the reason that Reconnecting then names.
   void break_off() { d.core.on_closed("the cable", d.now_ns); }
+  // Waits until the client connects again, stores its Hello and answers with this welcome. A welcome to session 5
+  // with `resumed` continues the session; another session means a server that knows nothing of the client.
   void come_back(const wire::Welcome& welcome) {
     d.open();
     hello = d.expect<wire::Hello>();

@@ -25,7 +25,7 @@
 namespace hairnet::sim {
 namespace {
 
-// Makes a motion at 60 Hz of a head that nods and shifts to the side.
+// Makes a motion at 60 Hz of a head that nods by 0.4 rad about once a second and shifts to the side by 10 cm.
 Motion nod(double duration_s = 1) {
   Motion motion;
   for (int i = 0; i <= 60 * duration_s; ++i) {
@@ -36,7 +36,8 @@ Motion nod(double duration_s = 1) {
   return motion;
 }
 
-// Prepares a stepper with random springs that begins at the first pose of a clip, with 25 ticks a second.
+// Prepares a stepper that begins at the first pose of a clip, with 25 ticks a second. The level is random, since a
+// solver must be right for any.
 StepperDef stepper_def(const Clip& clip, int iterations = 16) {
   auto levels = std::make_shared<LevelSet>();
   levels->levels[0] = support::make_random_level();
@@ -54,6 +55,8 @@ double rms_mm(std::span<const Vec3f> a, std::span<const Vec3f> b) {
   return 1e3 * std::sqrt(sum / static_cast<double>(a.size()));
 }
 
+// The arguments of make_clip() are the motion, ticks a second, and the seconds in which hair settles after the
+// motion.
 TEST(Clip, has_a_pose_for_the_start_and_one_a_tick) {
   const Clip clip = make_clip(nod(2), 25, 0);
   EXPECT_EQ(clip.tick_count(), 50u);
@@ -113,6 +116,7 @@ TEST(Stepper, a_teleport_moves_the_lattice_rigidly_with_either_solver) {
     const Pose far = rigid_pose({Quat(Eigen::AngleAxisd(2, Vec3::UnitY())), Vec3(5, 0, 0)});
     const StepReport report = stepper->step(far, true);
     EXPECT_EQ(report.teleports, 1u);
+    // Without rigid motion the hair would be dragged over 5 m, and displacements would be metres.
     EXPECT_LT(rms_mm(stepper->state().displacement, before.displacement), 1e-3);
     // The hair keeps its velocity relative to the head, which had the velocity of the last substep before the jump.
     const StepperDef def = stepper_def(clip);
@@ -126,6 +130,7 @@ TEST(Stepper, a_teleport_moves_the_lattice_rigidly_with_either_solver) {
       const Vec3 rigid = (last.head().point(rest) - from.head().point(rest)) / substep_s;
       relative[i] -= (last.head().rotation.inverse() * rigid).cast<float>();
     }
+    // rms_mm() gives mm/s here.
     EXPECT_LT(rms_mm(stepper->state().velocity, relative), 1e-2);
   }
 }
@@ -202,6 +207,7 @@ TEST(ModelJson, contains_every_field_and_reads_back_to_the_same_bits) {
   for (std::size_t i = 0; i < level.rest.size(); ++i) {
     EXPECT_EQ(json["nodes"]["mass"][i].get<float>(), level.mass[i]);
     EXPECT_EQ(json["nodes"]["ether_k"][i].get<float>(), level.ether_stiffness[i]);
+    // The damping depends on the length of a substep: 25 ticks of 2 substeps a second make 1/50 s.
     EXPECT_EQ(json["nodes"]["ether_q"][i].get<float>(), ether_damping(level, {}, i, 1.0f / 50));
     EXPECT_EQ(json["nodes"]["drag"][i][5].get<float>(), level.drag[i][5]);
   }
@@ -209,6 +215,8 @@ TEST(ModelJson, contains_every_field_and_reads_back_to_the_same_bits) {
   ASSERT_EQ(json["attachments"].size(), level.attachments.count());
   ASSERT_EQ(json["skin"].size(), level.skin->size());
   ASSERT_EQ(json["contacts"].size(), level.contacts.count());
+  // Any spring, attachment, body part and contact point will do; these are not the first ones, so that an offset
+  // shows.
   const auto& spring = json["springs"][3];
   for (std::size_t e = 0; e < spring["nodes"].size(); ++e) {
     const std::uint32_t entry = level.springs.begin[3] + static_cast<std::uint32_t>(e);
@@ -237,6 +245,7 @@ class ReplayedTicks : public ::testing::Test {
     ASSERT_FALSE(taken);
     EXPECT_NE(taken.error().find(what), std::string::npos) << taken.error();
   }
+  // The callback gets the time and the text of progress, which these tests do not need.
   ReplayedWorld replayed_{[](double, std::string_view) {}};
 };
 
@@ -251,10 +260,12 @@ TEST_F(ReplayedTicks, equal_hashes_are_accepted_and_others_refused) {
   EXPECT_TRUE(replayed_.take(tick));
   tick.added.clear();
   tick.tick = 1;
+  // One wrong bit stands for a machine that computes something else than the server did.
   tick.state_hash ^= 1;
   expect_refused(tick, "tick 1: the state differs");
 }
 
+// A damaged recording may name characters and grooms that it never adds. A replay must say so and not crash.
 TEST_F(ReplayedTicks, refuses_what_the_recording_has_no_ground_for) {
   wire::RecordedTick tick;
   tick.removed = {5};
@@ -309,6 +320,7 @@ TEST_F(StrandFiles, simulated_strands_are_those_of_the_array_of_points) {
     auto files = TrajectoryFiles::create(options, groom, level, 3);
     ASSERT_TRUE(files) << files.error();
     std::mt19937 random(3);
+    // The lattice of each row is random, since only the way from lattices to files is tested.
     const Motion motion = nod();
     for (std::size_t row = 0; row < 3; ++row) {
       LatticeState state;
@@ -334,6 +346,7 @@ TEST_F(StrandFiles, simulated_strands_are_those_of_the_array_of_points) {
 TEST_F(StrandFiles, points_follow_another_lattice_at_once_and_none_is_rest) {
   const Groom groom = short_hair();
   support::RandomLevel small;
+  // A character may change its level, and with it its lattice, between two frames.
   small.nodes_per_axis = 4;
   const Level level = support::make_random_level(), other = support::make_random_level(small);
   const RigidTransform head = nod().poses[20].head();

@@ -44,6 +44,7 @@ TEST_F(TokenCommands, a_made_token_shows_what_it_grants) {
   ASSERT_TRUE(token) << token.error();
   const auto shown = [&](std::int64_t now_s) { return show_token({file_, *token}, now_s).value_or("refused"); };
   EXPECT_THAT(shown(kNow_s), HasSubstr("\"not yet good\""));
+  // The token holds from 10 s after it was made until 60 s after it.
   EXPECT_THAT(shown(kNow_s + 60), HasSubstr("\"expired\""));
   EXPECT_EQ(shown(kNow_s + 10), R"({
   "state": "good",
@@ -82,6 +83,7 @@ TEST(TokenDuration, has_a_number_and_a_unit) {
   EXPECT_EQ(parse_duration_s("15m"), 900);
   EXPECT_EQ(parse_duration_s("12h"), 43'200);
   EXPECT_EQ(parse_duration_s("30d"), 2'592'000);
+  // A token lasts at most ten years, 3653 days.
   for (const char* text : {"", "h", "1w", "1hh", "-1h", "0", "1.5h", " 1h", "3654d", "99999999999999999999s"})
     EXPECT_EQ(parse_duration_s(text), std::nullopt) << text;
 }

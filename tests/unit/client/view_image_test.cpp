@@ -8,6 +8,7 @@ using namespace draw;
 
 namespace {
 
+// Makes an image of one grey; alpha has the same value, which these tests ignore.
 Image plain(int width, int height, std::uint8_t grey) {
   Image image;
   image.width = width;
@@ -55,6 +56,7 @@ TEST(Png, refuses_images_whose_bytes_do_not_fit_their_size) {
 
 TEST(ContactSheet, lays_tiles_row_by_row_with_gaps) {
   const std::vector<Image> tiles{plain(6, 5, 10), plain(6, 5, 20), plain(6, 5, 30)};
+  // The sheet has two columns, with gaps of 3 px between the tiles and around them.
   const Image sheet = contact_sheet(tiles, 2, 3);
   ASSERT_EQ(sheet.width, 3 + 6 + 3 + 6 + 3);
   ASSERT_EQ(sheet.height, 3 + 5 + 3 + 5 + 3);
@@ -75,6 +77,7 @@ TEST(ContactSheet, bears_no_tiles_odd_columns_and_odd_sizes) {
 
 TEST(Caption, darkens_dots_inside_its_box_only) {
   Image image = plain(100, 40, 200);
+  // The text's upper left corner is at (10, 12), and a dot of a letter is 2 px wide.
   draw_text(image, 10, 12, "Hj", 2);
   int dark = 0;
   for (int y = 0; y < image.height; ++y) {
@@ -92,6 +95,7 @@ TEST(Caption, darkens_dots_inside_its_box_only) {
 TEST(Caption, is_cut_at_the_edges) {
   Image image = plain(20, 10, 200);
   const std::size_t size = image.rgba.size();
+  // The texts lie partly or wholly outside of the image. A write beyond it would show under the sanitizer.
   draw_text(image, -7, -5, "cut me", 3);
   draw_text(image, 18, 8, "\x01\xff", 1000);
   draw_text(image, 500, 500, "far", 1);

@@ -19,7 +19,7 @@
 namespace hairnet::viewer {
 namespace {
 
-// Holds a made groom as files of another program have it: in other axes, another unit and with another origin.
+// A made groom as files of another program have it: in other axes, another unit and with another origin.
 struct Foreign {
   std::vector<StrandFile> files;
   TriangleMesh body;
@@ -107,6 +107,7 @@ TEST_F(ImportedFiles, are_told_of_as_json_too) {
   options.files.files = {hair_file()};
   options.out = hair_file() + ".groom";
   options.json = true;
+  // The file has at most 600 strands. They become guides, between which others are made up to this number.
   options.import.fill = 2000;
   ::testing::internal::CaptureStdout();
   const Result<void> done = groom::import_groom(options);
@@ -128,6 +129,8 @@ TEST_F(ImportedFiles, have_as_many_names_of_groups_as_there_are_files) {
   EXPECT_EQ(groom::import_groom(options).error(), "--group: 2 names for 1 files; give as many, or none");
 }
 
+// Both programs guess units and axes. If they guessed differently, hair would look right in one and wrong in the
+// other.
 TEST_F(ImportedFiles, lie_in_the_viewer_where_hairnet_groom_puts_them) {
   const std::string out = hair_file() + ".groom";
   groom::ImportOptions options;
@@ -160,10 +163,12 @@ TEST_F(ImportedFiles, are_distinguished_by_extensions_also_in_capitals) {
   const Result<std::vector<CharacterSetup>> characters = characters_of_files(files);
   const std::string said = ::testing::internal::GetCapturedStderr();
   ASSERT_TRUE(characters) << characters.error();
+  // The skeleton has a height of 150 units, so a unit is guessed as 1 cm.
   EXPECT_NEAR(characters->front().motion.poses.front().head().position.y(), 1.5, 1e-6);
   EXPECT_NE(said.find(motion + ": the skeleton is 150 units tall"), std::string::npos) << said;
 }
 
+// A character with a place of its own stays there, and files get free places.
 TEST_F(ImportedFiles, stand_beside_the_characters_that_are_named) {
   ViewOptions options;
   options.files = {hair_file()};
@@ -197,11 +202,13 @@ TEST(GuessPlacement, finds_axes_and_unit_of_hair_without_its_head) {
       ASSERT_TRUE(guessed) << guessed.error();
       EXPECT_EQ(guessed->up, up) << style;
       EXPECT_EQ(guessed->face, face) << style;
+      // Usual units differ by a factor of 2.5 and more, so a guess within a factor of 1.35 means the right one.
       EXPECT_NEAR(std::log(guessed->unit_m / unit_m), 0, 0.3) << style << ' ' << guessed->unit_m;
     }
   }
 }
 
+// Hair and body come from different programs. Each alone has a guess, and both together must meet.
 TEST(GuessPlacement, a_body_in_other_axes_and_another_unit_comes_under_its_hair) {
   const Placement strands{Axis::plus_y, Axis::minus_z, 0.0254, {}}, body{Axis::plus_z, Axis::minus_y, 0.01, {}};
   const Foreign hair = foreign(made("bob"), strands, body);

@@ -28,6 +28,7 @@ TEST(OrbitCamera, what_it_frames_stays_in_view_however_it_is_turned) {
   OrbitCamera camera;
   camera.frame(Vec3(0, 1.5, 0), 0.4);
   for (int i = 0; i < 50; ++i) {
+    // The numbers are pixels that the mouse has moved to the right and down.
     camera.orbit(37, 11, kHeight);
     EXPECT_TRUE(camera.in_view(Vec3(0, 1.5, 0), 0.1, 1.0));
     EXPECT_NEAR((camera.camera().eye - Vec3(0, 1.5, 0)).norm(), camera.distance_m(), 1e-9);
@@ -48,11 +49,11 @@ TEST(OrbitCamera, a_pan_keeps_what_is_at_the_target_under_the_mouse) {
 
 TEST(OrbitCamera, the_wheel_never_goes_through_the_target_or_out_of_sight) {
   OrbitCamera camera;
-  // OrbitCamera keeps its distance between 0.12 and 500 m.
+  // OrbitCamera keeps its distance between kDistanceMin_m and kDistanceMax_m, 0.12 and 500 m (orbit_camera.cpp).
   camera.zoom(1000);
-  EXPECT_GT(camera.distance_m(), 0.05);
+  EXPECT_DOUBLE_EQ(camera.distance_m(), 0.12);
   camera.zoom(-5000);
-  EXPECT_LT(camera.distance_m(), 1000);
+  EXPECT_DOUBLE_EQ(camera.distance_m(), 500);
 }
 
 TEST(OrbitCamera, follows_smoothly_and_keeps_its_bearing) {
@@ -142,6 +143,7 @@ TEST(HeadGrab, no_jerk_of_the_mouse_is_a_teleport) {
   }
 }
 
+// A window may stand still for half a minute (30 s), or draw ten thousand images a second (1e-4 s).
 TEST(HeadGrab, is_bounded_and_stable_for_any_time_step) {
   const Body body = bust_body();
   HeadGrab grab;
@@ -258,8 +260,9 @@ TEST_F(MouseControllerTest, with_shift_the_head_goes_with_the_mouse) {
   const Vec3 moved =
       show_.grab_.apply(from, show_.viewed_characters()[0].groom->body).head().position - from.head().position;
   const double pixel_m = camera_.pixel_m(kHeight);
+  // The head follows the mouse within a tenth of its way on each axis.
   EXPECT_NEAR(moved.x(), 50 * pixel_m, 0.1 * 50 * pixel_m);
-  EXPECT_NEAR(moved.y(), -20 * pixel_m, 0.1 * 50 * pixel_m);
+  EXPECT_NEAR(moved.y(), -20 * pixel_m, 0.1 * 20 * pixel_m);
 }
 
 TEST_F(MouseControllerTest, another_clients_head_is_chosen_and_the_camera_turns) {
@@ -273,6 +276,7 @@ TEST_F(MouseControllerTest, another_clients_head_is_chosen_and_the_camera_turns)
   EXPECT_GT((camera_.camera().eye - eye).norm(), 0.01);
 }
 
+// A drag of a slider must not turn a head when the mouse leaves the controls.
 TEST_F(MouseControllerTest, what_began_over_the_controls_moves_nothing) {
   const Vec3 eye = camera_.camera().eye;
   MouseInput mouse = over(1);
@@ -306,6 +310,7 @@ TEST(Framing, all_heads_are_in_view_from_every_side) {
       const Ray ray{camera.camera().eye, (camera.camera().target - camera.camera().eye).normalized()};
       const Vec3 to = head_middle(character.pose) - ray.origin;
       const double depth = to.dot(ray.direction);
+      // A head that is within 10 cm of the image's edge counts as cut off.
       const double tangent = std::tan(OrbitCamera::kFov_deg / 2 * 3.14159265 / 180);
       EXPECT_LT(std::abs(to.dot(camera.up())) + 0.1, depth * tangent);
       EXPECT_LT(std::abs(to.dot(camera.right())) + 0.1, depth * tangent * kWidth / kHeight);
@@ -315,9 +320,11 @@ TEST(Framing, all_heads_are_in_view_from_every_side) {
 
 TEST(AdaptiveQuality, falls_with_slow_pictures_and_recovers) {
   AdaptiveQuality adaptive_quality;
+  // Images of 2 s are far slower than kSlow_ms, 40 ms, and images of 5 ms faster than kFast_ms, 20 ms.
   for (int i = 0; i < 100; ++i) adaptive_quality.take(2000);
   EXPECT_EQ(adaptive_quality.share(), AdaptiveQuality::kMin);
   double last = adaptive_quality.share();
+  // From kMin, 2 %, it takes about 130 images of 3 % more to reach 1.
   for (int i = 0; i < 500; ++i) {
     const double share = adaptive_quality.take(5);
     EXPECT_GE(share, last);

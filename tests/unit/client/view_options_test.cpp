@@ -8,6 +8,7 @@
 namespace hairnet::viewer {
 namespace {
 
+// Parses a command line of hairnet-view. For one that is refused it expects the exit code 2 and one line on stderr.
 std::variant<ViewOptions, int> parsed(std::initializer_list<const char*> arguments) {
   std::vector<std::string> texts{"hairnet-view"};
   texts.insert(texts.end(), arguments.begin(), arguments.end());
@@ -33,9 +34,11 @@ bool refused(std::initializer_list<const char*> arguments) {
   return std::holds_alternative<int>(parsed(arguments));
 }
 
+// A whole description of one character.
 constexpr const char* kOne = "groom=made:bob,motion=made:nod";
 
 TEST(ViewOptions, a_window_opens_unless_something_else_is_asked_for) {
+  // Without --local, and without files, a server simulates the hair.
   EXPECT_EQ(valid({"--local"}).output, Output::window);
   EXPECT_EQ(valid({"--character", kOne}).output, Output::window);
   EXPECT_EQ(valid({"--character", kOne, "--no-draw"}).output, Output::none);
@@ -94,6 +97,7 @@ TEST(ViewOptions, files_and_local_are_simulated_here_and_all_else_by_a_server) {
   EXPECT_EQ(valid({"a.hair", "b.obj"}).source, Source::local);
   EXPECT_EQ(valid({"a.hair", "b.obj"}).files.size(), 2u);
   EXPECT_EQ(valid({"--connect", "here:1", "--observe", "all"}).source, Source::server);
+  // These flags say how to reach a server, so they contradict --local.
   for (const char* flag :
        {"--connect", "--transport", "--room", "--token", "--observe", "--reconnect", "--pose-rate", "--jitter"})
     EXPECT_TRUE(refused({"--local", flag,
@@ -127,6 +131,7 @@ TEST(ViewOptions, forever_is_a_word_where_no_end_is_needed) {
   const ViewOptions kept = valid({"--character", kOne, "--no-draw", "--duration", "forever", "--reconnect", "forever"});
   EXPECT_TRUE(std::isinf(kept.duration_s));
   EXPECT_TRUE(std::isinf(kept.reconnect_s));
+  // Images, videos and traces end with a file that is complete, so they need an end.
   EXPECT_TRUE(refused({"--character", kOne, "--out", "a.png", "--duration", "forever"}));
   EXPECT_TRUE(refused({"--character", kOne, "--out", "a.mp4", "--duration", "forever"}));
   EXPECT_TRUE(refused({"--character", kOne, "--trace", "t", "--duration", "forever"}));
@@ -134,6 +139,7 @@ TEST(ViewOptions, forever_is_a_word_where_no_end_is_needed) {
 }
 
 TEST(ViewOptions, what_cannot_be_is_refused_in_one_line) {
+  // The word "forever" alone means no end. A duration has an upper limit, too.
   for (const char* duration : {"0", "-1", "nan", "inf", "ever", "1e9"})
     EXPECT_TRUE(refused({"--character", kOne, "--no-draw", "--duration", duration})) << duration;
   EXPECT_TRUE(refused({"--character", kOne, "--no-draw", "--out", "a.png"}));
@@ -143,6 +149,7 @@ TEST(ViewOptions, what_cannot_be_is_refused_in_one_line) {
   EXPECT_FALSE(refused({"--character", kOne, "--out", "a.mp4", "--trace", "t"})) << "a server's is received anyway";
   EXPECT_TRUE(refused({"--local", "--character", kOne, "--out", "a.mp4", "--times", "1"}));
   EXPECT_TRUE(refused({"--character", kOne, "--out", "a.png", "--times", "1"}));
+  // A local world has 10 to 240 ticks a second, and an image 16 to 8192 pixels a side (options.cpp).
   EXPECT_TRUE(refused({"--local", "--tick-rate", "1"}));
   EXPECT_TRUE(refused({"--local", "--frame-rate", "nan"}));
   EXPECT_TRUE(refused({"--local", "--size", "10x10"}));

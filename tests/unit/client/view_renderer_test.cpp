@@ -13,7 +13,7 @@ using namespace draw;
 
 namespace {
 
-// Is the side of most images here, px.
+// The side of most images here, px.
 constexpr int kSide = 96;
 
 TriangleMesh sphere(const Vec3f& centre, float radius) {
@@ -220,6 +220,7 @@ TEST_F(ViewRenderer, covers_about_as_much_with_fewer_strands_as_with_all) {
   ShownCharacter character = shown(curtain(400));
   character.detail->follow_hair_count = 2;
   const double all = covered(character);
+  // With fewer strands each is drawn wider, or hair would seem to thin out in the distance.
   character.detail->strand_share = 0.3f;
   const double few = covered(character);
   EXPECT_NEAR(few, all, 0.25 * all);
@@ -270,7 +271,7 @@ TEST_F(ViewRenderer, shades_skin_that_lies_under_hair) {
   Groom groom = bare();
   set_body(groom, sphere({0, 0, 0}, 0.08f));
   const Image bald = draw(groom);
-  // A curtain of many hairs before the left half, and one hair behind.
+  // A curtain of many hairs hangs before the left half of the ball, and one hair behind it.
   groom.add_strand(std::array<Vec3f, 2>{Vec3f(0.1f, -0.1f, -0.1f), Vec3f(0.1f, 0.1f, -0.1f)}, {.rooted = false});
   for (int i = 0; i < 4000; ++i) {
     const float x = -0.02f - 0.06f * static_cast<float>(i % 97) / 97,
@@ -283,9 +284,11 @@ TEST_F(ViewRenderer, shades_skin_that_lies_under_hair) {
   character.detail->strand_share = 1e-6f;
   const Image shaded = draw(std::span(&character, 1));
   const int left = pixel(bald, column_of(-0.05f), row_of(0))[0] - pixel(shaded, column_of(-0.05f), row_of(0))[0];
+  // The shade takes more than 8 of 255 steps of red.
   EXPECT_GT(left, 8);
 }
 
+// The depth test must decide, and not the order of the list.
 TEST_F(ViewRenderer, hides_the_further_character_behind_the_nearer_in_either_order) {
   Groom back = bare(), front = bare();
   set_body(back, sphere({0, 0, -0.2f}, 0.06f));
@@ -309,6 +312,7 @@ TEST_F(ViewRenderer, draws_hair_where_the_pose_and_the_lattice_put_it) {
 
   LevelGeometry geometry;
   geometry.lattice = {Vec3f(-0.2f, -0.2f, -0.2f), Vec3f(0.1f, 0.1f, 0.1f), {5, 5, 5}};
+  // All nodes move down by 0.15 m in head space, so the strand at 0.1 m is drawn at -0.05 m.
   const std::vector<Vec3f> down(geometry.lattice.node_count(), Vec3f(0, -0.15f, 0));
   character.lattice = {&geometry, down};
   EXPECT_NEAR(middle_of_difference(draw(std::span(&character, 1)), empty).y(), row_of(-0.05f), 2);
@@ -329,6 +333,7 @@ TEST_F(ViewRenderer, draws_stretched_hair_no_longer_than_it_was_made) {
     press.push_back(-0.5f * stretch.back());
   }
   character.lattice = {&geometry, stretch};
+  // Without a limit of the strand's length its tip would be drawn 0.18 m further out.
   const Image stretched = draw(std::span(&character, 1));
   for (int x = 0; x < kSide; ++x) EXPECT_LT(difference(still, stretched, x, row_of(0)), 20) << x;
   // Shorter hair is drawn shorter.
@@ -338,7 +343,8 @@ TEST_F(ViewRenderer, draws_stretched_hair_no_longer_than_it_was_made) {
   EXPECT_LT(difference(pressed, empty, column_of(0.1f), row_of(0)), 20);
 }
 
-// A ball behind a curtain of many short segments, whose light is followed when `quadratic` is 1, and not when it is 0.
+// The scene is a ball behind a curtain of many short segments. Light is followed through the hair as it lies when
+// `quadratic` is 1; with 0 the light that was traced at rest is used.
 TEST_F(ViewRenderer, follows_light_past_hair_that_has_moved_aside_and_at_rest_draws_the_traced_light) {
   Groom groom = bare();
   set_body(groom, sphere({0, 0, -0.02f}, 0.06f));
@@ -385,6 +391,7 @@ TEST_F(ViewRenderer, is_as_exact_kilometres_from_the_origin) {
   EXPECT_EQ(there->rgba, here.rgba);
 }
 
+// Draw calls cost processor time, so a crowd is drawn as instances of one groom.
 TEST_F(ViewRenderer, draws_a_crowd_of_one_groom_in_as_many_calls_as_one_character) {
   const Groom groom = *make_hairstyle("bob", {.strand_count = 300});
   const ShownCharacter one = shown(groom);
@@ -482,6 +489,8 @@ TEST_F(ViewRenderer, shows_a_grooms_own_cards_in_the_hairs_colour) {
   ShownCharacter character = shown(groom);
   character.hair_colour = Vec3f(0.5f, 0.03f, 0.02f);
   const Image image = draw(std::span(&character, 1)), empty = draw_nothing();
+  // The card of 0.1 m by 0.25 m covers 920 of the 96 x 96 pixels, each of which counts by the light of the
+  // background.
   EXPECT_GT(covered(character), 200);
   EXPECT_EQ(difference(image, empty, column_of(0.1f), row_of(0)), 0);
   int reddish = 0;
@@ -518,6 +527,7 @@ TEST_F(ViewRenderer, rougher_hair_looks_different) {
 TEST_F(ViewRenderer, leaves_out_characters_at_invalid_places) {
   const Image empty = draw_nothing();
   ShownCharacter character = shown(level_strand());
+  // A pose of a stranger may hold any number, and must not spoil the image of all others.
   for (const double x : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e9}) {
     character.pose = rigid_pose({Quat::Identity(), Vec3(x, 0, 0)});
     EXPECT_EQ(draw(std::span(&character, 1)).rgba, empty.rgba) << x;
@@ -556,6 +566,7 @@ TEST_F(ViewRenderer, gives_the_same_picture_again_and_from_another_renderer) {
   EXPECT_EQ(draw(groom).rgba, first.rgba);
 }
 
+// The lights go along with the camera, so that the face that is looked at is never in the dark.
 TEST(LightRig, lights_from_where_the_camera_stands) {
   for (const Vec3& eye : {Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, 0, -1)}) {
     const LightRig rig = studio_lights({eye, {0, 0, 0}, {0, 1, 0}, 30});

@@ -6,6 +6,7 @@
 #include "client/viewer/characters/hair_colour.hpp"
 #include "client/viewer/sources/motion_timeline.hpp"
 #include "client/viewer/sources/stream_statistics.hpp"
+#include "schema/limits.hpp"
 
 namespace hairnet::viewer {
 namespace {
@@ -29,6 +30,7 @@ TEST(MotionTimeline, begins_upright_where_the_clip_begins_and_eases_into_it) {
   const MotionTimeline timeline(motion, 3);
   EXPECT_NEAR(lean(timeline.at(-5)), 0, 1e-9);
   EXPECT_EQ(timeline.at(-5).head().position, motion.poses[0].head().position);
+  // The clip begins with a lean of 0.3 rad, half of which is reached half way through the lead-in.
   EXPECT_NEAR(lean(timeline.at(-MotionTimeline::kLeadIn_s / 2)), 0.15, 1e-9);
   EXPECT_NEAR(lean(timeline.at(0)), 0.3, 1e-9);
 }
@@ -38,11 +40,13 @@ TEST(MotionTimeline, loops_while_the_duration_lasts_then_eases_upright) {
   const MotionTimeline timeline(motion, 2.5);
   EXPECT_NEAR(lean(timeline.at(0.25)), lean(timeline.at(1.25)), 1e-9);
   EXPECT_NEAR(lean(timeline.at(2.49)), 0.3 + 0.49, 1e-6);
+  // The duration ends half way through the third round, at a lean of 0.3 + 0.5 rad.
   EXPECT_NEAR(lean(timeline.at(2.5)), 0.8, 1e-5);
   EXPECT_NEAR(lean(timeline.at(2.5 + MotionTimeline::kEaseUpright_s)), 0, 1e-9);
   EXPECT_NEAR(timeline.at(9).head().position.x(), 0.5, 1e-5);
 }
 
+// The clip lasts 1 s, so rounds end at 1 s and 2 s. At 3 s the duration ends, and the pose eases upright.
 TEST(MotionTimeline, an_end_that_does_not_meet_the_beginning_is_a_jump) {
   const Motion travels = leaning(1);
   const MotionTimeline timeline(travels, 3);
@@ -62,6 +66,7 @@ TEST(MotionTimeline, a_clip_that_closes_loops_without_a_jump) {
 TEST(MotionTimeline, the_clips_own_teleports_are_jumps) {
   Motion motion = leaning(0);
   motion.teleports.assign(motion.poses.size(), false);
+  // Pose 30 at 60 Hz is at 0.5 s of each round.
   motion.teleports[30] = true;
   const MotionTimeline timeline(motion, 3);
   EXPECT_TRUE(timeline.teleports(0.45, 0.55));
@@ -129,9 +134,9 @@ TEST(CharacterSpec, refuses_what_it_does_not_know_in_one_line) {
 TEST(CharacterSpec, takes_a_name_that_fits_a_tag_and_is_text) {
   const auto named = [](const std::string& name) { return parse_character("groom=a,motion=b,name=" + name); };
   EXPECT_EQ(named("Zo\xc3\xab the 2nd")->name, "Zo\xc3\xab the 2nd");
-  // wire::kTagBytesMax is 256.
-  EXPECT_EQ(named(std::string(256, 'x'))->name.size(), 256u);
-  for (const std::string& bad : {std::string(257, 'x'), std::string("a\nb"), std::string("\xff"), std::string()}) {
+  EXPECT_EQ(named(std::string(wire::kTagBytesMax, 'x'))->name.size(), wire::kTagBytesMax);
+  for (const std::string& bad :
+       {std::string(wire::kTagBytesMax + 1, 'x'), std::string("a\nb"), std::string("\xff"), std::string()}) {
     const auto refused = named(bad);
     ASSERT_FALSE(refused) << bad;
     EXPECT_EQ(refused.error().rfind("name ", 0), 0u) << refused.error();
@@ -151,6 +156,7 @@ TEST(HairColour, hexadecimal_colours_are_srgb) {
   const auto colour = parse_hair_colour("#ff8000");
   ASSERT_TRUE(colour);
   EXPECT_NEAR(colour->x(), 1, 1e-6);
+  // The linear value of the sRGB value 0x80, 128 of 255, is 0.2158.
   EXPECT_NEAR(colour->y(), 0.2158f, 1e-3);
   EXPECT_EQ(colour->z(), 0);
 }
@@ -167,6 +173,7 @@ link::FrameBatch batch_of(std::uint64_t tick, std::vector<std::uint32_t> members
 
 TEST(StreamStatistics, counts_the_ticks_each_character_missed) {
   StreamStatistics statistics;
+  // Member 1 misses the ticks 12 and 13, member 2 misses 11, 12 and 13, and member 3 is new at 14.
   statistics.count_frames(batch_of(10, {1, 2}), 0);
   statistics.count_frames(batch_of(11, {1}), 0);
   statistics.count_frames(batch_of(14, {1, 2, 3}), 0);
@@ -181,6 +188,7 @@ TEST(StreamStatistics, ticks_between_the_steps_of_a_character_are_not_missed) {
     batch.frames[0].step_stride = 2;
     statistics.count_frames(batch, 0);
   }
+  // With a stride of 2 the character steps at 10, 12, 14 and 16, so only 14 is missed.
   EXPECT_EQ(statistics.missed_tick_count(), 1u);
 }
 

@@ -19,7 +19,8 @@ namespace hairnet::viewer {
 namespace {
 
 constexpr int kWindowWidth = 800, kWindowHeight = 600;
-// A ray finds hair that is this far beside it for each metre from the eye.
+// A ray finds hair that is up to this far beside it, for each metre from the eye: 3 mm at 1 m. Up to 8 mm it finds
+// hair in any case (pick_hair()).
 constexpr double kReach_per_m = 0.003;
 
 std::shared_ptr<const Groom> make_groom(const char* style) {
@@ -60,6 +61,7 @@ class ViewTouchTest : public ::testing::Test {
       return bodies_;
     });
     world_.advance_to(0);
+    // The view is a little from the head's left side and from above, since the lock hangs there.
     look_from(Vec3(0.3, 0.1, 1));
     mouse_ = over(lock());
   }
@@ -89,7 +91,7 @@ class ViewTouchTest : public ::testing::Test {
     mouse_.left = false;
     EXPECT_FALSE(apply());
   }
-  // Shows 60 pictures a second.
+  // Lets this time pass in images of 1/60 s each.
   void pass(double time_s) {
     for (const double end_s = world_.time_s() + time_s; world_.time_s() < end_s;) {
       apply();
@@ -119,7 +121,8 @@ class ViewTouchTest : public ::testing::Test {
     }
     return points;
   }
-  // The contact point nearest to the lock.
+  // Returns the contact point that is nearest to the lock. A hold takes contact points, so the test watches this
+  // one.
   [[nodiscard]] std::size_t point_at_lock() const {
     const std::vector<Vec3> points = contact_points();
     const auto distance = [&](const Vec3& p) { return (p - lock()).squaredNorm(); };
@@ -247,6 +250,7 @@ TEST_F(ViewTouchTest, held_hair_goes_with_the_mouse_and_falls_back_when_let_go) 
   EXPECT_EQ(hand_.action(), MouseHand::Action::none);
   pass(3);
   EXPECT_TRUE(bodies_.empty());
+  // In 3 s hair that is let go falls back by more than half of its way.
   EXPECT_LT(moved_m(), held_m / 2);
 }
 
@@ -285,6 +289,8 @@ TEST_F(ViewTouchTest, with_ctrl_the_mouse_is_a_ball_that_pushes_hair_and_holds_n
   double farthest_m = 0;
   const std::vector<Vec3> after = contact_points();
   for (std::size_t p = 0; p < before.size(); ++p) farthest_m = std::max(farthest_m, (after[p] - before[p]).norm());
+  // The ball has a radius of 4 cm (kBallRadius_m) and goes through the hair, so some hair must move by more than 1
+  // cm.
   EXPECT_GT(farthest_m, 0.01);
 }
 
@@ -303,6 +309,7 @@ constexpr TouchScript kScripts[] = {TouchScript::stroke, TouchScript::hold, Touc
 TEST(ScriptedTouch, its_bodies_are_valid_and_none_is_faster_than_three_metres_a_second) {
   // The limit of 3 m/s is that of scripted_bodies(): a body that moves much faster counts as one that has jumped. A
   // point on a turning body moves too, so the turn counts with the radius of the body.
+  // Steps of 1/240 s are shorter than any tick, so that no fast part of a way falls between two of them.
   constexpr double kStep_s = 1.0 / 240;
   for (const char* style : {"long_straight", "bob", "short", "ponytail"}) {
     const HairToTouch hair(*make_groom(style));

@@ -36,6 +36,7 @@ class VideoTest : public ::testing::Test {
 
 TEST_F(VideoTest, refuses_what_it_cannot_write_in_one_line_and_leaves_no_file) {
   const auto error = [](const Result<VideoWriter>& video) { return video ? std::string() : video.error(); };
+  // The formats are .mp4, .gif and .webm, and a side has 16 to 8192 pixels (video_writer.cpp).
   for (const std::string& line :
        {error(VideoWriter::create("a.avi", 64, 64, 30)), error(VideoWriter::create("a", 64, 64, 30)),
         error(VideoWriter::create("a.mp4", 8, 64, 30)), error(VideoWriter::create("a.mp4", 64, 9000, 30)),
@@ -80,6 +81,7 @@ TEST_F(VideoTest, what_is_given_up_or_fails_leaves_the_old_file_alone) {
     ASSERT_TRUE(video);
     ASSERT_TRUE(video->add(picture(64, 64, 100)));
   }
+  // The video was given up before finish(), so its temporary file must be gone too.
   EXPECT_EQ(file_count(), 0u);
   // A folder in the place of the file lets the last step fail.
   fs::create_directory("b.mp4");
@@ -97,6 +99,7 @@ TEST_F(VideoTest, a_recorder_keeps_its_rate_however_fast_pictures_come) {
   WindowRecorder recorder;
   ASSERT_TRUE(recorder.start_video(64, 64));
   std::size_t taken = 0;
+  // The window shows 200 images a second, of which a video of 30 a second takes some.
   for (std::int64_t now_ns = 0; now_ns < 1'000'000'000; now_ns += 5'000'000) {
     if (!recorder.wants_picture(now_ns)) continue;
     ++taken;

@@ -39,6 +39,7 @@ void expect_same(std::span<const std::uint8_t> stream, std::size_t byte_count) {
   }
 }
 
+// The browser's module has its own small inflater, which must read every file that the C++ library packs with zlib.
 TEST(WasmInflate, reads_what_zlib_writes) {
   std::mt19937 random(1);
   for (const unsigned spread : {0u, 3u, 20u, 90u, 255u}) {
@@ -65,6 +66,7 @@ TEST(WasmInflate, reads_matches_that_reach_into_themselves_and_far_back) {
   EXPECT_EQ(got, bytes);
 }
 
+// A stream that ends early or late is damaged, and a page must say so as the C++ library does.
 TEST(WasmInflate, refuses_each_stream_that_is_cut_off_and_any_that_is_too_long) {
   std::mt19937 random(3);
   const Bytes bytes = some_bytes(random, 3000, 20);
@@ -117,6 +119,7 @@ TEST(WasmInflate, takes_and_refuses_the_random_bytes_that_zlib_does) {
   }
 }
 
+// Grooms that a page packs are read by the server with zlib.
 TEST(WasmDeflate, writes_what_zlib_reads) {
   std::mt19937 random(6);
   for (const unsigned spread : {0u, 1u, 20u, 255u}) {
@@ -151,6 +154,7 @@ TEST(WasmDeflate, keeps_codes_short_where_few_bytes_are_rare) {
   EXPECT_EQ(got, bytes);
 }
 
+// The hash names a groom for client and server, so both must compute the same one.
 TEST(WasmHash, is_that_of_libsodium_however_the_bytes_come) {
   std::mt19937 random(7);
   for (std::size_t count = 0; count < 700; ++count) {

@@ -13,8 +13,9 @@ namespace hairnet::link {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Owns a session of the client library, and records all that it tells. Bytes of the channel stay untaken until the test
-// takes them, which is what opens the window of the server again.
+// A WebTransportSession of the client library in a simulated network (tests/unit/server/quic_fixture.hpp), which
+// records everything that the session reports. Bytes of the channel stay untaken until the test calls
+// WebTransportSession::take(), which opens the server's window again.
 class ClientEnd final : public WebTransportEvents {
  public:
   ClientEnd(quic::QuicNetwork& network, CertificateCheck check, std::uint16_t port = 20'000,
@@ -53,14 +54,18 @@ class ClientEnd final : public WebTransportEvents {
     std::size_t untaken = 0;
     bool is_ended = false, was_reset = false;
   };
+  // The downloads by their stream. With takes_downloads the bytes are taken at once; without it, the windows of
+  // downloads fill up.
   std::map<StreamId, Download> downloads;
   bool takes_downloads = true;
-  // Is called after each piece of the channel.
+  // Runs after each piece of the channel.
   std::function<void()> on_received;
 
   std::unique_ptr<WebTransportSession> session;
+  // Why there is no session; empty when create() has succeeded.
   std::string refusal;
   Bytes received;
+  // The bytes of the channel that the test has not taken yet.
   std::size_t untaken = 0;
   std::vector<Bytes> datagrams;
 };

@@ -9,6 +9,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
+// The server hands downloads over in pieces of this size.
 constexpr std::size_t kPacketBytes = 16'000;
 
 // Returns bytes in which a piece at a wrong place shows. Another seed gives other bytes.
@@ -46,6 +47,7 @@ class WebTransportDownloads : public testing::Test {
   quic::RecordingSink* sink_ = nullptr;
 };
 
+// One packet of twenty is lost. Three files and the messages of the channel share the line.
 TEST_F(WebTransportDownloads, arrive_whole_and_in_order_over_a_lossy_line_beside_the_channel) {
   std::mt19937 random(5);
   network_.loses = [&] { return random() % 20 == 0; };
@@ -75,6 +77,8 @@ TEST_F(WebTransportDownloads, that_are_not_read_hold_up_neither_the_channel_nor_
   const auto stalled = connection_->open_download().value();
   network_.run(2, [&] { return feed(stalled, file, sent); });
   EXPECT_LE(client_->downloads[stalled].received.size(), QuicOptions::kOneWayWindowBytes);
+  // The client takes nothing, so the server may send the window of one stream and store kDownloadUnsentBytesMax, and
+  // one more piece.
   EXPECT_LE(sent, QuicOptions::kOneWayWindowBytes + quic::Connection::kDownloadUnsentBytesMax + kPacketBytes);
   EXPECT_FALSE(connection_->is_writable(stalled));
   EXPECT_TRUE(connection_->is_writable());
@@ -188,6 +192,7 @@ TEST_F(WebTransportDownloads, that_the_client_stops_are_told_and_dropped) {
   EXPECT_TRUE(sink.closed.empty());
 }
 
+// A file that nobody takes must not keep the client from hearing why the server leaves.
 TEST_F(WebTransportDownloads, do_not_delay_the_end_of_their_session) {
   open();
   client_->takes_downloads = false;

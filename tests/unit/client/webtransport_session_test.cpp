@@ -38,6 +38,7 @@ TEST(WebTransportSession, carries_a_megabyte_each_way_over_a_lossy_line_in_order
   ClientEnd client(network, pinned(network));
   ASSERT_TRUE(network.run(5, [&] { return client.session->is_open(); })) << client.session->reason();
   Bytes bytes(1 << 20);
+  // Bytes without a short period, so that a piece at a wrong place shows.
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i >> 7);
   // The server learns of the channel by its first byte.
   client.session->send({0});
@@ -58,6 +59,7 @@ TEST(WebTransportSession, carries_a_megabyte_each_way_over_a_lossy_line_in_order
   }));
   EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), network.sinks[0]->received.begin() + 1));
   EXPECT_EQ(client.received, bytes);
+  // is_writable() stops the test above the limit, after at most one more piece of 10 000 bytes.
   EXPECT_LE(waiting_max, WebTransportSession::kUnsentBytesMax + 10'000);
 }
 
@@ -74,6 +76,7 @@ TEST(WebTransportSession, lets_the_server_send_no_more_than_its_window_until_byt
   network.run(1, send_all);
   const std::size_t window = QuicOptions().window_bytes;
   EXPECT_LE(client.received.size(), window);
+  // The window must also be used, or the server would send in small pieces.
   EXPECT_GT(client.received.size(), window / 2);
   client.session->take(std::exchange(client.untaken, 0));
   network.run(1, send_all);
@@ -112,6 +115,8 @@ TEST(WebTransportSession, drops_poses_that_have_waited_for_long) {
   EXPECT_THAT(network.sinks[0]->datagrams, ElementsAre(Bytes{2}, Bytes{3}));
 }
 
+// A man in the middle has another certificate. A check without hashes trusts the authorities of the system, which
+// have not signed the test's certificate.
 TEST(WebTransportSession, refuses_another_certificate_and_one_that_no_authority_has_signed) {
   quic::QuicNetwork network;
   CertificateCheck other, authorities;
@@ -165,6 +170,7 @@ TEST(WebTransportSession, ends_with_the_servers_reason_after_all_that_the_server
   client.session->send({0});
   network.run(0.1);
   std::mt19937 random(4);
+  // One packet of five is lost, so the end of the session may overtake its last bytes.
   network.loses = [&] { return random() % 5 == 0; };
   network.connections[0]->send(Bytes(50'000, 3));
   network.connections[0]->close("the room is full", network.now_ns);
@@ -173,6 +179,7 @@ TEST(WebTransportSession, ends_with_the_servers_reason_after_all_that_the_server
   EXPECT_EQ(client.session->reason(), "the room is full");
 }
 
+// A server that did not hear of it would keep the person in the room until its idle time-out.
 TEST(WebTransportSession, tells_the_server_its_own_end) {
   quic::QuicNetwork network;
   ClientEnd closing(network, pinned(network), 20'000), finished(network, pinned(network), 20'001);
@@ -213,6 +220,8 @@ TEST(WebTransportSession, ignores_empty_packets) {
 
 TEST(WebTransportSession, survives_damaged_packets) {
   std::mt19937 random(6);
+  // Thirty handshakes, in which half of the server's packets have a wrong byte and a quarter are cut off. Nothing is
+  // expected but that no sanitizer complains.
   for (int n = 0; n < 30; ++n) {
     quic::QuicNetwork network;
     ClientEnd client(network, pinned(network));

@@ -24,6 +24,8 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
 
+// Gives each test a new folder. write_file() writes a temporary file and renames it, so that a crash never leaves
+// half of a file.
 class WriteFile : public testing::Test {
  protected:
   void SetUp() override {
@@ -63,6 +65,7 @@ TEST_F(WriteFile, says_before_any_work_whether_a_file_can_be_written) {
   EXPECT_THAT(error_of(folder_), HasSubstr("is a folder, not a file"));
 }
 
+// Replacing a link by a file, or opening a private file to everybody, would surprise its owner.
 TEST_F(WriteFile, keeps_the_permissions_of_the_old_file_and_follows_links_also_to_what_is_not_there_yet) {
   std::filesystem::create_directory(folder_ / "far");
   const std::filesystem::path file = folder_ / "far" / "a.txt", link = folder_ / "link", new_link = folder_ / "new";
@@ -93,6 +96,7 @@ TEST_F(WriteFile, what_is_no_regular_file_gets_the_bytes_and_stays_what_it_is) {
   EXPECT_TRUE(written(null, "nothing"));
   EXPECT_TRUE(std::filesystem::is_character_file(null));
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
+  // Every write to /dev/full fails as on a full disk.
   std::filesystem::create_symlink("/dev/full", full);
   const Result<void> refused = write_file(full, std::as_bytes(std::span("x")));
   ASSERT_FALSE(refused);
@@ -104,6 +108,8 @@ TEST_F(WriteFile, an_open_descriptor_is_written_where_it_stands) {
   const std::filesystem::path file = folder_ / "shell";
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT, 0600);
   ASSERT_EQ(::write(descriptor, "before ", 7), 7);
+  // A path such as /dev/stdout names an open descriptor. The bytes must go to where the descriptor stands, and not
+  // replace the file.
   EXPECT_TRUE(written("/dev/fd/" + std::to_string(descriptor), "and "));
   EXPECT_TRUE(written("/proc/self/fd/" + std::to_string(descriptor), "here "));
   ASSERT_EQ(::write(descriptor, "after", 5), 5);
@@ -111,6 +117,7 @@ TEST_F(WriteFile, an_open_descriptor_is_written_where_it_stands) {
   EXPECT_EQ(content(file), "before and here after");
 }
 
+// A full disk or a crash must not destroy the result of yesterday.
 TEST_F(WriteFile, a_failure_leaves_the_old_file_and_no_other) {
   write(folder_ / "a.txt", "old");
   {
@@ -131,6 +138,7 @@ TEST_F(WriteFile, arrays_are_written_through_pipes_with_their_number_of_rows) {
   std::thread reader([&] { heard = content(fifo); });
   Result<NpyWriter> array = NpyWriter::create(fifo, NpyType::float32, {3});
   ASSERT_TRUE(array);
+  // A pipe cannot go back to its header, so the writer must store the rows until it knows their number.
   array->append(std::vector<float>{1, 2, 3, 4, 5, 6});
   EXPECT_TRUE(array->finish());
   array = Refusal("closed");

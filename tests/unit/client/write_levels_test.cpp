@@ -38,11 +38,13 @@ TEST_F(WriteLevels, writes_beside_the_groom_what_serves_this_groom_alone) {
   wire::GroomHash hash = read_groom(in("bob.groom"))->hash;
   const wire::DecodedLevels levels = wire::decode_levels(as_octets(*bytes), hash);
   EXPECT_EQ(levels.error, wire::LevelFileError::none) << levels.detail;
+  // A level file names its groom by the hash, so that levels of another groom are never used.
   ++hash[0];
   EXPECT_NE(wire::decode_levels(as_octets(*bytes), hash).error, wire::LevelFileError::none);
 }
 
 TEST_F(WriteLevels, what_is_no_groom_file_is_refused_in_a_line_and_nothing_is_written) {
+  // A made hairstyle has no file whose hash the levels could name, so the error says how to write one.
   EXPECT_THAT(write_levels({"made:bob", in("out.levels")}).error(), HasSubstr("hairnet-groom make bob --out FILE"));
   EXPECT_THAT(write_levels({in("none.groom"), in("out.levels")}).error(), HasSubstr("none.groom: "));
   ASSERT_TRUE(write_file(in("text.groom"), std::as_bytes(std::span("no groom"))));

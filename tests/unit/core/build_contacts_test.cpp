@@ -94,6 +94,7 @@ TEST(ContactPoints, are_as_many_as_asked_for_at_most_and_spread_over_the_hair) {
   EXPECT_GT(((high - low).array() / (hair_high - hair_low).array()).minCoeff(), 0.8f);
 }
 
+// Contact that pushed hair in its design would deform every hairstyle before it moves.
 TEST(ContactPoints, touch_nothing_in_the_design) {
   const auto set = build_levels(make_groom_with_body());
   for (const Level& level : set->levels) {

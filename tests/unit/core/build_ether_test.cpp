@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kGravity = 9.81;
 
-// Holds all stages of the build of an ether from a groom: the grid, the hair's shares of its nodes, the trimmed grid,
-// and the mechanics of the nodes.
+// All stages of the build of an ether from a groom: the grid, the hair's shares of its nodes, the trimmed grid, and
+// the mechanics of the nodes.
 struct Filled {
   Grid grid;
   LumpedHair lumped;
@@ -99,6 +99,7 @@ TEST(Ether, is_never_softer_than_free_hanging_and_no_stiffer_than_the_least_leng
   }
 }
 
+// Gelled hair must be as stiff after a change of level as before.
 TEST(Ether, gel_is_added_to_hanging_and_is_the_same_in_all_at_every_level) {
   const Groom plain = support::make_odd_groom();
   Groom gelled = plain;
@@ -125,7 +126,7 @@ TEST(Ether, damps_each_nodes_own_swing_by_the_ratio) {
 }
 
 TEST(Ether, groups_keep_their_own_materials) {
-  // A gelled fringe in front of a soft tail, far enough apart to share no node.
+  // The groom has a gelled fringe in front of a soft tail, far enough apart to share no node.
   Groom groom;
   for (int s = 0; s < 9; ++s) {
     const Vec3f root(0.01f * static_cast<float>(s), 0.1f, 0);

@@ -61,6 +61,7 @@ TEST_P(BuildLevel, each_odd_strand_alone_gives_a_valid_level) {
   }
 }
 
+// A point that only trimmed nodes move would not move by itself.
 TEST_P(BuildLevel, every_groom_point_has_its_nodes_active) {
   const Groom groom = support::make_odd_groom();
   const auto level = build_level(groom, GetParam().value);
@@ -178,6 +179,7 @@ TEST(BuildLevels, are_those_that_build_level_gives) {
   }
 }
 
+// The fraction is shown to people as a bar.
 TEST(BuildLevels, progress_never_falls_and_ends_at_one) {
   std::vector<double> fractions;
   BuildCallbacks observer;
@@ -275,6 +277,7 @@ TEST(BuildLevels, report_gives_the_callers_time) {
   }
 }
 
+// A stiffener of stiffness 0 would do nothing but cost time, and divisions by it would give NaN.
 TEST(BuildLevels, materials_without_stiffness_give_levels_of_ether_alone) {
   Groom groom = support::make_odd_groom();
   Material& material = groom.materials.base;

@@ -27,6 +27,8 @@ TEST_P(RealHairs, give_valid_levels_with_all_requested_stiffeners) {
   const auto set = build_levels(groom_, {}, &reports);
   for (std::size_t i = 0; i < kLevelSpecs.size(); ++i) {
     support::expect_valid(set->levels[i]);
+    // Real hair has far more springs than a level takes, so every level gets its full number. It may have fewer
+    // attachments.
     EXPECT_EQ(reports[i].springs_after, kLevelSpecs[i].spring_count);
     EXPECT_EQ(reports[i].attachments_after, std::min(reports[i].attachments_before, kLevelSpecs[i].attachment_count));
     EXPECT_GT(reports[i].contacts, 0u);
@@ -34,6 +36,7 @@ TEST_P(RealHairs, give_valid_levels_with_all_requested_stiffeners) {
 }
 
 TEST_P(RealHairs, decimation_errs_far_less_than_a_random_part_of_the_springs_made_stiffer) {
+  // The grid has 5 nodes on each axis and 200 springs remain, as in the low level.
   const Grid grid = support::grid_of(groom_, 5);
   StiffenerList springs = support::springs_of(groom_, grid);
   const std::size_t count = 200;

@@ -64,6 +64,7 @@ TEST(FitLattice, gives_points_without_extent_a_cell_of_its_own_size) {
   EXPECT_GT(fit_lattice({}, {3, 3, 3}).spacing.minCoeff(), 0);
 }
 
+// All forces of the lattice go through these weights. An error in them would create momentum from nothing.
 TEST(Grid, trilinear_weights_reproduce_the_point_and_sum_to_one) {
   const Groom groom = support::make_odd_groom();
   const Grid grid(fit_lattice(groom.points, {7, 6, 5}));
@@ -154,6 +155,7 @@ TEST(CutPoints, interior_cuts_weigh_on_four_nodes_at_most) {
   }
 }
 
+// The stiffness of a spring grows with 1 / length, so a tiny piece would make the equations hard to solve.
 TEST(CutPoints, root_and_tip_stay_and_no_piece_is_shorter_than_a_tenth_of_a_cell) {
   std::mt19937 random(6);
   for (int trial = 0; trial < 300; ++trial) {

@@ -32,9 +32,11 @@ Grid grid_of(const Groom& groom, int n) {
 TEST(LumpedHair, mass_is_the_hairs_own_at_every_lattice_size) {
   const Groom groom = support::make_odd_groom();
   const double mass = support::hair_length(groom) * static_cast<double>(Material{}.linear_density_kg_per_m);
+  // A coarser level must not weigh more, or a change of level would change how hair swings.
   for (const int n : {3, 4, 5, 7, 10}) EXPECT_NEAR(sum(shares_of(groom, grid_of(groom, n)).mass), mass, 1e-5 * mass);
 }
 
+// A shifted centre of mass would let hair pull its lattice to one side under gravity.
 TEST(LumpedHair, nodes_balance_on_the_hairs_centre_of_mass) {
   const Groom groom = support::make_odd_groom();
   const Grid grid = grid_of(groom, 6);
@@ -61,6 +63,7 @@ TEST(LumpedHair, drag_of_a_straight_strand_lets_air_pass_along_it) {
   for (const auto& [xx, xy, xz, yy, yz, zz] : lumped.drag)
     drag += (Mat3() << xx, xy, xz, xy, yy, yz, xz, yz, zz).finished();
   const Vec3 e = direction.cast<double>();
+  // Air acts across a hair alone, so the matrix is the drag times length times the projection across the strand.
   const Mat3 expected =
       10 * static_cast<double>(Material{}.air_drag_ns_per_m2) * 0.3 * (Mat3::Identity() - e * e.transpose());
   EXPECT_NEAR((drag - expected).norm(), 0, 1e-5 * expected.norm());
@@ -91,6 +94,7 @@ TEST(LumpedHair, a_curl_keeps_its_arc_length) {
   Groom groom;
   support::add(groom, support::curl({0, 0, 0}, 0.02f, 0.1f, 6, 300));
   const double mass = sum(shares_of(groom, grid_of(groom, 5)).mass);
+  // A strand of support::add() stands for 10 hairs by default, here of a chord of 10 cm.
   const double chord_mass = 10 * 0.1 * static_cast<double>(Material{}.linear_density_kg_per_m);
   // Six turns of a radius of 2 cm are 75 cm of hair on a length of 10 cm.
   EXPECT_GT(mass, 5 * chord_mass);
@@ -106,6 +110,7 @@ TEST(LumpedHair, hair_along_a_lattice_line_touches_that_line_alone) {
   const LumpedHair lumped = shares_of(groom, grid);
   for (std::uint32_t node = 0; node < grid.node_count(); ++node) {
     const auto [i, j, k] = lattice.coordinates(node);
+    // The strand goes from x = 1 to x = 3 in cells, on a line of nodes, so all other nodes have no share of it.
     EXPECT_EQ(lumped.touched[node], j == 2 && k == 3 && i >= 1 && i <= 3) << i << ' ' << j << ' ' << k;
     EXPECT_EQ(lumped.mass[node] > 0, lumped.touched[node]);
   }
@@ -132,6 +137,8 @@ TEST(LumpedHair, hanging_length_is_depth_below_the_root_and_never_too_small) {
   for (std::uint32_t node = 0; node < grid.node_count(); ++node) {
     if (lumped.mass[node] == 0) continue;
     const double depth = 0.1 - grid.node_head(node).y();
+    // The ether's stiffness is mass times gravity over this length, so a length near 0 would make it infinitely
+    // stiff.
     EXPECT_NEAR(lumped.hang_moment[node] / lumped.mass[node], std::max(depth, kHangLengthMin), 1e-6);
   }
 }

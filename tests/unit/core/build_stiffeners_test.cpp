@@ -28,6 +28,7 @@ Built stiffeners_of(const Groom& groom, int n) {
     cut_points(built.grid, polyline, cuts);
     const double hair_count = groom.strands[s].hair_count;
     const std::uint16_t group = groom.strands[s].group;
+    // A spring joins each two neighbouring cuts, where the strand passes from cell to cell.
     for (std::size_t i = 1; i < cuts.size(); ++i) {
       add_spring(built.grid, cuts[i - 1], cuts[i], hair_count * kAxial_n, kDampingTime_s, group, built.springs);
     }
@@ -76,6 +77,7 @@ TEST_P(Stiffening, nodes_ascend_and_no_weight_is_zero) {
   }
 }
 
+// A stiffener's rest is computed from its nodes. If the weights gave another place, hair would pull at rest.
 TEST_P(Stiffening, weighted_nodes_give_the_chord_and_the_root_back) {
   const Built built = stiffeners_of(support::make_odd_groom(), GetParam());
   for (std::size_t s = 0; s < built.springs.count(); ++s) {

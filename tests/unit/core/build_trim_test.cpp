@@ -20,7 +20,7 @@ Lattice unit_lattice(int n) {
   return lattice;
 }
 
-// All nodes from `low` to `high`, both included.
+// Returns the grid's nodes from `low` to `high` as active ones, both corners included.
 std::vector<bool> box_of(const Lattice& lattice, const std::array<int, 3>& low, const std::array<int, 3>& high) {
   std::vector<bool> active(lattice.node_count());
   for (std::uint32_t node = 0; node < lattice.node_count(); ++node) {
@@ -132,6 +132,8 @@ TEST(Trim, an_affine_field_continues_beside_a_slab_of_cells) {
   EXPECT_EQ(beside_faces, 18u);
 }
 
+// An affine field is a stretched and sheared lattice, the smoothest motion that hair has. Where weights are bounded,
+// it may be off, but for less than half of the nodes.
 TEST(Trim, an_affine_field_continues_wherever_no_weight_is_bounded) {
   const LevelGeometry geometry = trim_groom(support::make_head_of_hair(300), 10);
   const std::vector<Vec3f> grid = expand(geometry, affine);

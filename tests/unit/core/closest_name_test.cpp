@@ -21,6 +21,7 @@ TEST(ClosestName, finds_what_was_probably_meant_and_nothing_else) {
   EXPECT_EQ(closest_name("locla", kFlags), "local");
   EXPECT_EQ(closest_name("tickrate", kFlags), "tick-rate");
   EXPECT_EQ(closest_name("conect", kFlags), "connect");
+  // A word that resembles no flag gets no guess: a wrong one would mislead.
   EXPECT_EQ(closest_name("colour", kFlags), "");
   EXPECT_EQ(closest_name("", kFlags), "");
   EXPECT_EQ(closest_name("x", {}), "");
@@ -29,6 +30,7 @@ TEST(ClosestName, finds_what_was_probably_meant_and_nothing_else) {
 
 TEST(ClosestName, a_line_about_unexpected_words_names_the_first_flag) {
   const std::vector<std::string> words{"make", "import"};
+  // The arguments of unexpected_argument() are the words that were not understood, all flags, and all commands.
   const auto said = [&](std::vector<std::string> unknown) { return unexpected_argument(unknown, kFlags, words); };
   EXPECT_EQ(said({"--locla"}), "there is no flag --locla; did you mean --local?");
   EXPECT_EQ(said({"60", "--tickrate", "--nonsense"}), "there is no flag --tickrate; did you mean --tick-rate?");

@@ -119,6 +119,8 @@ TEST(Collisions, hair_meets_the_shoulders_when_the_head_turns) {
   EXPECT_LT(with.share_too_deep(), 0.25 * without.share_too_deep());
 }
 
+// A shrug lifts the hair that lies on the shoulders. When they sink again, the hair must come down to its design and
+// not stay on them.
 TEST(Collisions, shoulders_that_rise_push_hair_up_and_it_comes_back) {
   Character character(true);
   character.go_to(shoulders_raised(0.04), 0.4, 0.4);
@@ -135,12 +137,14 @@ TEST(Collisions, shoulders_that_rise_push_hair_up_and_it_comes_back) {
   EXPECT_LT(character.farthest_m(), 0.002);
 }
 
+// The same shrug moves nothing without contact, so it is contact that pushes hair in the case above.
 TEST(Collisions, without_contact_the_shoulders_move_nothing) {
   Character character(false);
   character.go_to(shoulders_raised(0.04), 0.4, 0.4);
   EXPECT_LT(character.farthest_m(), 1e-5);
 }
 
+// The bones keep their places relative to each other, so contact has no reason to act.
 TEST(Collisions, a_body_that_moves_as_one_pushes_nothing) {
   Character character(true);
   character.go_to(rigid_pose({Quat::Identity(), Vec3(0, 0, 1e-9)}), 0.1, 1);

@@ -21,6 +21,7 @@ TEST(PoseCompletion, a_head_at_rest_gives_the_rest_pose) {
   }
 }
 
+// Many trackers know the head alone, and the other bones are computed from it.
 TEST(PoseCompletion, bones_stay_joined_and_the_trunk_upright_for_any_head) {
   const Body body;
   const Vec3 neck_joint = body.joint(Bone::neck);

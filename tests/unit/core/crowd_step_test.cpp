@@ -20,8 +20,9 @@ using support::turned;
 constexpr std::size_t kSubsteps = 2;
 constexpr unsigned kSeedMax = 32;
 
-// Holds characters of one level with poses, materials and winds of their own, for two substeps. The third is at rest;
-// the fifth has more elastic energy than its last step may have left, so that its step must scale it down.
+// Characters of one level with poses, materials and winds of their own, for two substeps. Character 2 is at rest.
+// Character 4 has more elastic energy than its last step may have left, so that its step must scale the lattice
+// down.
 struct TestCrowd {
   Level level = make_random_level({.seed = 5});
   std::vector<LatticeState> states;
@@ -78,7 +79,7 @@ struct TestCrowd {
     return result;
   }
 
-  // Characters `which`, side by side in this order.
+  // Steps the characters `which` side by side, in this order, and returns their states.
   [[nodiscard]] std::vector<LatticeState> together(const std::vector<std::size_t>& which) const {
     std::vector<LatticeState> result;
     for (const std::size_t c : which) result.push_back(states[c]);
@@ -184,6 +185,7 @@ TEST(CrowdStepDeathTest, more_members_than_lanes_stop_the_program) {
 }
 
 #if HWY_ARCH_X86
+// Servers of a fleet have different processors. A recording, or a room that moves, must continue with the same bits.
 TEST(InstructionSetsThatFuse, give_the_same_bits_for_any_width) {
   constexpr std::int64_t kFusing = HWY_AVX2 | HWY_AVX3;
   if ((hwy::SupportedTargets() & HWY_TARGETS & kFusing) != kFusing) GTEST_SKIP() << "this machine has not both";

@@ -25,17 +25,18 @@ std::shared_ptr<const LevelSet> make_levels(unsigned seed) {
 }
 
 Pose pose_at(std::size_t character, int tick) {
+  // Each character shakes its head with a phase of its own, and stands 0.6 m from the next one.
   const double phase = 0.3 * static_cast<double>(character), t = 0.1 * tick;
   return rigid_pose(turned(0.4 * std::sin(phase + t), {0.2, 1, 0.1}, {0.1 * std::cos(t + phase), 1.5, 2.0 * phase}));
 }
 
-// Holds many characters of two grooms and three levels. A character keeps its number while slots change; `tick` moves
-// all.
+// A world with many characters of two grooms and three levels. A character keeps its number while slots change;
+// tick() moves all.
 struct Crowd {
   World world;
   std::array<std::shared_ptr<const LevelSet>, 2> grooms{make_levels(1), make_levels(10)};
   std::vector<CharacterId> ids;
-  // Belong to the characters, whatever their slots.
+  // The numbers of the characters, in the order of `ids`.
   std::vector<std::size_t> numbers;
   int ticks = 0;
 
@@ -85,6 +86,8 @@ TEST(CrowdWorld, comes_to_the_same_bits_on_any_number_of_threads) {
                                   : [=](std::size_t count, const std::function<void(std::size_t)>& body) {
                                       run_on_threads(thread_count, count, body);
                                     });
+    // 25 characters of each of the three levels are several batches of crowd_width(), at most 16, and a last one
+    // that is not full.
     for (std::size_t c = 0; c < 75; ++c) crowd.add(c);
     for (int t = 0; t < 8; ++t) crowd.tick();
     hashes.push_back(crowd.world.hash());
@@ -97,6 +100,7 @@ TEST(CrowdWorld, a_character_moves_alike_alone_and_while_others_join_leave_and_s
   alone.add(4);
   for (std::size_t c = 0; c < 30; ++c) crowd.add(c);
   for (int t = 0; t < 20; ++t) {
+    // Each change moves characters to other lanes and batches, beside other neighbours.
     if (t == 3) crowd.add(40);
     if (t == 5) {
       for (std::size_t c = 10; c < 30; ++c) crowd.remove(c);
@@ -125,6 +129,7 @@ TEST(CrowdWorld, allocates_nothing_while_strides_change_and_characters_are_suspe
   for (std::size_t c = 0; c < 70; ++c) crowd.add(c);
   const auto change = [&](int round) {
     for (std::size_t c = 0; c < crowd.ids.size(); ++c) {
+      // Strides are 1, 2 or 4 ticks. A fifth of the characters is suspended, another fifth in each round.
       crowd.world.set_stride(crowd.ids[c], 1 << (c + static_cast<std::size_t>(round)) % 3);
       crowd.world.set_suspended(crowd.ids[c], (c + static_cast<std::size_t>(round)) % 5 == 0);
     }

@@ -179,6 +179,7 @@ TEST(Decimating, two_bundles_of_identical_springs_become_two_springs_without_any
   EXPECT_NEAR((weight_matrix(springs, grid.node_count()) - before).norm(), 0, 1e-10 * before.norm());
 }
 
+// Fewer attachments must hold the hair as firmly as all of them did.
 TEST(Decimating, attachments_keep_their_total_stiffness_in_each_group) {
   const Groom groom = support::make_head_of_hair(300);
   const Grid grid = grid_of(groom, 10);
@@ -206,6 +207,7 @@ TEST(Decimating, the_nearest_attachments_merge_first) {
   EXPECT_EQ(attachments.ends[1][0].x(), 9.5);
 }
 
+// Groups have materials of their own, so a spring must belong to one group alone.
 TEST(Decimating, springs_never_gain_from_another_group) {
   const Grid grid = grid_of_cells(4);
   StiffenerList springs;
@@ -220,6 +222,7 @@ TEST(Decimating, springs_never_gain_from_another_group) {
   for (const auto& [group, k] : before) EXPECT_NEAR(after.at(group), k, 1e-10 * k);
 }
 
+// Hair of a coarse level must stretch no more than hair of a fine one.
 TEST(Decimating, springs_keep_their_resistance_to_stretching_in_each_group) {
   const Groom groom = support::make_head_of_hair(200);
   const Grid grid = grid_of(groom, 7);
@@ -350,6 +353,7 @@ TEST(Decimating, stops_when_told_to) {
   EXPECT_FALSE(decimate(grid, StiffenerKind::spring, 10, springs, [](double) { return false; }));
 }
 
+// The share is shown to people as a bar, and may not go backwards.
 TEST(Decimating, reports_a_share_that_never_falls) {
   const Groom groom = support::make_head_of_hair(300);
   const Grid grid = grid_of(groom, 7);

@@ -12,6 +12,7 @@
 // Lattices, shapes of them and points of all sorts, for tests of the wide FFD.
 namespace hairnet::deform_cases {
 
+// Quadratic FFD is used for near hair, and linear FFD, which is cheaper, for far hair.
 inline constexpr support::Named<FfdKind> kFfdKinds[] = {{"quadratic", FfdKind::quadratic}, {"linear", FfdKind::linear}};
 
 // Makes a lattice whose first node is at (-10, -30, -15) cm; cells are 3, 5 and 4 cm long. The sizes differ, so that a
@@ -27,8 +28,8 @@ inline std::vector<Vec3f> random_displacements(const Lattice& lattice, float siz
   return displacements;
 }
 
-// Holds points with all that a Deformer takes of them. Every fifth has a blend of 0, every fifth one of 1, and the
-// others have any.
+// Points with everything that a Deformer takes of them. Every fifth has a blend of 0 (it stays with the skull),
+// every fifth a blend of 1 (it follows the lattice), and the others have a random one.
 struct Points {
   std::vector<Vec3f> x;
   std::vector<float> blend;
@@ -39,6 +40,7 @@ struct Points {
     x.push_back(point);
     blend.push_back(x.size() % 5 == 0 ? 0.0f : x.size() % 5 == 1 ? 1.0f : unit(random));
     rest.direction.push_back(support::random_vec(random, 1).normalized());
+    // The slope is drawn up to 100 per m. The blend of the usual root length, 2 cm, has a slope of up to 43 per m.
     rest.blend_slope.push_back(100 * unit(random));
   }
   [[nodiscard]] Deformer deformer(const Lattice& lattice, FfdKind kind) const {

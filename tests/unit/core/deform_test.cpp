@@ -23,7 +23,7 @@ bool same_bits(std::span<const Vec3f> a, std::span<const Vec3f> b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
 }
 
-// Every kind by every instruction set that this machine has.
+// Runs each test with every kind of FFD, by every instruction set that this machine has.
 using Case = std::tuple<support::Named<FfdKind>, support::Named<std::int64_t>>;
 class WideDeformCases : public testing::TestWithParam<Case> {
  protected:
@@ -45,6 +45,7 @@ INSTANTIATE_TEST_SUITE_P(AllTargets, WideDeformCases,
 // the origin, times the difference of u across a cell. Both grow with the extrapolation outside the grid (reach()).
 TEST_P(WideDeformCases, agrees_with_the_reference_wherever_the_point_is) {
   constexpr float kDisplaced_m = 0.05f;
+  // The smallest lattice of quadratic FFD, one with a different count on each axis, and that of the high level.
   for (const std::array<int, 3> dims : {std::array{3, 3, 3}, {6, 5, 4}, {10, 10, 10}}) {
     const Lattice lattice = make_lattice(dims);
     const Points points = make_points(lattice, 5);
@@ -100,6 +101,7 @@ TEST_P(WideDeformCases, weights_sum_to_one_so_exactly_that_a_shift_of_all_nodes_
   Points points = make_points(lattice, 9);
   std::ranges::fill(points.blend, 1.0f);
   std::ranges::fill(points.rest.blend_slope, 0.0f);
+  // Numbers without a short binary form, so that weights that do not sum up to 1 exactly would show.
   const Vec3f shift(0.0123f, -0.0456f, 0.0789f);
   const std::vector<Vec3f> displacements(lattice.node_count(), shift);
   std::vector<Vec3f> moved(points.x.size()), tangents(points.x.size());
@@ -110,6 +112,7 @@ TEST_P(WideDeformCases, weights_sum_to_one_so_exactly_that_a_shift_of_all_nodes_
   }
 }
 
+// Clients draw any part of a groom's points. A point must not tremble when the part changes.
 TEST_P(WideDeformCases, a_point_has_the_same_bits_in_any_order_and_any_company) {
   const Lattice lattice = make_lattice({6, 5, 4});
   const Points points = make_points(lattice, 10);
@@ -184,6 +187,7 @@ TEST_P(WideDeformCases, numbers_stay_finite_however_far_away_a_point_is) {
   }
 }
 
+// One Deformer serves all characters with the same hairstyle, from several threads.
 TEST_P(WideDeformCases, several_threads_may_deform_at_once) {
   const Lattice lattice = make_lattice({6, 5, 4});
   const Points points = make_points(lattice, 17);

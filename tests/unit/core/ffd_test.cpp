@@ -30,7 +30,9 @@ TEST_P(FfdKinds, reproduces_any_affine_field_inside_and_outside_the_grid) {
   Deformer(lattice, points, {}, GetParam().value).deform(displacements, moved);
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_LT((moved[i] - (points[i] + turn * points[i] + shift)).norm(), 1e-5f)
-        << points[i].transpose();  // rounding, enlarged by extrapolation
+        // Points up to 0.25 m from the middle lie outside the grid too, where the extrapolation enlarges rounding
+        // errors.
+        << points[i].transpose();
   }
 }
 
@@ -96,6 +98,7 @@ TEST(Ffd, root_blend_rises_from_zero_at_the_root_by_equation_7) {
   for (std::size_t i = 4; i < 12; ++i) EXPECT_EQ(blend[i], 1.0f);
 }
 
+// Hair whose roots leave the skin looks like a wig that slips.
 TEST(Ffd, a_root_stays_on_the_skull_for_any_motion_of_the_lattice) {
   const Lattice lattice = make_lattice({5, 5, 5});
   Groom groom;
@@ -149,6 +152,8 @@ TEST(LevelGeometry, refuses_what_does_not_fit_together) {
     corrupt(geometry);
     return !validate(geometry).empty();
   };
+  // Each line breaks one rule: sizes, finite numbers, ascending nodes, each node either active or trimmed, and
+  // offsets that fit the lists.
   EXPECT_TRUE(refused([](auto& g) { g.lattice.dims[1] = 1; }));
   EXPECT_TRUE(refused([](auto& g) { g.lattice.dims[1] = 1000000; }));
   EXPECT_TRUE(refused([](auto& g) { g.lattice.spacing.x() = 0; }));

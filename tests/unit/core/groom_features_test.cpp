@@ -247,6 +247,7 @@ std::vector<Vec3f> random_displacements(const Lattice& lattice, float size_m) {
   return displacements;
 }
 
+// Both edges of the card lie on the strand here, so both must move exactly as the strand.
 TEST(Cards, follow_the_lattice_as_strands_at_the_same_place_do) {
   const Lattice lattice = make_lattice();
   const std::vector<Vec3f> line = support::straight(Vec3f(0.03f, 0.1f, 0), Vec3f(0.2f, -1, 0.1f), 0.2f, 9);
@@ -299,6 +300,7 @@ TEST(Clusters, draw_their_strands_and_the_copies) {
   }
 }
 
+// A clump whose copies lost their distance from the strand would thicken or collapse as hair moves.
 TEST(Clusters, keep_their_offsets_for_any_motion_of_the_lattice) {
   const Groom groom = make_full();
   const ClumpStrands strands(groom);
@@ -336,6 +338,7 @@ TEST(Clusters, move_smoothly_with_their_strand) {
   }
 }
 
+// Such strands have no direction beside which copies could lie, so NaN would be near.
 TEST(Clusters, of_strands_without_length_are_still_defined) {
   Groom groom;
   groom.group_names = {"hair"};

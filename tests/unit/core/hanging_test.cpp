@@ -67,6 +67,8 @@ TEST_P(Hanging, a_strand_is_a_pendulum_that_ends_vertical_at_any_tilt) {
 
 INSTANTIATE_TEST_SUITE_P(Tilts, Hanging, testing::Values(15.0, 45.0, 90.0, 180.0), support::CaseName{"_degrees"});
 
+// Hair without gel hangs down from the tilted head. Hair that kept its design entirely would point 45 degrees from
+// vertical, as the head does, so gel must end between the two.
 TEST(Hanging, more_ether_stiffness_is_gel_that_keeps_the_design) {
   const Groom groom = make_lock(0.3f);
   Groom with_gel = groom;

@@ -33,7 +33,7 @@ Groom make_two_locks(float apart_m) {
   return groom;
 }
 
-// Points half-way down every strand.
+// Returns the point half-way down every strand, where tests tie the locks.
 std::vector<std::uint32_t> middles(const Groom& groom) {
   std::vector<std::uint32_t> points;
   for (std::size_t s = 0; s < groom.strand_count(); ++s) points.push_back(groom.strand_begin[s] + kPointsOfStrand / 2);
@@ -48,6 +48,7 @@ std::vector<Vec3f> points_in_spin(const Groom& groom, const Level& level, double
   StepScratch scratch;
   StepInput input;
   input.step_s = 1.0 / 100;
+  // A tick is 1/100 s. The speed rises evenly in the first 100 ticks and then stays.
   for (int tick = 1; tick <= 300; ++tick) {
     input.from = input.to;
     const double speed = radians_per_s * std::min(1.0, tick / 100.0);
@@ -60,7 +61,7 @@ std::vector<Vec3f> points_in_spin(const Groom& groom, const Level& level, double
   return points;
 }
 
-// The change of distance between the tied parts of the two locks, m.
+// Returns how much the distance between the tied parts of the two locks has changed, m.
 double change_between_locks(const Groom& groom, const std::vector<Vec3f>& points) {
   const auto apart = [&](const std::vector<Vec3f>& at) {
     Vec3f sum = Vec3f::Zero();
@@ -80,6 +81,7 @@ TEST(Knots, keep_strands_together_that_would_be_flung_apart) {
   // high, so its ties resist less.
   for (const auto& [level, share] : {std::pair{0u, 0.05}, {1u, 0.10}, {2u, 0.25}}) {
     const LevelSpec& spec = kLevelSpecs[level];
+    // 11 rad/s are nearly two turns a second, far more than a head turns on its own.
     const double loose_m = change_between_locks(loose, points_in_spin(loose, *build_level(loose, spec), 11));
     const double tied_m = change_between_locks(tied, points_in_spin(tied, *build_level(tied, spec), 11));
     EXPECT_GT(loose_m, 0.006) << "strong enough a pull to tell";
@@ -128,6 +130,7 @@ std::vector<Vec3> rest_nodes(const Grid& grid) {
 const std::vector<Vec3f> kRing{{0.012f, 0, 0},  {0.0085f, 0, 0.0085f},   {0, 0, 0.012f},  {-0.0085f, 0, 0.0085f},
                                {-0.012f, 0, 0}, {-0.0085f, 0, -0.0085f}, {0, 0, -0.012f}, {0.0085f, 0, -0.0085f}};
 
+// Forces within a knot must cancel, or a hair tie would lift or turn the whole head of hair.
 TEST(Knots, exert_no_force_and_no_torque_as_a_whole) {
   const BuiltKnot knot = build_knot(kRing, 8);
   std::mt19937 random(1);
@@ -151,7 +154,8 @@ TEST(Knots, exert_no_force_and_no_torque_as_a_whole) {
   EXPECT_LT(moment.norm(), 1e-9 * largest);
 }
 
-// Energy of the ties in the field x -> x + gradient x, by its square.
+// Returns twice the energy of the ties in the field x -> x + gradient x, divided by the square of the gradient's
+// norm.
 double stiffness_against(const BuiltKnot& knot, const Mat3& gradient) {
   const std::vector<Vec3> rest = rest_nodes(knot.grid);
   std::vector<Vec3> moved;
@@ -165,6 +169,8 @@ double stiffness_against(const BuiltKnot& knot, const Mat3& gradient) {
   return sum / gradient.squaredNorm();
 }
 
+// A truss that gives way in one direction would let tied hair slide apart there. No strain may be 200 times as easy
+// as another.
 TEST(Knots, resist_every_strain_even_when_the_points_lie_in_a_plane_or_on_a_line) {
   std::mt19937 random(2);
   for (const std::vector<Vec3f>& points :
@@ -194,9 +200,12 @@ TEST(Knots, are_small_trusses_however_many_points_they_tie) {
   std::mt19937 random(3);
   std::vector<Vec3f> points;
   for (int i = 0; i < 500; ++i) points.push_back(support::random_vec(random, 0.02f));
+  // A truss has up to kKnotJointsMax joints and the four corners of a tetrahedron, and a spring between each two of
+  // these.
   EXPECT_LE(build_knot(points, 8).ties.count(), (kKnotJointsMax + 4) * (kKnotJointsMax + 3) / 2);
 }
 
+// A clasp has a weight. The ether takes its share of it, as of hair.
 TEST(Knots, may_have_a_weight_of_their_own) {
   Groom groom = make_two_locks(0.06f);
   groom.knots.push_back({.points = middles(groom)});
@@ -214,6 +223,8 @@ TEST(Knots, survive_the_merging_of_springs) {
   const Groom loose = make_two_locks(0.06f);
   Groom tied = loose;
   tied.knots.push_back({.points = middles(tied)});
+  // A level of so few springs, 60 in place of 800, merges most springs of the hair, and must keep the ties all the
+  // same.
   const LevelSpec scarce{{10, 10, 10}, 60, 10};
   LevelReport report;
   const auto level = build_level(tied, scarce, {}, &report);

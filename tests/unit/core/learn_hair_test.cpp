@@ -15,7 +15,7 @@
 namespace hairnet {
 namespace {
 
-// Is a small network with few motions, to save time; it must still err less than the low level.
+// A small network that learns from few motions, to save time; it must still err less than the low level.
 constexpr HairLearning kShort{
     .motion_count = 320, .validation_count = 32, .duration_s = 4, .hidden_count = 32, .rounds = 24};
 // Motions are numbered, and learning takes numbers far below this one.

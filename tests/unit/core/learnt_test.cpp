@@ -73,6 +73,7 @@ TEST(PoseHistory, gives_zeros_for_an_upright_head_that_stands_still_anywhere) {
   for (int tick = 0; tick < 5; ++tick) EXPECT_EQ(at_rest.next({}), PoseInputs{});
 }
 
+// The network is trained at one place. Hair must move alike wherever a person stands and whichever way they look.
 TEST(PoseHistory, does_not_depend_on_place_and_heading) {
   const RigidTransform elsewhere{Quat(Eigen::AngleAxisd(-1, Vec3::UnitY())), Vec3(20, -3, 5)};
   Random random(1);
@@ -178,6 +179,7 @@ TEST(LearntHair, is_the_same_alone_and_in_a_crowd) {
   }
 }
 
+// Hair that is nearly at rest would tremble forever and never fall asleep.
 TEST(LearntHair, of_a_still_upright_head_is_exactly_at_rest) {
   const LearntHair hair = support::random_learnt_hair(7);
   const Pose pose;

@@ -15,6 +15,7 @@ bool all_finite(const std::vector<T>& values) {
   return std::ranges::all_of(values, [](const T& v) { return std::isfinite(v); });
 }
 
+// The weights of a spring add up to 0, those of an attachment to 1 (`weight_sum`).
 inline void expect_valid(const Stiffeners& stiffeners, std::size_t node_count, float weight_sum, const Level& level) {
   ASSERT_EQ(stiffeners.begin.size(), stiffeners.count() + 1);
   ASSERT_EQ(stiffeners.nodes.size(), stiffeners.weights.size());

@@ -59,6 +59,7 @@ class LevelMaps : public testing::Test {
 
 // Any level can show an affine deformation, so a change of level must lose nothing of it.
 TEST_F(LevelMaps, carry_an_affine_deformation_over_exactly) {
+  // The field displaces strands by several centimetres, and the error may be 0.2 mm.
   const auto affine = [](const Vec3f& p) {
     return Vec3f(0.02f + 0.3f * p.y(), -0.1f * p.x() + 0.05f * p.z(), 0.2f * p.y() - 0.01f);
   };
@@ -73,23 +74,28 @@ TEST_F(LevelMaps, carry_an_affine_deformation_over_exactly) {
 }
 
 TEST_F(LevelMaps, from_low_to_high_strands_stay_where_they_are) {
+  // The waves have amplitudes of 4 and 3 cm, and lengths of 52 and 70 cm.
   const auto wave = [](const Vec3f& p) { return Vec3f(0.04f * std::sin(12 * p.y()), 0, 0.03f * std::cos(9 * p.y())); };
   const std::vector<Vec3f> low = nodes_of(LevelIndex::low, wave);
   const std::vector<Vec3f> before = strands(LevelIndex::low, low);
+  // The finer lattice cannot show a coarser one exactly, but it must within 1 mm.
   EXPECT_LT(rms_m(strands(LevelIndex::high, mapped(LevelIndex::low, LevelIndex::high, low)), before), 1e-3);
 }
 
 // The least squares fit is the best that the new level can do; what sampling the old lattice gives is worse.
 TEST_F(LevelMaps, from_high_to_low_keep_strands_better_than_sampling_does) {
+  // The wave has an amplitude of 4 cm and a length of 31 cm.
   const auto wave = [](const Vec3f& p) { return Vec3f(0.04f * std::sin(20 * p.y()), 0, 0); };
   const std::vector<Vec3f> high = nodes_of(LevelIndex::high, wave);
   const std::vector<Vec3f> before = strands(LevelIndex::high, high);
   const double fitted = rms_m(strands(LevelIndex::low, mapped(LevelIndex::high, LevelIndex::low, high)), before);
   const double sampled = rms_m(strands(LevelIndex::low, nodes_of(LevelIndex::low, wave)), before);
+  // A fit that was hardly better would not be worth its matrices.
   EXPECT_LT(fitted, 0.8 * sampled);
 }
 
 TEST_F(LevelMaps, between_levels_of_one_lattice_change_no_bit) {
+  // The ether level has the lattice of the low one.
   const std::vector<Vec3f> low = nodes_of(LevelIndex::low, [](const Vec3f& p) { return Vec3f(0.1f * p); });
   EXPECT_EQ(mapped(LevelIndex::low, LevelIndex::ether, low), low);
 }

@@ -65,6 +65,8 @@ TEST(Material, changed_by_hand_it_is_custom) {
   EXPECT_EQ(material_name(material), "custom");
 }
 
+// The ranges stand in validate(Material) (core/groom/material.cpp). Each value here is beyond its range, or no
+// number at all.
 TEST(Material, refuses_values_out_of_range_and_names_them) {
   EXPECT_EQ(validate(Material{}), "");
   EXPECT_THAT(error_of<Material>([](Material& m) { m.axial_stiffness_n = kNan; }), HasSubstr("axial stiffness"));
@@ -108,19 +110,23 @@ TEST(Material, refuses_factors_that_are_almost_zero_and_absurd_ones) {
 
 TEST(Material, of_the_smallest_numbers_that_are_taken_gives_valid_levels) {
   constexpr auto kSmallest = static_cast<float>(1.01 * NumberRange::kSmallest);
+  std::size_t built = 0;
   for (const auto number : kNumbers) {
     Groom groom = support::make_head_of_hair(6);
     float& value = groom.materials.base.*number;
     value = kSmallest;
-    // Some numbers have a larger smallest value of their own, and are skipped.
+    // The density and the ratio of the ether's mass have a larger smallest value of their own, and are skipped.
     if (!validate(groom).empty()) continue;
+    ++built;
     const auto levels = build_levels(groom);
     for (const Level& level : levels->levels) EXPECT_EQ(validate(level), "");
   }
+  EXPECT_EQ(built, kNumbers.size() - 2);
 }
 
 TEST(Material, its_damping_is_that_share_of_critical_damping_of_a_strands_axial_mode) {
-  // A strand as a chain of many masses and springs, released in its first mode: its modal k, m and q have this ratio.
+  // Computes the ratio for a strand as a chain of many masses and springs, in its first mode: with the modal
+  // stiffness k, mass m and damping q, it is q / (2 sqrt(k m)).
   Material material;
   material.damping_ratio = 0.3f;
   for (const double length : {0.05, 0.3, 0.9}) {
@@ -134,12 +140,15 @@ TEST(Material, its_damping_is_that_share_of_critical_damping_of_a_strands_axial_
       modal_k += k * (shape(i) - shape(i - 1)) * (shape(i) - shape(i - 1));
       modal_m += (i == kPieces ? 0.5 : 1) * m * shape(i) * shape(i);
     }
+    // The damping of a mode with stiffness k and mass m is critical at q = 2 sqrt(k m).
     EXPECT_NEAR(q_over_k * modal_k / (2 * std::sqrt(modal_k * modal_m)), 0.3, 1e-4);
   }
   material.axial_stiffness_n = 0;
   EXPECT_EQ(axial_damping_time_s(material, 0.3), 0);
 }
 
+// The arguments of LevelSpec are the nodes on each axis and the largest numbers of springs and attachments; 1000 are
+// more than there are.
 TEST(Material, springs_and_attachment_of_a_strand_have_its_damping) {
   Groom groom;
   support::add(groom, support::straight({0, 0.1f, 0}, {0.1f, -1, 0.05f}, 0.4f, 20));
@@ -188,12 +197,14 @@ TEST(MaterialSet, refuses_missing_or_unsorted_groups_and_invalid_materials) {
 TEST(MaterialSet, is_part_of_a_grooms_validation) {
   Groom groom = support::make_head_of_hair(3);
   EXPECT_EQ(validate(groom), "");
+  // make_head_of_hair() has two groups, 0 and 1, so group 1 may have a material and group 2 may not.
   groom.materials.set(1, {});
   EXPECT_EQ(validate(groom), "");
   groom.materials.set(2, {});
   EXPECT_THAT(validate(groom), HasSubstr("group 2"));
 }
 
+// A stiff fringe must not stiffen the rest of the hair.
 TEST(MaterialSet, a_groups_material_is_in_the_springs_of_that_group_alone) {
   Groom groom;
   support::add(groom, support::straight({0, 0.1f, 0.1f}, {0, -1, 0}, 0.3f, 12), {.group = 0});
@@ -223,6 +234,7 @@ TEST(MaterialScale, the_default_changes_nothing_and_between_equals_is_the_defaul
 
 TEST(MaterialScale, refuses_values_out_of_range_and_names_them) {
   using S = MaterialScale;
+  // A scale is 1 for no change. The largest is 100 for stiffness, damping and drag (material_scale.cpp).
   EXPECT_THAT(error_of<S>([](S& s) { s.stiffness = kNan; }), HasSubstr("scale stiffness"));
   EXPECT_THAT(error_of<S>([](S& s) { s.stiffness = 101; }), HasSubstr("scale stiffness is 101"));
   EXPECT_THAT(error_of<S>([](S& s) { s.damping = -1; }), HasSubstr("scale damping"));
@@ -259,7 +271,8 @@ TEST(MaterialScale, turns_what_was_built_of_one_material_into_the_other) {
       const float ether = built->ether_stiffness[i] * scale.density + scale.gel_per_s2 * mass;
       EXPECT_NEAR(ether, wanted->ether_stiffness[i], 1e-4f * ether) << name;
       EXPECT_NEAR(built->drag[i][0] * scale.air_drag, wanted->drag[i][0], 1e-4f * wanted->drag[i][0]) << name;
-      // Exact at 20 cm below the root alone.
+      // The damping of ether depends on the distance from the root, and the scale is exact at 20 cm alone. Nodes
+      // within 5 cm of there must agree within 20 %.
       if (std::abs(built->rest[i].y() + 0.1f) < 0.05f) {
         EXPECT_NEAR(built->ether_damping[i] * scale.density * scale.ether_damping, wanted->ether_damping[i],
                     0.2f * wanted->ether_damping[i])

@@ -9,7 +9,7 @@
 namespace hairnet {
 namespace {
 
-// A closed sphere of radius 1, triangles counter-clockwise seen from outside.
+// Returns a closed sphere of radius 1 whose triangles are counter-clockwise seen from outside.
 TriangleMesh make_sphere(int rings, int sectors) {
   TriangleMesh mesh;
   for (int r = 0; r <= rings; ++r) {
@@ -80,6 +80,7 @@ TEST(MeshQuery, closest_point_is_no_farther_than_any_sample_of_the_mesh) {
   }
 }
 
+// Callers read the weights of the named triangle, so a wrong name would bind hair to another bone.
 TEST(MeshQuery, closest_point_lies_on_the_triangle_that_it_names) {
   const TriangleMesh mesh = make_sphere(8, 12);
   const MeshQuery query(mesh);

@@ -17,7 +17,7 @@
 namespace hairnet {
 namespace {
 
-// Is a ParallelFor that does the work in the opposite order.
+// A ParallelFor that does the work in the opposite order.
 void last_first(std::size_t count, const std::function<void(std::size_t)>& body) {
   for (std::size_t i = count; i > 0; --i) body(i - 1);
 }
@@ -144,8 +144,8 @@ TEST_F(HairModes, of_hair_at_rest_are_zero_on_every_level) {
   }
 }
 
-// Holds sums of squared distances over motions that the modes were not learnt from. A sum becomes a share of the motion
-// by dividing by `motion`.
+// Sums of squared distances over motions that the modes were not learnt from. Divided by `motion`, a sum becomes a
+// share of the motion.
 struct Errors {
   double motion = 0;
   // These are the errors when the first 8, the first 32, and all coefficients are used.
@@ -290,6 +290,7 @@ TEST_F(HairModes, are_the_same_bits_in_any_order_of_the_work) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(again->maps[i].matrix() == modes_->maps[i].matrix()) << i;
 }
 
+// Making modes takes long, so a server must be able to stop it.
 TEST_F(HairModes, can_be_cancelled_and_report_progress) {
   double last = 0;
   BuildCallbacks callbacks;

@@ -7,7 +7,7 @@
 namespace hairnet {
 namespace {
 
-// Stiffeners of five of thirty nodes each.
+// Makes 20 stiffeners, each of which acts on five of thirty nodes, with weights from -1 to 1.
 Stiffeners some_stiffeners(std::mt19937& random) {
   Stiffeners list;
   for (int s = 0; s < 20; ++s) {
@@ -26,10 +26,12 @@ TEST(NodeMatrix, solves_the_system_that_was_put_in) {
   std::mt19937 random(4);
   const Stiffeners list = some_stiffeners(random);
   NodeMatrix matrix(kNodes, {&list});
+  // The dense matrix gets the same numbers without the sparse structure. Each node has a block of 3 x 3.
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * kNodes, 3 * kNodes);
   matrix.set_zero();
   for (std::size_t i = 0; i < kNodes; ++i) {
     const double diagonal = 1 + 0.1 * static_cast<double>(i);
+    // isotropic_and_axial(a, b, e) is a I + b e e^T. The diagonal keeps the matrix positive definite, as mass does.
     matrix.add(i, isotropic_and_axial(diagonal, 0, Vec3::Zero()));
     for (std::size_t c = 0; c < 3; ++c) dense(3 * i + c, 3 * i + c) += diagonal;
   }
@@ -52,6 +54,7 @@ TEST(NodeMatrix, solves_the_system_that_was_put_in) {
 TEST(NodeMatrix, refuses_a_matrix_that_is_singular) {
   NodeMatrix matrix(2, {});
   matrix.set_zero();
+  // Only the first of two nodes gets a block, so the second one could move without any force.
   matrix.add(0, isotropic_and_axial(1, 0, Vec3::Zero()));
   EXPECT_FALSE(matrix.factor());
 }

@@ -25,6 +25,7 @@ TEST(RotationBetween, of_equal_and_opposite_vectors_is_none_and_half_a_turn) {
   for (const Vec3& from : {Vec3(1, 0, 0), Vec3(0, -2, 0), Vec3(0.3, 0.4, -0.5)}) {
     EXPECT_LE(rotation_between<double>(from, 2 * from).angularDistance(Quat::Identity()), 1e-12);
     EXPECT_LE((rotation_between<double>(from, -from) * from + from).norm(), 1e-12);
+    // For nearly opposite vectors the axis of the turn is the cross product of both, which is almost zero here.
     const Vec3 nearly = -from + Vec3(0, 0, 1e-4) * from.norm();
     EXPECT_LE((rotation_between(from, nearly) * from.normalized() - nearly.normalized()).norm(), 1e-8);
   }

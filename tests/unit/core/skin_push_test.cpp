@@ -80,6 +80,7 @@ TEST(SkinPush, is_that_of_the_reference) {
     ASSERT_LT((got[p].cast<double>() - wanted).norm(), 1e-6) << p;
     moved += got[p] != points.moved[p];
   }
+  // The push must act on enough of the 3000 points, or the comparison says nothing.
   EXPECT_GT(moved, 200);
 }
 
@@ -88,8 +89,10 @@ TEST(SkinPush, leaves_no_point_nearer_than_its_limit) {
   const SkinPush skin(balls, kThickness_m);
   const Pose pose = turned(Bone::left_shoulder, 0.5, {0.01, 0.05, 0});
   for (const SkinDistanceField& field : balls) {
+    // make_round_skin() makes cubes of 30 cm, so this is the middle of the ball.
     const Vec3f centre = field.origin + Vec3f::Constant(0.15f);
     Points points = around(centre, 0.12f, 0.03f, 4);
+    // Without blends every point counts as far from its root, so that the push of each bone is complete.
     points.blend.clear();
     const std::vector<Vec3f> got = pushed(skin, pose, points);
     int deep = 0;
@@ -117,7 +120,7 @@ TEST(SkinPush, keeps_roots_where_they_are) {
 TEST(SkinPush, goes_on_without_jumps_when_points_and_bones_move) {
   const SkinPush skin(ball_skin(), kThickness_m);
   const Points points = around({0.05f, -0.1f, 0}, 0.2f, 0.08f, 6);
-  // Is in m for shifts and in rad for turns.
+  // The step of central differences: m for shifts, rad for turns.
   constexpr double kStep = 1e-4;
   Points next = points;
   for (Vec3f& point : next.moved) point += Vec3f(0.6f, -0.6f, 0.5f) * static_cast<float>(kStep);
@@ -145,6 +148,7 @@ TEST(SkinPush, is_symmetric_for_a_symmetric_body) {
   Pose left, right;
   left[Bone::left_shoulder].position = Vec3(0.02, 0.06, 0.01);
   right[Bone::right_shoulder].position = Vec3(-0.02, 0.06, 0.01);
+  // The mirrored points in the mirrored pose must be pushed to the mirror image.
   const std::vector<Vec3f> got = pushed(push, left, points), mirror = mirrored(pushed(push, right, other));
   // Distances and ways are rounded to bytes, which need not be symmetric to the last step. The limit is less than one
   // step of a distance, 0.35 mm (kSkinStep_m).

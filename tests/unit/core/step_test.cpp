@@ -183,6 +183,7 @@ TEST(Step, a_turning_head_deviates_by_the_square_of_the_angle_a_step) {
   EXPECT_LT(finer, 0.05f * 0.05f * 0.25f);
 }
 
+// A step makes a fixed number of iterations. Each must bring the hair closer to the solution that has converged.
 TEST(Step, more_iterations_come_closer_to_the_converged_solution) {
   const Level level = make_random_level({.nodes_per_axis = 6, .spring_count = 300, .attachment_count = 40});
   const LatticeState start = make_random_state(level, 0.02f, 0.5f, 5);

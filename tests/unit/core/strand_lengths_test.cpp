@@ -20,6 +20,7 @@ struct Strands {
   std::vector<std::uint32_t> begin;
 };
 
+// Makes one strand that hangs straight down.
 Strands straight(std::size_t count, float segment_m) {
   Strands strands{{}, {0}};
   for (std::size_t i = 0; i < count; ++i)
@@ -28,7 +29,8 @@ Strands straight(std::size_t count, float segment_m) {
   return strands;
 }
 
-// Curls and straight strands of different lengths, all within the lattice of make_lattice({8, 8, 8}) or near it.
+// Returns curls and straight strands of different lengths, all within the lattice of make_lattice({8, 8, 8}) or near
+// it.
 Strands mixed() {
   Strands strands{{}, {0}};
   for (int s = 0; s < 40; ++s) {
@@ -94,6 +96,8 @@ double length(std::span<const Vec3f> points, const Strands& strands, std::size_t
 
 class LimitedStrands : public testing::Test {
  protected:
+  // Moves each node at random by up to size_m on each axis. With 10 cm most strands are stretched far beyond their
+  // length.
   void deform(float size_m, unsigned seed) {
     const std::vector<Vec3f> displacements = random_displacements(lattice_, size_m, seed);
     deformed_.resize(strands_.points.size());

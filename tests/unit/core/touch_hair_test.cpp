@@ -173,7 +173,8 @@ TEST_F(TouchHair, hair_lies_on_a_chair_back_and_comes_to_rest) {
   }
   // The first 60 of 360 ticks, in which the board pushes hair out, do not count.
   EXPECT_LT(static_cast<double>(deep) / 300, 0.01 * static_cast<double>(rest.size()));
-  for (int i = 0; i < 20 * 30 && !world_.lattice(id_).asleep; ++i) tick(chair);
+  // Hair must rest 5 s after the head, and sleeps kSleepAfter_s later.
+  for (int i = 0; i < (5 + kSleepAfter_s) * 30 && !world_.lattice(id_).asleep; ++i) tick(chair);
   EXPECT_TRUE(world_.lattice(id_).asleep);
   EXPECT_LT(static_cast<double>(count_deep(chair, points())), 0.01 * static_cast<double>(rest.size()));
 }

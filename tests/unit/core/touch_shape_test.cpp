@@ -26,15 +26,15 @@ class Random {
   }
   bool coin() { return between(0, 1) < 0.5; }
 
-  // A sphere, a capsule, a box, or a box with a radius.
+  // Returns a sphere, a capsule, a box, or a box with a radius.
   TouchShape shape() {
     TouchShape shape;
     for (int a = 0; a < 3; ++a) shape.half_size_m[a] = coin() ? between(0.005, 0.05) : 0;
     shape.radius_m = shape.half_size_m.minCoeff() == 0 || coin() ? between(0.005, 0.04) : 0;
     return shape;
   }
-  // A point of its surface: on a face, an edge or a corner. Where the normal has no part along an axis, the box is
-  // free.
+  // Returns a point of the shape's surface, on a face, an edge or a corner. Where the normal has no part along an
+  // axis, the coordinate in the box is free.
   Vec3 on_surface(const TouchShape& shape) {
     Vec3 normal, place;
     do {
@@ -76,6 +76,7 @@ TEST(TouchShape, is_negative_inside_and_the_other_way_round_inside_out) {
   for (int trial = 0; trial < 1000; ++trial) {
     TouchShape shape = random.shape();
     const Vec3 on = random.on_surface(shape);
+    // Every shape is convex about its centre, so the way from there to a surface point is inside.
     EXPECT_LT(shape_distance(shape, 0.9 * on), 0);
     EXPECT_GT(shape_distance(shape, 1.1 * on), 0);
     const Vec3 point = random.vec(0.12);

@@ -20,12 +20,12 @@ using support::make_random_state;
 using support::turned;
 
 constexpr SolverSettings kConverged{.iterations = 400};
-// Is the tolerance against the reference. The wall is a box whose middle is 5 m away (half_space), so a float place
+// The tolerance against the reference. The wall is a box whose middle is 5 m away (half_space), so a float place
 // relative to this middle is rounded to half a micrometre.
 constexpr float kRounding_m = 4e-6f;
 
-// Holds a body of each kind around the hair (sphere, capsule, box, the inside of a sphere, a wall), and some held
-// points. All but the wall move; the seed shifts them.
+// A body of each kind around the hair (sphere, capsule, box, the inside of a sphere, a wall), and some held points.
+// All but the wall move; the seed shifts them.
 struct Touched {
   explicit Touched(unsigned seed, std::size_t hold_count = 3) {
     const auto place = [](double angle_rad, const Vec3& position) {
@@ -134,6 +134,7 @@ TEST(TouchStep, a_touched_character_ends_in_the_same_bits_in_a_crowd) {
   }
 }
 
+// Otherwise hair at the other end of a room would move when somebody lifts a hand, and recordings would differ.
 TEST(TouchStep, a_body_that_hair_does_not_reach_changes_no_bit) {
   const Level level = make_random_level({.contact_count = 60});
   StepScratch scratch;

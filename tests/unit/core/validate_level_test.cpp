@@ -9,6 +9,7 @@
 namespace hairnet {
 namespace {
 
+// Returns the low level of a groom with all odd strands and a body, built once. Each test corrupts a copy.
 const Level& valid_level() {
   static const auto level = [] {
     Groom groom = support::make_odd_groom();
@@ -27,7 +28,7 @@ TEST(ValidateLevel, built_levels_are_valid) {
   }
 }
 
-// Gives the level a skin of its own, as levels share theirs, and returns its first field.
+// Gives the level a skin of its own, since levels share theirs, and returns its first field.
 SkinDistanceField& skin_of(Level& level) {
   auto own = std::make_shared<Skin>(*level.skin);
   level.skin = own;
@@ -41,6 +42,7 @@ struct Corruption {
 
 TEST(ValidateLevel, refuses_what_no_solver_may_run) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinite = std::numeric_limits<float>::infinity();
+  // Levels are also read from files. A solver that ran one of these would read beyond arrays, or compute NaN.
   const std::vector<Corruption> corruptions{
       {"no lattice", [](Level& l) { l.geometry.lattice.dims[1] = 0; }},
       // The low level has 5 x 5 x 5 nodes, so 124 is the last one.
@@ -55,6 +57,8 @@ TEST(ValidateLevel, refuses_what_no_solver_may_run) {
       {"negative ether", [](Level& l) { l.ether_stiffness[0] = -1; }},
       {"ether damping that is no number", [](Level& l) { l.ether_damping[0] = kNan; }},
       {"drag too long", [](Level& l) { l.drag.emplace_back(); }},
+      // The numbers are a drag matrix in the order xx, xy, xz, yy, yz, zz. With xy^2 > xx yy it is not positive
+      // semi-definite, and air would speed hair up.
       {"drag that pushes", [](Level& l) { l.drag[0] = {1, 2, 0, 1, 0, 1}; }},
       {"drag that is no number", [](Level& l) { l.drag[0][5] = kNan; }},
       {"no first offset", [](Level& l) { l.springs.begin.clear(); }},
@@ -117,6 +121,7 @@ TEST(ValidateLevel, refuses_a_lattice_too_small_for_quadratic_ffd) {
 TEST(ValidateLevel, refuses_more_stiffeners_than_have_an_index) {
   Level level = valid_level();
   Stiffeners& springs = level.springs;
+  // Stiffeners are named by indices of 16 bits. The first spring is repeated until there are 65 536.
   while (springs.count() <= std::numeric_limits<std::uint16_t>::max()) {
     for (std::uint32_t e = 0; e < springs.begin[1]; ++e) {
       springs.nodes.push_back(std::uint16_t{springs.nodes[e]});

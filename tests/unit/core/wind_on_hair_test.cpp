@@ -13,6 +13,7 @@
 namespace hairnet {
 namespace {
 
+// The fourth level is `ether`, which has no springs.
 constexpr LevelSpec kEtherOnly = kLevelSpecs[3];
 
 // Straight strands that hang 30 cm from a row of roots.
@@ -61,6 +62,7 @@ Mat3f drag_of(const Level& level, std::size_t node) {
   return Mat3f{{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
 }
 
+// In a steady wind hair comes to rest where the drag equals the force of the ether on each node.
 TEST(WindOnHair, ends_where_each_nodes_drag_and_ether_balance) {
   const auto level = build_level(support::make_odd_groom(), kEtherOnly);
   const Vec3f wind(2, 0.5f, -1);
@@ -87,6 +89,7 @@ TEST(WindOnHair, carries_it_the_way_it_blows_and_springs_keep_its_length) {
   Vec3f tips = Vec3f::Zero(), roots = Vec3f::Zero();
   int tip_count = 0, root_count = 0;
   for (std::size_t i = 0; i < level->rest.size(); ++i) {
+    // The curtain hangs from y = 0.1 to y = -0.2.
     if (level->rest[i].y() < -0.15f) tips += state.displacement[i], ++tip_count;
     if (level->rest[i].y() > 0.08f) roots += state.displacement[i], ++root_count;
   }

@@ -59,6 +59,7 @@ TEST(Wind, a_steady_wind_is_its_mean_everywhere_and_always) {
   }
 }
 
+// People set the wind in m/s, and the sum of random waves must keep to these numbers within 2 %.
 TEST(Wind, over_space_and_time_it_has_the_mean_and_the_turbulence_asked_for) {
   Wind wind = make_storm();
   wind.gust_ratio = 0;

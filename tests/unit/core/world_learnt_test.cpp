@@ -50,6 +50,8 @@ class Reference {
   std::vector<float> coefficients_;
 };
 
+// A World only passes poses on to the network, so its coefficients must have the same bits as those of the network
+// alone.
 TEST(LearntLevel, is_what_the_network_makes_of_the_poses) {
   World world({});
   const auto levels = make_levels();
@@ -106,6 +108,7 @@ TEST(LearntLevel, moves_in_the_wind_at_the_head) {
   }
 }
 
+// A network that was learnt in still air would show hair at rest in a storm. `is_covered` says this to the server.
 TEST(LearntLevel, does_not_hold_in_wind_that_the_network_knows_nothing_of) {
   auto levels = std::make_shared<LevelSet>(*make_levels());
   auto still = std::make_shared<LearntHair>(*levels->learnt);
@@ -203,6 +206,7 @@ TEST(LearntLevel, needs_a_network_and_ticks_of_its_length) {
   EXPECT_FALSE(other.set_level(other.add({make_levels(), LevelIndex::low, {}}), LevelIndex::learnt));
 }
 
+// A sleeping character costs no time and no bytes.
 TEST(LearntLevel, falls_asleep_at_rest_and_wakes_with_the_bones) {
   World world({});
   const CharacterId id = world.add({make_levels(), LevelIndex::learnt, swaying(0, 0)});
@@ -230,6 +234,7 @@ TEST(LearntLevel, is_awake_in_wind) {
   EXPECT_FALSE(world.lattice(id).asleep);
 }
 
+// A jump of 30 m in one tick would otherwise be a velocity of 900 m/s for the network.
 TEST(LearntLevel, takes_a_teleport_and_a_suspension_for_no_motion) {
   World world({});
   const CharacterId id = world.add({make_levels(), LevelIndex::learnt, {}});
@@ -246,6 +251,7 @@ TEST(LearntLevel, takes_a_teleport_and_a_suspension_for_no_motion) {
   for (const float c : coefficients(world, id)) EXPECT_EQ(c, 0);
 }
 
+// The LOD changes levels when it likes, also twice within a second.
 TEST(LearntLevel, is_left_and_entered_at_any_time) {
   World world({});
   const auto levels = make_levels();

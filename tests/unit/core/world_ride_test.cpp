@@ -16,7 +16,7 @@ namespace {
 // speeds lie on both sides of this limit and on it.
 constexpr std::array kSpeeds{0.0, 1.0, 10.0, 25.0, 30.0, 100.0, 300.0};
 constexpr double kRideTick_s = 1.0 / 30;
-// Is the radius of the circle on which heads ride.
+// The radius of the circle on which heads ride.
 constexpr double kRadius_m = 50;
 // The ride is kilometres away from the origin of the world, where world coordinates in floats are coarse.
 const Vec3 kFar(4000, 1.5, -3000);
@@ -165,6 +165,7 @@ TEST(RideInCarriedAir, on_a_circle_hair_moves_as_at_rest_under_the_circles_own_f
   }
 }
 
+// In a vehicle whose air is carried along, hair moves as in a room.
 TEST(RideInCarriedAir, learnt_hair_moves_as_at_rest_and_is_covered) {
   const auto levels = ride_levels();
   for (const double speed : kSpeeds) {

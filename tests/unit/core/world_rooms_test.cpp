@@ -46,6 +46,7 @@ TEST(Environments, blow_about_their_own_characters_alone) {
   std::vector<CharacterId> alone_ids;
   for (std::uint32_t e = 0; e < 3; ++e) {
     WorldDef def;
+    // Environment 1 was never set, and has still air.
     if (e == 0) def.environment = windy(1);
     if (e == 2) def.environment = windy(-2);
     alone.emplace_back(def);
@@ -70,6 +71,7 @@ TEST(Environments, wake_their_own_characters_alone) {
   World world({});
   const CharacterId here = world.add({levels, LevelIndex::low, {}, 0});
   const CharacterId there = world.add({levels, LevelIndex::low, {}, 1});
+  // Hair sleeps after kSleepAfter_s, 4.5 s, at rest; 300 ticks are 10 s.
   for (int tick = 0; tick < 300 && world.step().asleep < 2; ++tick) {
   }
   ASSERT_TRUE(world.lattice(here).asleep && world.lattice(there).asleep);
@@ -79,6 +81,7 @@ TEST(Environments, wake_their_own_characters_alone) {
   EXPECT_FALSE(world.lattice(there).asleep);
 }
 
+// A room moves from server to server with the state of its hair. With another bit, hair would twitch at each move.
 TEST(State, restored_continues_as_without_a_break) {
   const auto levels = make_levels();
   World before({}), after({});

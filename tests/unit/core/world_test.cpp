@@ -478,6 +478,7 @@ TEST(World, level_requested_while_easing_out_continues_from_the_current_hair) {
   for (const Vec3f& v : world.state(id).velocity) EXPECT_LT(v.norm(), 1e-6f);
 }
 
+// A new material changes the forces of the next steps. A jump of the hair itself would be seen.
 TEST(World, a_change_of_material_moves_nothing_at_once) {
   const auto levels = make_levels();
   World world({});

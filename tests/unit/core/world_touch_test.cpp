@@ -43,7 +43,7 @@ TouchBody ball(const Vec3& place, TouchKey key = kHand, double radius_m = 0.04) 
   return {key, sphere(radius_m), {Quat::Identity(), place}};
 }
 
-// Holds one character, which belongs to kOwner, in a room of its own. A tick is 1/30 s.
+// One character, which belongs to kOwner, in a room of its own. A tick is 1/30 s.
 struct Scene {
   explicit Scene(LevelIndex level = LevelIndex::medium, const WorldDef& def = {}) : world(def) {
     static const auto levels = make_levels();
@@ -494,6 +494,7 @@ TEST(WorldTouch, gives_the_same_bits_in_any_order_of_characters) {
   EXPECT_EQ(hashes_of_a_run({}), hashes_of_a_run(shuffled));
 }
 
+// A replay compares hashes, so whatever moves hair must be in them.
 TEST(WorldTouch, a_hash_tells_of_bodies_and_of_holds) {
   const auto hash = [](const Vec3& place, double radius_m) {
     Scene scene;

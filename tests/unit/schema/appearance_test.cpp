@@ -43,6 +43,8 @@ class Packet {
  public:
   explicit Packet(const Carrier& carrier, std::size_t tag_bytes = 8)
       : bytes(encode_packet({1, carrier.make(std::string(tag_bytes, 't'))})) {
+    // A packet begins with its size in four bytes, and the offset of the root table follows. The slot of the
+    // envelope's body in its vtable is 8.
     const std::size_t root = 4 + get<std::uint32_t>(4);
     const std::size_t body_at = root + get<std::uint16_t>(vtable_of(root) + 8);
     body = body_at + get<std::uint32_t>(body_at);
@@ -64,15 +66,19 @@ class Packet {
     const T narrow = static_cast<T>(value);
     std::memcpy(bytes.data() + at, &narrow, sizeof narrow);
   }
+  // Shortens the packet and corrects its size, so that a decoder does not stop at the size.
   void cut(std::size_t size) {
     bytes.resize(size);
     put<std::uint32_t>(0, size - 4);
   }
+  // A table begins with the distance by which its vtable lies before it.
   [[nodiscard]] std::size_t vtable_of(std::size_t table) const {
     return table - static_cast<std::size_t>(static_cast<std::ptrdiff_t>(get<std::int32_t>(table)));
   }
 
   Bytes bytes;
+  // All of these are offsets in `bytes`. `body` is the message's table; the entries are the vtable's for both
+  // fields. `tag_offset` holds the distance to `tag`, where the length and the text of the tag stand.
   std::size_t body = 0, vtable = 0, tag_entry = 0, appearance_entry = 0, tag_offset = 0, tag = 0, appearance = 0;
 };
 

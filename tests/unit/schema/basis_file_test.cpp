@@ -82,6 +82,7 @@ TEST_F(BasisFile, rounds_distances_to_a_byte_near_the_skin_and_ends_them_far_fro
   const Result<HairBasis> got = decode_basis(encoded());
   ASSERT_TRUE(got) << got.error();
   const float farthest_m = distance_of_skin_byte(255);
+  // Byte 255 means 15.75 mm outside of the skin (skin_distance_field.hpp).
   EXPECT_GT(farthest_m, 0.015f);
   for (std::size_t node = 0; node < skin_[0].distance.size(); ++node)
     EXPECT_NEAR(got->skin[0].distance[node], std::clamp(skin_[0].distance[node], kSkinDeepest_m, farthest_m),
@@ -131,6 +132,7 @@ TEST_F(BasisFile, of_other_counts_is_refused) {
   const auto corrupted = [&](auto&& corrupt) {
     return error_of([&](HairBasis& file) { corrupt(file.geometry); }) != "";
   };
+  // A viewer allocates by these counts and indexes with these numbers, so each must be refused.
   EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.lattice.dims[0] = -1; }));
   EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.lattice.dims[2] = 1 << 30; }));
   EXPECT_TRUE(corrupted([](LevelGeometry& g) { g.lattice.dims = {0, 0, 0}; }));

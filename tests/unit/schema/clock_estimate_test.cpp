@@ -47,7 +47,7 @@ TEST(ClockEstimate, keeps_the_least_delay_under_jitter) {
 TEST(ClockEstimate, is_the_minimum_over_the_window) {
   std::mt19937 random(2);
   ClockEstimate clock(kWindow_ns);
-  // Holds the time and the offset of each sample.
+  // The time and the offset of each sample.
   std::vector<std::pair<std::int64_t, std::int64_t>> seen;
   std::int64_t now_ns = 0;
   for (int n = 0; n < 3000; ++n) {

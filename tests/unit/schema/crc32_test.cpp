@@ -19,6 +19,7 @@ TEST(Crc32, the_checksum_of_pieces_is_that_of_the_whole) {
   for (std::size_t size = 0; size <= whole.size(); ++size) {
     const std::string first = whole.substr(0, size), second = whole.substr(size);
     EXPECT_EQ(crc32_of(second, crc32_of(first)), crc32_of(whole)) << size;
+    // crc32_joined() gives the checksum of a whole whose second part is only known by its checksum and size.
     EXPECT_EQ(crc32_joined(crc32_of(first), crc32_of(second), second.size()), crc32_of(whole)) << size;
   }
 }

@@ -9,7 +9,8 @@
 
 #include "tests/support/fields.hpp"
 
-// Compares field by field and bit by bit (no tolerance).
+// Compares structs field by field, by the list of tests/support/fields.hpp, without a tolerance. Pointers are equal
+// when what they point to is equal.
 namespace hairnet::wire {
 
 template <class T>

@@ -118,6 +118,7 @@ TEST(FrameDatagram, is_not_written_above_the_limit_of_datagrams) {
   EXPECT_TRUE(encode_frame_datagram(0, batch).empty());
 }
 
+// No decoder may read beyond the bytes that came, and a frame that is cut must not be shown.
 TEST(FrameDatagram, that_is_cut_is_refused_or_has_the_frames_before_the_cut) {
   RandomMessages random(3);
   for (int n = 0; n < 100; ++n) {
@@ -145,6 +146,8 @@ TEST(FrameDatagram, with_a_value_out_of_range_is_invalid) {
     return decode_frame_datagram(encode_frame_datagram(0, batch)).error;
   };
   EXPECT_EQ(error_of([](FrameBatch&) {}), DecodeError::none);
+  // Members ascend, strides are 1, 2 or 4 ticks, only frames of the level `learnt` may be marked as evaluated, and
+  // times are at most kTimeMax_ns.
   EXPECT_EQ(error_of([](FrameBatch& b) { b.frames[1].member = 3; }), DecodeError::invalid) << "twice the same";
   EXPECT_EQ(error_of([](FrameBatch& b) { b.frames[1].step_stride = 8; }), DecodeError::invalid);
   EXPECT_EQ(error_of([](FrameBatch& b) { b.frames[0].evaluated = true; }), DecodeError::invalid);

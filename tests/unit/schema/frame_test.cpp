@@ -98,6 +98,7 @@ TEST(PoseCode, gives_numbers_that_are_floats) {
   }
 }
 
+// Uncoded, the seven doubles of each of five bones take 280 bytes.
 TEST(PoseCode, of_a_bent_body_is_short_and_of_a_still_one_shorter) {
   Random random(3);
   double bytes = 0;
@@ -253,6 +254,7 @@ TEST_F(Coefficients, are_chosen_by_the_error_that_is_allowed) {
     for (const float tolerance_m : {1e-3f, 5e-3f, 2e-2f}) {
       const Detail detail = detail_for(*code_, c, tolerance_m);
       const std::vector<float> got = decode(encode(c, detail.step).prefix(detail.count)).coefficients;
+      // The modes are orthonormal, so the error of the hair is the length of the difference of the coefficients.
       double square = 0;
       for (std::size_t k = 0; k < kModes; ++k) square += std::pow(got[k] - c[k], 2);
       EXPECT_LE(std::sqrt(square), 1.0001 * static_cast<double>(tolerance_m));
@@ -276,8 +278,8 @@ TEST_F(Coefficients, take_the_fewest_bytes_for_the_error_that_is_allowed) {
       for (unsigned step = 0; step < kStepCount; ++step) {
         const EncodedFrame all = encode(c, step);
         for (std::size_t count = 0; count <= kModes; ++count) {
-          // detail_for() estimates the bytes without encoding, so it does not know the code of a calm frame exactly; 2
-          // bytes are its error.
+          // detail_for() estimates the bytes without encoding, so it does not know the exact code of a frame with
+          // little motion; 2 bytes are its error.
           if (all.prefix(count).size() + 2 >= bytes) break;
           const std::vector<float> got = decode(all.prefix(count)).coefficients;
           double square = 0;

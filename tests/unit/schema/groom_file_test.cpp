@@ -87,6 +87,8 @@ Groom make_wavy_groom() {
   return groom;
 }
 
+// Neighbouring strands are alike, so the file stores how a strand differs from another one. It would be several
+// times as large otherwise.
 TEST(GroomFile, predicts_strands_from_each_other) {
   Groom sent = make_wavy_groom();
   const EncodedPoints encoded = encode_points(sent.points, point_runs(sent));
@@ -204,6 +206,7 @@ TEST(GroomFile, is_refused_at_every_truncation_and_with_extra_bytes) {
   }
 }
 
+// A client may upload any bytes, and the server must not crash.
 TEST(GroomFile, survives_every_flipped_bit) {
   RandomMessages random(5);
   const Groom groom = random.groom(3);
@@ -244,6 +247,7 @@ TEST(GroomFile, refuses_what_validate_refuses) {
   EXPECT_TRUE(is_refused([](Groom& g) { g.body.mesh.triangles.push_back({0, 1, 50}); }));
 }
 
+// A random groom has the groups 0 and 1.
 TEST(GroomFile, refuses_materials_that_no_hair_has) {
   RandomMessages random(9);
   const auto error_of = [&](auto corrupt) {
@@ -317,6 +321,7 @@ TEST(GroomFile, of_version_1_is_of_normal_hair) {
   EXPECT_EQ(got->points.front(), Vec3f(-0.010932616889476776f, 0.0074553294107317924f, -0.30690544843673706f));
 }
 
+// People keep their groom files for years.
 TEST(GroomFile, of_version_2_is_read_and_written_as_the_newest) {
   const Result<Groom> got = decode_groom(older_groom(2));
   ASSERT_TRUE(got) << got.error();
@@ -398,7 +403,7 @@ TEST(GroomHash, distinguishes_and_recognises_grooms) {
 }
 
 TEST(GroomHash, is_blake2b_256) {
-  // BLAKE2b-256 of the three bytes "abc".
+  // This is the BLAKE2b-256 of the three bytes "abc".
   const GroomHash expected{0xbd, 0xdd, 0x81, 0x3c, 0x63, 0x42, 0x39, 0x72, 0x31, 0x71, 0xef,
                            0x3f, 0xee, 0x98, 0x57, 0x9b, 0x94, 0x96, 0x4e, 0x3b, 0xb1, 0xcb,
                            0x3e, 0x42, 0x72, 0x62, 0xc8, 0xc0, 0x68, 0xd5, 0x23, 0x19};
@@ -409,6 +414,7 @@ TEST(GroomHash, of_pieces_is_that_of_the_whole) {
   Bytes bytes(100'000);
   for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i >> 3);
   bytes::ContentHasher hasher;
+  // The sizes of the pieces are powers of 3 modulo the prime 1009, so they are irregular and never 0.
   for (std::size_t begin = 0, size = 1; begin < bytes.size(); begin += size, size = size * 3 % 1009) {
     hasher.add(std::span(bytes).subspan(begin, std::min(size, bytes.size() - begin)));
     const bytes::ContentHasher copy = hasher;

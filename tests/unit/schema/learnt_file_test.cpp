@@ -28,6 +28,7 @@ TEST(LearntFile, comes_back_the_same_without_what_it_knows_of_wind) {
   EXPECT_EQ(got->most, hair.most);
   EXPECT_EQ(got->error, hair.error);
   EXPECT_EQ(got->low_error, hair.low_error);
+  // Clients evaluate learnt hair in still air alone, so the file leaves the weights for air out.
   EXPECT_TRUE(got->wind.weights.empty());
   EXPECT_EQ(encode_learnt(*got), bytes);
 }
@@ -41,6 +42,7 @@ TEST(LearntFile, that_is_corrupted_is_refused_or_valid) {
   int accepted = 0, refused = 0;
   for (int round = 0; round < 5000; ++round) {
     Bytes corrupted = table;
+    // The table is damaged without its compression, or nearly every damage would end in the decompression.
     for (std::uint64_t n = 0; n <= random.next() % 4; ++n)
       corrupted[random.next() % corrupted.size()] = static_cast<std::uint8_t>(random.next());
     const Result<LearntHair> got = decode_learnt(pack(corrupted, kPackedLearnt));

@@ -73,6 +73,7 @@ TEST_F(LevelFile, brings_back_the_modes) {
   for (std::size_t i = 0; i < sent.maps.size(); ++i) EXPECT_TRUE(got.maps[i].matrix() == sent.maps[i].matrix()) << i;
 }
 
+// Learning takes minutes, so a server that restarts must find all of it in the file.
 TEST_F(LevelFile, brings_back_what_was_learnt) {
   LevelSet set = *levels_;
   LearntHair sent = support::random_learnt_hair(4);
@@ -109,6 +110,7 @@ TEST_F(LevelFile, with_a_network_that_cannot_be_evaluated_is_invalid) {
   EXPECT_EQ(decode_levels(encode_levels(kGroom, set), kGroom).error, LevelFileError::invalid);
 }
 
+// Modes name nodes of the lattice, and one that does not exist would be read beyond the list.
 TEST_F(LevelFile, with_modes_that_do_not_fit_its_levels_is_invalid) {
   const auto error_with = [](const auto& corrupt) {
     auto modes = std::make_shared<Modes>(*levels_->modes);

@@ -26,6 +26,7 @@ TEST(Mutation, of_packets_never_gives_an_invalid_message) {
     const Bytes packet = mutated(random, encode_packet(messages.envelope(kind)));
     const DecodedPacket got = decode_packet(packet);
     ASSERT_EQ(got.error == DecodeError::none, got.detail.empty());
+    // A refusal has a line, and a valid message has none.
     (got.error == DecodeError::none ? accepted : refused)++;
     if (got.error == DecodeError::none) {
       ASSERT_EQ(decode_packet(encode_packet(got.envelope)).error, DecodeError::none) << "mutation " << n;
@@ -69,6 +70,7 @@ TEST(Mutation, of_recordings_never_stops_the_reader_from_moving_on) {
       const Result<RecordEntry> got = take_record_entry(rest);
       (got ? accepted : refused)++;
       if (!got) break;
+      // An entry that is accepted without taking bytes would loop a reader without end.
       ASSERT_LT(rest.size(), left);
     }
   }

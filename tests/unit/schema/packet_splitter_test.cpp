@@ -10,7 +10,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Is the limit of most splitters below; a small one keeps the tests quick.
+// The limit of most splitters below; a small one keeps the tests quick.
 constexpr std::size_t kMax_bytes = 1000;
 
 // Returns a packet of that size: a size prefix, which does not count itself, and filling.
@@ -48,6 +48,7 @@ TEST(PacketSplitter, gives_the_same_packets_for_any_partition) {
     for (std::size_t at = 0; at < stream.size();) {
       const std::size_t piece = std::min<std::size_t>(1 + random() % piece_max, stream.size() - at);
       ASSERT_TRUE(splitter.feed(std::span(stream).subspan(at, piece), [&](std::span<const std::uint8_t> p) {
+        // Decoders read numbers of 8 bytes in place, so each packet must be aligned.
         EXPECT_EQ(reinterpret_cast<std::uintptr_t>(p.data()) % 8, 0u);
         got.emplace_back(p.begin(), p.end());
       }));
@@ -77,6 +78,7 @@ TEST(PacketSplitter, keeps_an_incomplete_packet_to_itself) {
   EXPECT_EQ(count, 1);
 }
 
+// After a wrong size nobody knows where the next packet begins, so the stream cannot go on.
 TEST(PacketSplitter, takes_the_largest_packet_and_dies_of_a_larger_one) {
   PacketSplitter splitter(kMax_bytes);
   int count = 0;
@@ -92,6 +94,7 @@ TEST(PacketSplitter, takes_the_largest_packet_and_dies_of_a_larger_one) {
 }
 
 TEST(PacketSplitter, dies_of_a_packet_below_the_least) {
+  // No packet is below kPacketBytesMin, 16 bytes. A stream with a smaller size prefix is no stream of packets.
   for (std::size_t bytes = 4; bytes < wire::kPacketBytesMin; ++bytes) {
     PacketSplitter splitter(kMax_bytes);
     EXPECT_FALSE(splitter.feed(packet(bytes, 1), [](auto) { FAIL(); }));
@@ -113,6 +116,7 @@ TEST(PacketSplitter, delivers_what_came_before_the_error) {
 }
 
 TEST(PacketSplitter, dies_of_the_prefix_alone_however_it_arrives) {
+  // The prefix announces a size of 4 GB. Its three first bytes alone may still belong to a packet within the limit.
   const Bytes prefix(4, 0xFF);
   PacketSplitter splitter(kMax_bytes);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_TRUE(splitter.feed(std::span(prefix).subspan(i, 1), [](auto) {}));
@@ -134,6 +138,8 @@ TEST(PacketSplitter, allocates_for_received_bytes_and_not_for_announced_ones) {
   EXPECT_LE(splitter.capacity_bytes(), kHuge_bytes);
 }
 
+// A stream may begin with a low limit. The first packet raises it here, and the limit must hold for the rest of the
+// same piece already.
 TEST(PacketSplitter, a_raised_limit_holds_from_the_next_packet_on) {
   PacketSplitter splitter(100);
   int count = 0;

@@ -32,6 +32,7 @@ DecodeError decode_error(const Bytes& packet) {
   return decode_packet(packet).error;
 }
 
+// Each kind of message is drawn 200 times, with random values in all of its fields.
 TEST(Packet, gives_back_every_message_of_random_content) {
   RandomMessages random(1);
   for (int round = 0; round < 200; ++round) {
@@ -162,6 +163,8 @@ TEST(Packet, is_not_written_above_the_limit) {
   EXPECT_TRUE(encode(batch).empty());
 }
 
+// A server fills a packet by frame_bytes(). If the sum were too low, the packet could not be written, and all frames
+// of a tick would be lost.
 TEST(Packet, carries_as_many_frames_as_frame_bytes_promises) {
   RandomMessages random(9);
   FrameBatch batch;
@@ -272,6 +275,7 @@ TEST(Packet, rounds_poses_as_rounded_to_wire_does) {
   RandomMessages random(11);
   Pose pose = random.pose();
   for (RigidTransform& bone : pose.bones) {
+    // The factor changes the doubles, but is far below the precision of the numbers on the wire.
     bone.position *= 1 + 1e-10;
     bone.rotation.coeffs() *= 1 + 1e-10;
   }
@@ -347,6 +351,8 @@ TEST(Packet, with_earlier_poses_of_no_pose_or_with_too_many_is_invalid) {
     earlier.sequence_before = sequence_before;
     return earlier;
   };
+  // An earlier pose counts back from the character's own pose in the batch, by at least one sequence number, and its
+  // time is not before -kTimeMax_ns.
   PoseBatch batch{{pose(7), pose(8)}, {before(8, 1)}};
   EXPECT_EQ(round_trip_error(batch), DecodeError::none);
   batch.earlier = {before(9, 1)};

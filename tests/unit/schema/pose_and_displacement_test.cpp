@@ -33,6 +33,7 @@ TEST(PoseValidation, rejects_any_bone_that_is_not_finite_not_unit_or_too_far) {
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.rotation.w() = 1.01; }), PoseRefusal::not_unit);
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.rotation.w() = 1e300; }), PoseRefusal::not_unit);
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.position.y() = -kPositionMax_m * 1.01; }), PoseRefusal::too_far);
+    // The limit itself is allowed.
     EXPECT_EQ(refusal_of([](RigidTransform& b) { b.position.y() = -kPositionMax_m; }), PoseRefusal::none);
   }
 }

@@ -56,7 +56,7 @@ std::string block_of(const std::string& path, const std::string& opening) {
 std::vector<Row> table_below(const std::string& header) {
   std::vector<Row> rows;
   bool is_below = false;
-  // Counts the table's lines so far.
+  // The number of the table's lines so far.
   std::size_t line_count = 0;
   for (const std::string& line : page_lines()) {
     is_below = is_below || line.rfind(header, 0) == 0;

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
+#include "schema/limits.hpp"
 #include "tests/support/learnt.hpp"
 #include "tests/support/random_messages.hpp"
 #include "tests/unit/schema/equal.hpp"
@@ -13,7 +16,8 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Makes a recording of a header and 20 random ticks, with grooms and learnt hair between them.
+// Makes a recording of a header and 20 random ticks, with grooms and learnt hair between them. The entries 1 and 2
+// are a groom and learnt hair.
 std::vector<RecordEntry> some_recording(std::uint64_t seed) {
   RandomMessages random(seed);
   std::vector<RecordEntry> entries{random.recording_header()};
@@ -67,11 +71,23 @@ TEST(Recording, says_that_its_last_entry_is_incomplete_and_keeps_the_rest) {
     const Result<RecordEntry> got = take_record_entry(rest);
     ASSERT_FALSE(got);
     EXPECT_NE(got.error().find("incomplete"), std::string::npos) << got.error();
+    // The bytes stay, so that a reader of a file that is still written can try again later.
     EXPECT_EQ(rest.size(), left);
   }
 }
 
-TEST(Recording, survives_every_flipped_bit) {
+// Whether a replay may step a World with a header, or evaluate learnt hair. All other entries count as valid.
+bool may_be_replayed(const RecordEntry& entry) {
+  if (const auto* header = std::get_if<RecordingHeader>(&entry)) {
+    const auto is_finite = [](double x) { return std::isfinite(x); };
+    return header->tick_rate_hz >= 1 && header->tick_rate_hz <= kTickRateMax_hz && header->substep_count >= 1 &&
+           header->iterations >= 0 && std::ranges::all_of(header->gravity, is_finite) && validate(header->wind).empty();
+  }
+  const auto* learnt = std::get_if<RecordedLearnt>(&entry);
+  return learnt == nullptr || (learnt->hair != nullptr && validate(*learnt->hair).empty());
+}
+
+TEST(Recording, gives_valid_entries_or_none_for_every_flipped_bit) {
   Bytes bytes = encode_all({some_recording(3)[0], some_recording(3)[2]});
   for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
     const auto mask = static_cast<std::uint8_t>(1u << bit % 8);
@@ -81,6 +97,7 @@ TEST(Recording, survives_every_flipped_bit) {
       const std::size_t left = rest.size();
       const Result<RecordEntry> got = take_record_entry(rest);
       if (!got) break;
+      ASSERT_TRUE(may_be_replayed(*got)) << bit;
       ASSERT_LT(rest.size(), left) << "an entry that takes no bytes";
     }
     bytes[bit / 8] ^= mask;
@@ -100,6 +117,7 @@ TEST(Recording, refuses_settings_that_no_world_takes) {
     return decode_one(header).has_value();
   };
   EXPECT_TRUE(is_taken([](RecordingHeader&) {}));
+  // A replay steps a World with these settings. Each of them would stop it by an assertion.
   EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.tick_rate_hz = 0; }));
   EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.substep_count = 0; }));
   EXPECT_FALSE(is_taken([](RecordingHeader& h) { h.iterations = -1; }));
@@ -119,6 +137,7 @@ TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
   EXPECT_FALSE(decode_one(tick));
   tick.levels.clear();
   tick.added.resize(1);
+  // A coordinate is at most kPositionMax_m, 10 km (schema/limits.hpp).
   tick.added[0].pose[Bone::neck].position.x() = 1e6;
   EXPECT_FALSE(decode_one(tick));
   tick.added.clear();
@@ -128,11 +147,13 @@ TEST(Recording, refuses_poses_and_levels_that_no_world_takes) {
   tick.materials[0].scale.stiffness = 0;
   EXPECT_FALSE(decode_one(tick));
   tick.materials.clear();
+  // A turbulence has a scale of at least 0.3 m (kTurbulenceScaleMin_m).
   tick.winds[0].wind.turbulence_scale_m = 0.1;
   EXPECT_FALSE(decode_one(tick));
   tick.winds.clear();
   tick.strides.resize(1);
   EXPECT_TRUE(decode_one(tick));
+  // Strides are 1, 2 or 4 ticks.
   tick.strides[0].stride = 3;
   EXPECT_FALSE(decode_one(tick));
   tick.strides.clear();
@@ -159,6 +180,8 @@ TEST(Recording, refuses_touch_that_no_world_takes) {
     return decode_one(tick).has_value();
   };
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  // Each line breaks one rule: a known audience, sessions in order, an existing room, bodies in the order of their
+  // keys, a valid shape and place, a known release, and a grab within kGrabRadiusMax_m.
   EXPECT_FALSE(is_taken([](RecordedTick& t) { t.touch_rules[0].rule.audience = static_cast<TouchAudience>(4); }));
   EXPECT_FALSE(is_taken([](RecordedTick& t) { t.touch_rules[0].rule.chosen = {5, 3}; }));
   EXPECT_FALSE(is_taken([](RecordedTick& t) { t.bodies[0].room = kRecordedRoomCountMax; }));
@@ -174,6 +197,7 @@ TEST(Recording, refuses_touch_that_no_world_takes) {
 TEST(Recording, refuses_rooms_that_no_world_has) {
   RecordedTick tick;
   tick.added.resize(1);
+  // Rooms are numbered from 0. A larger number would index beyond the environments of the World.
   tick.added[0].room = kRecordedRoomCountMax - 1;
   EXPECT_TRUE(decode_one(tick));
   tick.added[0].room = kRecordedRoomCountMax;

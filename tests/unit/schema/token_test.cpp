@@ -33,7 +33,7 @@ constexpr const char* kRfcUnsigned =
     "eyJhbGciOiJub25lIn0."
     "eyJpc3MiOiJqb2UiLA0KICJleHAiOjEzMDA4MTkzODAsDQogImh0dHA6Ly9leGFtcGxlLmNvbS9pc19yb290Ijp0cnVlfQ.";
 
-// Is 2023-11-14 22:13:20 UTC, which the messages below show.
+// This is 2023-11-14 22:13:20 UTC, which the messages below show.
 constexpr std::int64_t kNow_s = 1'700'000'000;
 
 TokenKey rfc_key() {

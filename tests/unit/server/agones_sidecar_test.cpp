@@ -139,7 +139,7 @@ class Life : public testing::Test, public SidecarTransport {
   ServerNow server_;
   std::int64_t now_ns_ = 1000 * kSecond_ns;
   std::vector<std::pair<std::uint64_t, Request>> waiting_;
-  // Lists the paths, and bodies where there are any, of all calls but reports of health.
+  // The paths, and bodies where there are any, of all calls but reports of health.
   std::vector<std::string> sent_;
   int healths_ = 0;
   // A silent sidecar never answers; an error takes the place of all answers.

@@ -15,7 +15,7 @@
 
 namespace hairnet::server {
 
-// Has an I/O loop for the client under test, and a port at which the test answers HTTP by hand, one connection at a
+// An I/O loop for the client under test, and a port at which the test answers HTTP by hand, one connection at a
 // time.
 class AnsweringPort : public testing::Test {
  protected:

@@ -13,6 +13,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::SizeIs;
 
+// The colours in sRGB of the hair's root, of its tip and of the skin, and the roughness, where 255 means 1.
 constexpr wire::Appearance kRed{{0x9e, 0x59, 0x30}, {0xb0, 0x70, 0x40}, {0xe0, 0xc0, 0xb0}, 77};
 constexpr wire::Appearance kGreen{{0, 0x80, 0}, {0, 0xff, 0}, {1, 2, 3}, 255};
 

@@ -34,6 +34,7 @@ class ConfigFile : public testing::Test {
   Result<std::set<std::string>> read(const std::string& text) {
     return read_config_file(file(text), settings_of(config_));
   }
+  // Returns the error without the file's path in front, or "taken" when there is no error.
   std::string refusal(const std::string& text) {
     const auto result = read(text);
     return result ? "taken" : result.error().substr(path_.size());
@@ -143,6 +144,7 @@ TEST_F(ConfigFile, values_that_disagree_are_refused_and_what_was_left_open_is_co
 
 TEST_F(ConfigFile, what_check_prints_is_a_file_of_the_same_settings) {
   const ParsedConfig first =
+      // The values need care in a text file: a list, a quote with a backslash, and a number in another spelling.
       parse({"--wind", "1", "2", "-3.25", "--port-file", "a \"b\\", "--idle-timeout-s", "0.1e2"});
   ASSERT_EQ(first.exit_code, -1);
   const ParsedConfig second = parse({"--config", file(to_text(first.config))});
@@ -156,6 +158,8 @@ TEST_F(ConfigFile, what_check_prints_is_a_file_of_the_same_settings) {
 TEST_F(ConfigFile, the_example_names_every_key_at_its_default) {
   Config config;
   const std::vector<Setting> settings = settings_of(config);
+  // The example in deploy/ documents the defaults. A key that is missing there or has another value would mislead
+  // operators.
   const std::string defaults = config_file_text(settings);
   const auto named = read_config_file(HAIRNET_DEPLOY_DIR "/server.toml", settings);
   ASSERT_TRUE(named) << named.error();
@@ -207,6 +211,8 @@ TEST(Settings, each_can_be_set_to_its_bounds_by_its_flag_and_no_further) {
         value = n;
         ASSERT_EQ(check(setting, value), "") << setting.name();
         setting.set(value);
+        // Some settings are stored as a float, or as whole nanoseconds or milliseconds, so the number comes back with a
+        // float's precision.
         EXPECT_FLOAT_EQ(static_cast<float>(std::get<double>(setting.get())), static_cast<float>(n)) << setting.name();
       }
       EXPECT_FALSE(parse_words(setting, {"nan"}, value, error)) << setting.name();

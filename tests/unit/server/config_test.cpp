@@ -16,6 +16,7 @@ ParsedConfig parse(std::vector<const char*> words) {
 
 TEST(Config, the_defaults_are_valid) {
   const ParsedConfig parsed = parse({});
+  // The exit code -1 means that the program goes on.
   EXPECT_EQ(parsed.exit_code, -1);
   EXPECT_EQ(parsed.config.port, 7420);
   EXPECT_EQ(parsed.config.tick_rate_hz, 30u);
@@ -46,6 +47,8 @@ TEST(Config, a_fleet_needs_an_address_that_clients_can_use) {
   EXPECT_EQ(parse({"--agones", "perhaps"}).exit_code, 2);
   FleetConfig fleet;
   fleet.address = "agones";
+  // The address "agones" is not known before the sidecar tells it, so there is no host yet. The number 7 is the port of
+  // a server whose address names none.
   EXPECT_EQ(fleet_address(fleet, 7).host, "");
   for (const auto& [text, host, port] :
        std::vector<std::tuple<const char*, const char*, int>>{{"a.example", "a.example", 7},

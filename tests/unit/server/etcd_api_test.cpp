@@ -50,6 +50,7 @@ TEST(EtcdApi, writes_numbers_as_text_and_keys_as_base64) {
 
 TEST(EtcdApi, the_end_of_a_prefix_is_the_next_text) {
   EXPECT_EQ(end_of("/h/"), "/h0");
+  // A byte of 0xff cannot be raised by one, so it is cut off and the byte before it is raised.
   EXPECT_EQ(end_of("a\xff\xff"), "b");
 }
 
@@ -184,12 +185,14 @@ TEST(FleetValues, refuses_a_status_that_is_not_valid) {
     status.erase(name);
     EXPECT_FALSE(parse_status(status.dump())) << name;
   }
+  // The length in base64 of one hash more than a status may name; four more characters cover the rounding.
   const std::string too_many((kPassedGroomsMax + 1) * sizeof(ContentHash) / 3 * 4 + 4, 'A');
   for (const json& wrong : {json(7), json("AA"), json("no base64"), json(too_many)}) {
     json status = json::parse(to_value(some_status()));
     status["grooms"] = wrong;
     EXPECT_FALSE(parse_status(status.dump())) << wrong;
   }
+  // An owner is written as 16 hexadecimal digits.
   EXPECT_FALSE(parse_owner("7"));
   EXPECT_FALSE(parse_owner("000000000000000g"));
 }
@@ -206,6 +209,7 @@ TEST(FleetValues, the_page_shows_servers_and_rooms) {
 TEST(FleetValues, the_page_for_people_shows_them_and_trusts_no_name) {
   ServerStatus spiteful = some_status();
   spiteful.address.host = "<script>";
+  // Any server that may write into etcd chooses these values, and an operator's browser shows them.
   spiteful.address.page = "javascript:alert(1)";
   const std::vector<ServerStatus> servers{spiteful};
   const std::vector<RoomOwner> rooms{{.room = "hall", .server_id = 7, .claim = 12}, {.room = "lost", .server_id = 8}};

@@ -112,6 +112,7 @@ TEST_F(Client, tries_again_when_a_kept_connection_has_ended) {
 TEST_F(Client, gives_the_lines_of_a_stream_and_its_end) {
   send(1, true);
   request();
+  // The first line of the stream is cut into two chunks, and the second chunk contains another line.
   answer("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n6\r\n{\"a\":1\r\n");
   answer("5\r\n}\n{}\n\r\n");
   EXPECT_THAT(heard(2), ElementsAre("1 line {\"a\":1}", "1 line {}"));
@@ -134,6 +135,7 @@ TEST_F(Client, says_nothing_of_a_cancelled_call) {
 TEST_F(Client, refuses_answers_that_are_too_long_or_not_http) {
   send(1);
   request();
+  // The announced length is enough to refuse the answer: no byte of it has come.
   answer("HTTP/1.1 200 OK\r\nContent-Length: " + std::to_string(etcd::kAnswerBytesMax + 1) + "\r\n\r\n");
   EXPECT_THAT(heard(), ElementsAre("1 error 5"));
   hang_up();

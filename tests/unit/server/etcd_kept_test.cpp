@@ -56,6 +56,7 @@ TEST_F(FleetOfTwo, what_is_kept_of_a_room_outlives_its_server_and_the_next_one_t
   run(1);
   first_.directory.keep("hall", "text", now_ns_);
   run(1);
+  // The first server loses its line to etcd, so its lease ends and the room becomes free.
   first_.is_cut = true;
   while (kind(second_) != Kind::unowned) run(0.02);
   second_.directory.claim("hall", now_ns_);

@@ -26,6 +26,7 @@ TEST_F(FleetOfTwo, a_room_is_of_the_first_that_claims_it) {
   EXPECT_TRUE(second_.directory.claim("hall", now_ns_));
   run(0.1);
   EXPECT_EQ(second_.count(FleetEvent::Kind::claim_failed), 1u);
+  // The loser of the race learns who has the room, so it can send its clients there.
   EXPECT_EQ(second_.events.back().owner, 1u);
   EXPECT_EQ(second_.counters.claims_lost.value(), 1u);
   EXPECT_EQ(first_.directory.rooms(), (std::vector<RoomOwner>{{.room = "hall", .server_id = 1, .claim = seen.claim}}));

@@ -11,11 +11,13 @@
 namespace hairnet::server {
 namespace {
 
+// The names that the format allows. Names of labels have no colon, and two leading underscores are Prometheus' own.
 bool is_name(const std::string& text, bool label) {
   static const std::regex metric("[a-zA-Z_:][a-zA-Z0-9_:]*"), of_label("[a-zA-Z_][a-zA-Z0-9_]*");
   return std::regex_match(text, label ? of_label : metric) && !(label && text.starts_with("__"));
 }
 
+// Go's spelling of numbers, as the format demands. strtod alone would also take hexadecimal numbers and leading spaces.
 std::optional<double> number(const std::string& text) {
   if (text == "+Inf") return std::numeric_limits<double>::infinity();
   if (text == "-Inf") return -std::numeric_limits<double>::infinity();
@@ -55,6 +57,8 @@ bool parse_labels(const std::string& line, std::size_t& at, std::map<std::string
   return at++ < line.size();
 }
 
+// Reads NAME{LABELS} VALUE with exactly one space. The optional time stamp of the format is refused, since our server
+// writes none.
 bool parse_sample(const std::string& line, Exposition::Sample& sample) {
   std::size_t at = line.find_first_of("{ ");
   if (at == std::string::npos) return false;
@@ -67,6 +71,8 @@ bool parse_sample(const std::string& line, Exposition::Sample& sample) {
   return value.has_value();
 }
 
+// Returns what is wrong with the buckets, the count and the sum of a histogram without other labels; empty when all is
+// well. `below` is the count of the bucket before, and `bound` is that bucket's bound.
 std::string histogram_error(const std::string& name, const Exposition::Family& family) {
   double bound = -std::numeric_limits<double>::infinity(), below = 0, count = -1;
   bool has_sum = false;
@@ -92,6 +98,8 @@ std::string histogram_error(const std::string& name, const Exposition::Family& f
   return has_sum ? "" : "no sum";
 }
 
+// Returns what is wrong with a family as a whole; empty when all is well. All its samples must have the same first
+// label, or none.
 std::string family_error(const std::string& name, const Exposition::Family& family) {
   if (family.samples.empty()) return "no samples";
   if (family.type == "histogram") return histogram_error(name, family);
@@ -148,6 +156,7 @@ bool parse_exposition(const std::string& text, Exposition& exposition, std::stri
     Exposition::Sample sample;
     if (!family || !parse_sample(line, sample)) return refuse("bad line", line);
     if (!sample.name.starts_with(family_name)) return refuse("not of the family before it", line);
+    // A series is the name with its labels: the line without its value.
     if (!series.insert(line.substr(0, line.rfind(' '))).second) return refuse("a series twice", line);
     family->samples.push_back(std::move(sample));
   }

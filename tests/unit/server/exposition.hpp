@@ -6,7 +6,7 @@
 
 namespace hairnet::server {
 
-// Holds the metrics of a text in Prometheus' text format 0.0.4.
+// The metrics of a text in Prometheus' text format 0.0.4.
 struct Exposition {
   struct Sample {
     std::string name;
@@ -18,7 +18,7 @@ struct Exposition {
     std::vector<Sample> samples;
   };
   std::map<std::string, Family> families;
-  // Maps families to their help texts.
+  // The help texts, by family.
   std::map<std::string, std::string> helps;
 
   // The value of a sample without labels, or with only this one; NaN when there is none.

@@ -60,11 +60,11 @@ class FakeClient {
     LevelIndex level = LevelIndex::rigid;
     bool discontinuous = false, asleep = false;
     Pose pose;
-    // Belong to the finest level's nodes, in kStep_m; empty when the hair is at rest.
+    // The displacements of the finest level's nodes, in kStep_m; empty when the hair is at rest.
     std::vector<std::int16_t> displacements;
-    // Belong to the modes of the groom, in m.
+    // The coefficients of the groom's modes, m.
     std::vector<float> coefficients;
-    // Measures the hair's RMS distance to that of another frame, m.
+    // The hair's RMS distance to that of another frame, m.
     [[nodiscard]] float distance_m(const SeenFrame& other) const {
       float squares = 0;
       for (std::size_t k = 0; k < std::min(coefficients.size(), other.coefficients.size()); ++k)
@@ -72,7 +72,7 @@ class FakeClient {
       return std::sqrt(squares);
     }
   };
-  // Is the unit of `displacements`.
+  // The unit of `displacements`.
   static constexpr float kStep_m = 0.5e-3f;
   [[nodiscard]] std::vector<SeenFrame> all_frames() const {
     FrameReader reader([](const wire::GroomHash& groom) { return BuiltModes::instance().of(groom); });

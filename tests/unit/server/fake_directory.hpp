@@ -9,8 +9,10 @@
 
 namespace hairnet::server {
 
+// The server under test, and the other server of its fleet.
 inline constexpr std::uint64_t kOwnId = 1, kOtherId = 2;
 
+// A server of the fleet that has room for 100 characters, and otherwise the defaults of ServerStatus.
 inline ServerStatus server_at(std::uint64_t id, std::string host, std::uint16_t port) {
   ServerStatus status;
   status.id = id;
@@ -19,7 +21,9 @@ inline ServerStatus server_at(std::uint64_t id, std::string host, std::uint16_t 
   return status;
 }
 
-// Says what the test wants. A room that is claimed or released is pending until the test calls decide().
+// A directory (directory.hpp) without etcd, which answers what the test has put into `places`. A room that is claimed
+// or released is pending until the test calls decide() or put_elsewhere(). The other members record what the server
+// under test has asked for.
 class FakeDirectory final : public Directory {
  public:
   [[nodiscard]] Placement where(std::string_view room, std::int64_t) const override {
@@ -73,12 +77,16 @@ class FakeDirectory final : public Directory {
     return own;
   }
 
+  // What where() answers, by room; other rooms are unowned.
   std::map<std::string, Placement> places;
+  // By room: the text of the last keep(), and the server of the last hand_over().
   std::map<std::string, std::string> kept;
   std::map<std::string, std::uint64_t> handed_over;
+  // The servers of the fleet, this one first.
   std::vector<ServerStatus> all{server_at(kOwnId, "hair-1", 7420)};
   std::vector<std::string> claimed, released;
   std::vector<ContentHash> passed_on;
+  // `is_open` is false while the lease of this server may have ended: holds() then returns false for all rooms.
   bool is_draining = false, is_open = true;
 };
 

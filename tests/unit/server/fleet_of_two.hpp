@@ -17,7 +17,7 @@
 
 namespace hairnet::server {
 
-// Is one server's directory of the fleet, beside a simulated etcd. Calls are executed and answered in step(); the
+// One server's directory of the fleet, beside a simulated etcd. Calls are executed and answered in step(); the
 // switches below make its line to etcd fail in several ways.
 class FleetMember final : public EtcdTransport {
  public:
@@ -108,7 +108,7 @@ class FleetMember final : public EtcdTransport {
   EtcdDirectory directory;
 };
 
-// Has two servers beside one etcd, and a room, the hall, that either may own. Leases last 9 s (lease_s of
+// Two servers beside one etcd, and a room, the hall, that either may own. Leases last 9 s (lease_s of
 // EtcdDirectoryDef).
 class FleetOfTwo : public testing::Test {
  protected:

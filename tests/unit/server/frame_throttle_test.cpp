@@ -29,9 +29,9 @@ class ThrottledRoom {
     }
     rate_ = sent_ / duration_s;
   }
-  // Counts bytes a second in the last run.
+  // The bytes a second of the last run.
   [[nodiscard]] double rate() const { return rate_; }
-  // Counts changes of the rung in the last run.
+  // The number of changes of the rung in the last run.
   [[nodiscard]] int changes() const { return changes_; }
   [[nodiscard]] FrameThrottle& throttle() { return throttle_; }
 

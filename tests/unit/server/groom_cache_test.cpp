@@ -125,6 +125,7 @@ TEST_F(GroomCacheTest, what_is_no_file_of_its_own_is_neither_kept_nor_removed) {
 // has room for one file.
 TEST_F(GroomCacheTest, half_written_files_of_a_dead_server_are_never_found_and_go_when_room_is_needed) {
   fs::create_directories(folder_);
+  // A server writes under such a name and renames the complete file.
   const fs::path part = path(one_.hash).string() + ".part-a1b2c3";
   write(part, {one_.bytes.begin(), one_.bytes.begin() + 1000});
   age(part, 2);
@@ -140,6 +141,7 @@ TEST_F(GroomCacheTest, what_was_used_least_lately_goes_first) {
   GroomCache cache(folder_, 2 * kFileBytes, counters_);
   cache.put(one_.hash, one_.bytes);
   cache.put(two_.hash, two_.bytes);
+  // The file of `one_` is older than that of `two_`, until the find() below makes it the newer one.
   age(path(one_.hash), 3);
   age(path(two_.hash), 2);
   EXPECT_TRUE(cache.find(one_.hash));

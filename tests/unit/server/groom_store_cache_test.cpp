@@ -38,6 +38,7 @@ TEST_F(GroomStoreTest, a_character_may_have_a_groom_on_disk_that_no_session_has_
 
 TEST_F(GroomStoreTest, a_prepared_groom_is_ready_before_anybody_asks_for_it) {
   make_with_cache({&good_});
+  // The draining server names a groom whose file nobody has, and another one twice.
   const std::array expected{wire::GroomHash{9}, good_.hash, good_.hash};
   store_->prepare(expected, now_ns_);
   build();

@@ -30,7 +30,7 @@ struct Upload {
   wire::GroomHash hash;
 };
 
-// Has a store and its builder without threads: chunks are taken at once, and levels are built in build(). Time stands
+// A store and its builder without threads: chunks are taken at once, and levels are built in build(). Time stands
 // still unless a test moves now_ns_.
 class GroomStoreTest : public testing::Test {
  protected:
@@ -127,7 +127,7 @@ class GroomStoreTest : public testing::Test {
   }
 
   Upload good_{wire::encode_groom(small_groom())};
-  // Serves the next make(); empty means the default.
+  // The function with which the next make() builds levels; empty means the default.
   BuildLevels build_levels_;
   CommandQueue commands_{1000};
   GroomCounters counters_;

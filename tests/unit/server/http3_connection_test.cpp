@@ -48,6 +48,7 @@ TEST_F(Http3Connection, opens_a_session_and_passes_its_channel_and_datagrams_on)
   connection.on_bytes(kChannel, Bytes{1, 2}, false);
   connection.on_bytes(kChannel, Bytes{3}, false);
   EXPECT_EQ(owner.received, (Bytes{1, 2, 3}));
+  // A datagram begins with a quarter of the number of its session's stream (RFC 9297, section 2.1), here of stream 0.
   EXPECT_EQ(connection.datagram_prefix(), Bytes{0});
   EXPECT_EQ(connection.on_datagram(Bytes{0, 8, 9}), DatagramFate::delivered);
   EXPECT_THAT(owner.datagrams, testing::ElementsAre(Bytes{8, 9}));
@@ -79,6 +80,8 @@ TEST_F(Http3Connection, waits_for_the_rest_at_every_truncation) {
     alone.on_bytes(kRequest, std::span(request).first(cut), false);
     EXPECT_EQ(fresh.calls, 0u) << cut;
     alone.on_bytes(kRequest, {}, true);
+    // A stream that ends within a frame is an error of the whole connection. One that ends elsewhere has no complete
+    // request, so only the stream is reset.
     EXPECT_TRUE(fresh.failure == ErrorCode::frame_error || fresh.resets.contains(kRequest)) << cut;
     EXPECT_TRUE(fresh.requests.empty());
   }
@@ -187,18 +190,23 @@ TEST_F(Http3Connection, fails_on_what_the_control_stream_may_not_have) {
   Bytes wrong{0x00};
   put_frame(wrong, kGoawayFrame, {0});
   EXPECT_EQ(failure_of(kControl, wrong), ErrorCode::missing_settings);
+  // The numbers 2, 6, 8 and 9 are frame types of HTTP/2, which HTTP/3 reserves (RFC 9114, section 7.2.8).
   for (const std::uint64_t type : {kDataFrame, kHeadersFrame, kSettingsFrame, kPushPromiseFrame, std::uint64_t{0x02},
                                    std::uint64_t{0x06}, std::uint64_t{0x08}, std::uint64_t{0x09}}) {
     wrong = control_stream();
     put_frame(wrong, type, {0});
     EXPECT_EQ(failure_of(kControl, wrong), ErrorCode::frame_unexpected) << type;
   }
+  // The number 2 is a setting of HTTP/2, which HTTP/3 reserves (RFC 9114, section 7.2.4.1).
   EXPECT_EQ(failure_of(kControl, control_stream({0x02, 0})), ErrorCode::settings_error);
   // Settings have at most 1024 bytes (kSettingsBytesMax in connection.cpp).
   EXPECT_EQ(failure_of(kControl, control_stream(Bytes(2000, 0))), ErrorCode::excessive_load);
   EXPECT_EQ(failure_of(kControl, control_stream(), true), ErrorCode::closed_critical_stream);
   // Stream type 1 is a push, which only servers may open.
   EXPECT_EQ(failure_of(kControl, Bytes{0x01}), ErrorCode::stream_creation_error);
+  // Stream types 2 and 3 are those of QPACK's encoder and decoder (RFC 9204, section 4.2). The first instruction sets a
+  // dynamic table of 32 bytes, although the server allows none. The second one sets a table of 0 bytes, and the last
+  // one cancels a stream; both are allowed.
   EXPECT_EQ(failure_of(kEncoder, Bytes{0x02, 0x3f, 0x01}), ErrorCode::encoder_stream_error);
   EXPECT_EQ(failure_of(kEncoder, Bytes{0x02, 0x20}), std::nullopt);
   EXPECT_EQ(failure_of(kDecoder, Bytes{0x03, 0x40}), std::nullopt);
@@ -232,11 +240,14 @@ TEST_F(Http3Connection, fails_on_wrong_requests) {
   wrong.insert(wrong.end(), again.begin(), again.end());
   EXPECT_EQ(failure_of(kRequest, wrong), ErrorCode::frame_unexpected);
   wrong = {};
+  // The section of fields refers to a dynamic table (its first byte is not 0), which the server does not have.
   put_frame(wrong, kHeadersFrame, {0x02, 0x00, 0x80});
   EXPECT_EQ(failure_of(kRequest, wrong), ErrorCode::decompression_failed);
+  // Stream 3 belongs to the server, so it cannot be the request of a session.
   EXPECT_EQ(failure_of(kChannel, channel_begin(3)), ErrorCode::id_error);
   wrong = connect_request("localhost:7420", "/ws");
   Bytes capsule, data;
+  // This capsule begins with an error code of four bytes, and has only three here.
   put_frame(capsule, kCloseSessionCapsule, Bytes(3, 0));
   put_frame(data, kDataFrame, capsule);
   wrong.insert(wrong.end(), data.begin(), data.end());
@@ -258,6 +269,7 @@ TEST_F(Http3Connection, resets_a_malformed_or_too_large_request_and_goes_on) {
 TEST_F(Http3Connection, drops_datagrams_of_no_session_and_fails_on_malformed_ones) {
   EXPECT_EQ(connection.on_datagram(Bytes{0, 1}), DatagramFate::no_session);
   open_session();
+  // The first byte names stream 4, and the session has stream 0.
   EXPECT_EQ(connection.on_datagram(Bytes{1, 1}), DatagramFate::other_session);
   EXPECT_EQ(connection.on_datagram({}), DatagramFate::malformed);
   EXPECT_EQ(owner.failure, ErrorCode::datagram_error);

@@ -241,6 +241,8 @@ TEST(Http3Request, asks_for_a_session_by_an_extended_connect) {
 }
 
 TEST(Http3Request, that_no_client_may_send_is_refused) {
+  // The faults are, in order: no fields, no scheme and path, a method twice, a plain field before the method, a field
+  // of responses, a protocol without CONNECT, a capital letter in a name, a line break in a value, and two origins.
   EXPECT_FALSE(request({}));
   EXPECT_FALSE(request({{":method", "GET"}}));
   EXPECT_FALSE(request({{":method", "GET"}, {":method", "GET"}, {":scheme", "https"}, {":path", "/"}}));

@@ -10,7 +10,7 @@
 namespace hairnet::server {
 namespace {
 
-// Has four grooms in memory: with one user, with two, without any, and one that has learnt hair already.
+// Four grooms in memory: with one user, with two, without any, and one that has learnt hair already.
 struct LearningTurnsTest : testing::Test {
   static constexpr wire::GroomHash kOneUser{1}, kTwoUsers{2}, kUnused{3}, kLearnt{4};
   static std::size_t user_count(const wire::GroomHash& groom) {
@@ -75,6 +75,8 @@ TEST_F(LearningTurnsTest, hair_that_found_no_memory_is_tried_again_after_a_pause
   LearningResult result;
   EXPECT_FALSE(learning.take(result));
   EXPECT_EQ(counters_.grooms_learnt_refused.value(), 1u);
+  // The pause begins at the first call after the failure, which is at 1 s here. So it is not over at kMemoryPause_ns,
+  // but a second later.
   EXPECT_EQ(learning.next(user_count, 1'000'000'000), std::nullopt);
   EXPECT_EQ(learning.next(user_count, LearningTurns::kMemoryPause_ns), std::nullopt);
   EXPECT_EQ(learning.next(user_count, 1'000'000'000 + LearningTurns::kMemoryPause_ns), kTwoUsers);

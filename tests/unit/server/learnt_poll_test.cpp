@@ -18,9 +18,9 @@ using testing::IsEmpty;
 using testing::Not;
 using testing::SizeIs;
 
-// Bounds the RMS distance over the hair between a client and the server. Trained networks that began at different times
-// differ by 2.4 mm at most in nearly all clips after two seconds (kLearntSettled_ticks in learnt_hair.hpp); coding adds
-// its error.
+// The largest RMS distance over the hair between a client and the server. Trained networks that began at different
+// times differ by 2.4 mm at most in nearly all clips after two seconds (kLearntSettled_ticks in learnt_hair.hpp);
+// coding adds its error.
 constexpr float kNear_m = 5e-3f;
 
 // Makes a network whose hair follows the head within a third of a second and moves by some centimetres. It covers wind
@@ -33,7 +33,7 @@ std::shared_ptr<const LearntHair> hair_like() {
   return hair;
 }
 
-// Is a client as programs have it, with the protocol core of client/link. It observes and adds no character.
+// A client as programs have it, with the protocol core of client/link. It observes and adds no character.
 class LinkedClient {
  public:
   LinkedClient(Server& server, std::int64_t now_ns) : core_(options()), pipe_(std::make_shared<Pipe>()) {
@@ -54,7 +54,7 @@ class LinkedClient {
   }
   [[nodiscard]] link::LinkCounters counters() const { return core_.counters(); }
 
-  // Maps ticks to the coefficients that were shown of one member.
+  // The coefficients that were shown of one member, by tick.
   std::map<std::uint64_t, std::vector<float>> shown;
 
  private:

@@ -33,7 +33,7 @@ BuildError always() {
   return BuildError::none;
 }
 
-// Has all that a build needs, for one groom.
+// All that a build needs, for one groom.
 struct Ordered {
   explicit Ordered(const Groom& g)
       : file(wire::encode_groom(g)), groom(wire::decode_groom(file).value()), hash(wire::hash_groom(file)) {

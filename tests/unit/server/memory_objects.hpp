@@ -32,7 +32,7 @@ class MemoryObjects final : public ObjectStore {
   void cancel() override { is_open = false; }
 
   std::map<std::string, std::vector<std::uint8_t>> objects;
-  // Hold names, in order.
+  // The names of the objects that were asked for and written, in order.
   std::vector<std::string> gets, puts;
   // Every call fails so; `read` means that none fails.
   ObjectAnswer::Outcome failure = ObjectAnswer::Outcome::read;

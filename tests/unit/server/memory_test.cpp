@@ -20,6 +20,7 @@ using testing::Contains;
 using testing::IsEmpty;
 
 constexpr std::int64_t kMs = 1'000'000, kS = 1'000'000'000;
+// The reserve of these tests, 1 MiB: memory that the program holds to give it up when there is no other.
 constexpr std::size_t kReserve_bytes = std::size_t{1} << 20;
 
 // Allocations of this program fail as a test wishes (tests/support/own_allocator.hpp): one that is counted down to, or
@@ -44,6 +45,7 @@ TEST_F(MemoryReserveTest, an_allocation_that_fails_takes_the_reserve_and_succeed
   EXPECT_FALSE(reserve.is_spent());
 }
 
+// All allocations of more than 1000 bytes fail, before and after the reserve is given up.
 TEST_F(MemoryReserveTest, the_owner_gets_bad_alloc_when_the_reserve_does_not_help) {
   MemoryReserve reserve(kReserve_bytes);
   own_allocator::failing_bytes = 1000;
@@ -51,6 +53,8 @@ TEST_F(MemoryReserveTest, the_owner_gets_bad_alloc_when_the_reserve_does_not_hel
   EXPECT_TRUE(reserve.is_spent());
 }
 
+// Code that can go on without the memory says so by MayFail, also within other such code. The reserve is for code that
+// cannot.
 TEST_F(MemoryReserveTest, an_allocation_that_may_fail_leaves_the_reserve_alone) {
   MemoryReserve reserve(kReserve_bytes);
   own_allocator::failing_bytes = 1000;
@@ -90,6 +94,8 @@ TEST_F(MemoryReserveTest, without_a_reserve_allocations_fail_as_usual) {
   EXPECT_THROW(allocate(100), std::bad_alloc);
 }
 
+// A watch over a made-up process, whose bytes the test sets: `resident_` is what the system has given it, `allocated_`
+// the part in use, and `kept_` the unused part that the allocator cannot give back.
 class MemoryWatchTest : public testing::Test {
  protected:
   MemoryWatch make(std::size_t bytes_max) {
@@ -134,6 +140,22 @@ TEST_F(MemoryWatchTest, without_a_bound_memory_is_never_full) {
   watch.poll(0);
   EXPECT_FALSE(watch.is_full());
 }
+
+// A reserve of more bytes than any machine has is spent from the start, and no poll can refill it. Sanitizers end a
+// program that asks for so much.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_F(MemoryWatchTest, a_use_of_the_reserve_counts_once_however_often_it_cannot_be_refilled) {
+  MemoryReserve reserve(std::size_t{1} << 62);
+  ProcessMemory memory;
+  memory.reserve = &reserve;
+  MemoryWatch watch(std::move(memory), metrics_.program, metrics_.program_counters);
+  for (int i = 1; i <= 3; ++i) {
+    watch.poll(i * kS);
+    EXPECT_TRUE(watch.is_full());
+    EXPECT_EQ(metrics_.program_counters.memory_reserve_used.value(), 1u);
+  }
+}
+#endif
 
 TEST_F(MemoryWatchTest, unused_memory_is_given_back_after_a_peak_and_not_again_and_again) {
   // Memory that was freed is given back to the system when it exceeds 32 MiB (MemoryWatch::kGiveBack_bytes). `kept_` is
@@ -225,6 +247,7 @@ TEST_F(ServerMemoryTest, a_server_with_full_memory_refuses_what_needs_more_and_g
     early.pose(1, pose(), now_ns_);
     run_ms(20);
   }
+  // In 200 ms there are six ticks of 30 Hz, of which a few frames may be missing.
   EXPECT_GT(early.frames(1).size(), frames + 3);
   resident_ = 10;
   run_ms(10);

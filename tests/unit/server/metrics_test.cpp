@@ -145,6 +145,7 @@ TEST(Metrics, every_family_has_one_sentence_of_help) {
     for (const Gauge* gauge : set->gauges()) note(gauge->name());
   for (const HistogramSet* set : metrics.histogram_sets())
     for (const Histogram* histogram : set->histograms()) note(histogram->name());
+  // The server has more families than that. A walk that finds none would pass the loop below.
   EXPECT_GT(helps.size(), 150u);
   for (const auto& [family, of_family] : helps) {
     ASSERT_EQ(of_family.size(), 1u) << family;
@@ -177,6 +178,8 @@ TEST(Metrics, names_in_the_log_are_as_many_as_counters) {
 TEST(LogText, text_from_outside_stays_in_its_quotes_and_on_its_line) {
   EXPECT_EQ(log_text("plain \u65e5"), "\"plain \u65e5\"");
   EXPECT_EQ(log_text("a\" level=error \n\\"), "\"a\\\" level=error \\u000a\\\\\"");
+  // A field has at most 200 bytes of the text (kTextBytesMax in log_text.cpp) between two quotes. A quote becomes two
+  // characters, and a byte that is no UTF-8 becomes four.
   EXPECT_EQ(log_text(std::string(1000, '"')).size(), 402u);
   EXPECT_EQ(log_text(std::string(300, '\xff')).size(), 2 + 4 * 200u);
 }
@@ -184,6 +187,7 @@ TEST(LogText, text_from_outside_stays_in_its_quotes_and_on_its_line) {
 TEST(Metrics, the_process_is_measured) {
   ProgramGauges gauges;
   read_process(gauges);
+  // Any process has more than 1 MiB, and at least its three standard files are open.
   EXPECT_GT(gauges.resident_memory_bytes.value(), 1 << 20);
   EXPECT_GE(gauges.open_files.value(), 3);
   EXPECT_GE(gauges.cpu_seconds.value(), 0);

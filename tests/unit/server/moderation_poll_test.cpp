@@ -27,6 +27,8 @@ class ModerationPollTest : public testing::Test {
     Config config;
     config.workers = 1;
     config.token_key_file = folder_ / "key";
+    // A room without people lasts for 30 s. One ban at most is possible, so a second action of this kind must be
+    // refused.
     config.room_grace_ns = 30 * kNsPerSecond;
     config.sessions.bans_max = 1;
     auto created = Server::create(config, metrics_, now_ns_, nullptr, build_quickly);
@@ -70,13 +72,17 @@ TEST_F(ModerationPollTest, the_owner_of_a_member_is_removed_and_its_characters_l
   run_s(1);
   ASSERT_EQ(moderator->connection->all<wire::MemberJoined>().size(), 1u);
   const wire::MemberJoined seen = moderator->connection->all<wire::MemberJoined>()[0];
+  // The owner of the member is named by session, not by subject. It may not come back for 5 s, and the last text is the
+  // reason that it gets.
   moderator->send(wire::Moderate{ModerateAction::remove, seen.session, "", 5, "be kind"}, now_ns_);
   run_s(1);
   EXPECT_EQ(mallory->connection->all<wire::Goodbye>().at(0).reason, wire::GoodbyeReason::removed);
   EXPECT_EQ(moderator->connection->all<wire::MemberLeft>().at(0).member, seen.member);
   EXPECT_EQ(join("mallory")->connection->all<wire::Goodbye>().at(0).reason, wire::GoodbyeReason::removed);
+  // A lock counts like a ban, and Mallory's ban still lasts.
   moderator->send(wire::Moderate{ModerateAction::lock, 0, ""}, now_ns_);
   EXPECT_THAT(moderator->errors(), testing::ElementsAre(wire::ErrorReason::limit_exceeded)) << "bans_max is 1";
+  // After 5 more seconds the ban is over.
   run_s(5);
   EXPECT_TRUE(is_welcome(*join("mallory")));
 }
@@ -86,6 +92,8 @@ TEST_F(ModerationPollTest, a_lock_lasts_as_long_as_the_empty_room) {
   const auto moderator = join("mod", true);
   moderator->send(wire::Moderate{ModerateAction::lock, 0, ""}, now_ns_);
   moderator->send(wire::Goodbye{wire::GoodbyeReason::client_leaves, ""}, now_ns_);
+  // The room has been empty for 29 of its 30 s, so its lock still keeps Bob out. After 32 s the lock is gone with the
+  // room, since Bob's refused attempt does not prolong them.
   run_s(29);
   EXPECT_FALSE(is_welcome(*join("bob")));
   run_s(3);

@@ -54,6 +54,8 @@ TEST_F(OutboxTest, sends_messages_and_frames_in_the_order_they_came) {
   EXPECT_EQ(counters_.frames_sent.value(), 1u);
 }
 
+// The last argument of the outbox is the largest datagram of its connection, bytes: packets may be lost only where
+// there are datagrams.
 TEST_F(OutboxTest, says_which_packets_may_be_lost) {
   Outbox outbox(kControlBytes, counters_, 1024);
   EXPECT_EQ(outbox.datagram_bytes_max(), 1024u);
@@ -111,6 +113,7 @@ TEST_F(OutboxTest, only_the_newest_change_of_a_member_waits_and_after_what_came_
   EXPECT_EQ(counters_.messages_cancelled.value(), 1000u);
 }
 
+// A client that reads slowly must not get the change of a member of whom it has never heard.
 TEST_F(OutboxTest, forgets_the_change_of_a_member_that_leaves_unannounced) {
   outbox_.push(wire::CharacterRemoved{2}, 0);
   outbox_.mark_blocked();
@@ -141,6 +144,7 @@ TEST_F(OutboxTest, only_the_newest_word_of_who_may_touch_a_member_waits_and_none
   EXPECT_EQ(counters_.messages_cancelled.value(), 1003u);
 }
 
+// The client knows messages up to number 7 of union Body. These two are later messages of the protocol.
 TEST_F(OutboxTest, sends_no_message_that_the_client_does_not_know) {
   outbox_.set_message_max(7);
   outbox_.push(wire::MemberLeft{5}, 0);
@@ -214,6 +218,8 @@ TEST_F(OutboxTest, taken_packets_of_a_dropped_tick_count_as_sent) {
   EXPECT_EQ(counters_.frames_superseded.value(), 2u);
 }
 
+// Each tick has two packets. With one of them taken, the tick still waits, since its frames are not complete; with both
+// taken, the queue has room for a tick more.
 TEST_F(OutboxTest, a_tick_waits_until_its_last_packet_is_taken) {
   for (std::uint64_t tick = 1; tick <= Outbox::kTicksWaitingMax; ++tick) outbox_.push_frames(frames_of(tick, 2));
   EXPECT_EQ(take_tick(), 1u);
@@ -304,6 +310,8 @@ TEST_F(OutboxTest, a_client_that_reads_gets_every_message) {
   EXPECT_EQ(std::get<wire::MemberLeft>(take()).member, 1u);
 }
 
+// The member's MemberJoined is cancelled, but a tick with its frames waits already. The client could not say whose they
+// are, so that tick's frames go, and the sender of frames must learn of the loss.
 TEST_F(OutboxTest, frames_of_a_member_that_the_client_never_hears_of_are_dropped) {
   outbox_.mark_blocked();
   outbox_.push(wire::MemberJoined{1, 9, 1, {}}, 0);

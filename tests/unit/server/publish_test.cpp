@@ -362,7 +362,7 @@ class PublishLearntTest : public PublishTest {
   // Learnt hair follows from the poses alone, so a client with the network can evaluate it itself and needs no
   // coefficients. The network forgets its start within kLearntSettled_ticks (60, two seconds at 30 Hz); until then the
   // client's hair may differ, so the server sends coefficients.
-  // Counts the ticks, from the next one on, in which the observer gets coefficients; 200 stand for no end.
+  // The number of ticks, from the next one on, in which the observer gets coefficients; 200 stand for no end.
   int ticks_with_coefficients() {
     for (int count = 0; count < 200; ++count) {
       tick();

@@ -350,12 +350,16 @@ TEST(QuicEndpoint, resets_a_connection_that_it_does_not_know) {
     restarted.endpoint.receive({client.path().remote, client.path().local}, 0, packet, network.now_ns);
   restarted.endpoint.flush(network.now_ns);
   ASSERT_EQ(restarted.in_flight.size(), 1u);
+  // A reset must be smaller than the packet that caused it, so that two ends that do not know each other cannot answer
+  // resets with resets for ever (RFC 9000, section 10.3.3).
   EXPECT_LT(restarted.in_flight[0].second.size(), 100u);
   EXPECT_EQ(restarted.counters.resets_sent.value(), 1u);
 }
 
 TEST(QuicEndpoint, of_the_same_identity_tells_the_clients_of_a_dead_one_at_once) {
   EndpointOptions options;
+  // The identity gives the key of the tokens of resets. A server that starts again at the same place therefore makes
+  // resets that the clients of its former life believe; those of any other server are ignored.
   options.identity = "machine:7420";
   QuicNetwork network(options), restarted(options), other;
   auto [client, channel] = network.join();
@@ -373,6 +377,7 @@ TEST(QuicEndpoint, follows_a_client_to_another_address) {
   QuicNetwork network;
   auto [client, channel] = network.join();
   network.run(0.2);
+  // A phone that leaves a wireless network has another address in the middle of its session.
   client.migrate(loopback(20'000, 3), network.now_ns);
   client.send(channel, Bytes{1});
   network.run(1);
@@ -494,6 +499,7 @@ TEST(QuicEndpoint, bounds_the_streams_and_unread_bytes_of_a_client) {
 TEST(QuicEndpoint, refuses_new_connections_when_it_is_closed_and_keeps_the_old) {
   QuicNetwork network;
   auto [client, channel] = network.join();
+  // A server that drains takes no new clients, and those it has must still get their goodbye.
   network.endpoint.refuse_new();
   QuicClient& late = network.add_client();
   network.run(1);

@@ -42,6 +42,7 @@ class RecordingSink final : public SessionSink {
   Bytes received;
   std::vector<Bytes> datagrams;
   std::vector<std::string> closed;
+  // The test's code for on_writable() and on_downloads_writable(), and for on_bytes().
   std::function<void()> send_more, take;
   std::vector<std::int64_t> stopped;
   int writable = 0, downloads_writable = 0;
@@ -97,6 +98,7 @@ class QuicNetwork : public Gate {
         }
       }
       endpoint.flush(now_ns);
+      // All packets to clients of one turn arrive together, so the time moves once for them.
       if (!in_flight.empty()) now_ns += travel_ns;
       for (auto& [to, packet] : std::exchange(in_flight, {})) {
         is_quiet = false;
@@ -149,7 +151,7 @@ class QuicNetwork : public Gate {
   std::vector<std::shared_ptr<RecordingSink>> sinks;
   std::vector<std::pair<Address, Bytes>> in_flight;
   std::vector<std::unique_ptr<QuicClient>> clients;
-  // Belong to the client library, with their addresses. The test keeps them.
+  // Sessions of the client library, each with its local address. The test that adds them owns them.
   std::vector<std::pair<Address, link::WebTransportSession*>> sessions;
   std::function<bool()> loses;
   std::size_t client_bytes = 0, server_bytes = 0, largest_burst_packets = 0;

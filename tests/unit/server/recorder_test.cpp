@@ -9,6 +9,7 @@
 namespace hairnet::server {
 namespace {
 
+// The hash is an arbitrary number that depends on the tick, so that a test can tell entries from each other.
 wire::RecordedTick tick(std::uint64_t number) {
   wire::RecordedTick made;
   made.tick = number;
@@ -29,6 +30,7 @@ TEST(Recorder, writes_what_was_put_in_order) {
     EXPECT_TRUE((*recorder)->poll());
     (*recorder)->put(tick(2));
     EXPECT_TRUE((*recorder)->poll());
+    // Everything is written, so poll() has nothing to do. The recorder's destructor closes the file.
     EXPECT_FALSE((*recorder)->poll());
   }
   std::ifstream file(path, std::ios::binary);
@@ -44,6 +46,7 @@ TEST(Recorder, writes_what_was_put_in_order) {
 
 TEST(Recorder, a_full_disk_ends_the_recording_and_nothing_else) {
   TickCounters counters;
+  // Each write to /dev/full fails as on a full disk.
   auto recorder = Recorder::create("/dev/full", counters);
   if (!recorder) GTEST_SKIP() << "no /dev/full here";
   for (std::uint64_t i = 0; i < 100; ++i) {

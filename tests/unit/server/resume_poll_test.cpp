@@ -35,14 +35,25 @@ TEST_F(ResumePollTest, a_session_resumed_in_time_continues_with_its_hair) {
   start();
   const auto first = join();
   const auto other = join();
-  run_ms(500, {first.get(), other.get()});
+  run_ms(700, {first.get(), other.get()});
   const auto welcome = first->connection->all<wire::Welcome>().at(0);
   const auto last = first->frames(1).back();
+  ASSERT_THAT(last.displacements, testing::Contains(testing::Ne(0)));
   first->break_connection(now_ns_);
-  run_ms(300, {other.get()});
+  run_ms(100, {other.get()});
   EXPECT_THAT(other->connection->all<wire::MemberLeft>(), IsEmpty());
+  const auto before = other->member_frames(last.member).back();
   FakeClient again(*server_, now_ns_);
   again.resume(welcome, now_ns_);
+  // The head stands still without new poses, and its hair swings on. A reset would put the hair back to its design.
+  run_ms(100, {other.get()});
+  const auto resumed = again.frames(1);
+  ASSERT_THAT(resumed, Not(IsEmpty()));
+  EXPECT_LT(resumed.front().distance_m(before), 0.03f) << "less than hair swings in a tick";
+  EXPECT_THAT(resumed.front().displacements, testing::Contains(testing::Ne(0)));
+  for (const auto& frame : other->member_frames(last.member)) {
+    EXPECT_FALSE(frame.tick > last.tick && frame.discontinuous) << frame.tick;
+  }
   run_ms(300, {&again, other.get()});
   ASSERT_EQ(again.connection->all<wire::Welcome>().size(), 1u);
   EXPECT_TRUE(again.connection->all<wire::Welcome>()[0].resumed);
@@ -122,6 +133,7 @@ TEST_F(ResumePollTest, a_state_that_does_not_fit_is_refused_and_the_hair_starts_
   FakeClient client(*server_, now_ns_);
   client.hello(now_ns_);
   client.upload(bytes_, hash_, now_ns_);
+  // The state has the displacement of one node, in steps of 0.5 mm. The lattice of the level has many nodes.
   client.send(wire::AddCharacter{1, hash_, LevelIndex::low, wire::HairState{5e-4f, {1, 2, 3}, {}}}, now_ns_);
   run_ms(50);
   client.pose(1, rigid_pose({}), now_ns_);

@@ -19,6 +19,8 @@ using testing::HasSubstr;
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
+// A folder with the file of revoked tokens, one subject a line. The tokens of people in it are refused before they
+// expire.
 class RevokedTokensFileTest : public testing::Test {
  protected:
   ~RevokedTokensFileTest() override { std::filesystem::remove_all(folder_); }
@@ -49,6 +51,8 @@ TEST_F(RevokedTokensFileTest, is_read_again_when_it_changes_and_at_most_once_a_s
   EXPECT_FALSE(revokes("bob"));
   file.poll(tokens_, kSecond_ns);
   EXPECT_TRUE(revokes("bob"));
+  // A blank line empties the list on purpose. A file without any byte is an error instead, as the case of errors below
+  // shows.
   write("\n");
   EXPECT_EQ(file.poll(tokens_, 2 * kSecond_ns), "");
   EXPECT_FALSE(revokes("alice"));
@@ -69,6 +73,8 @@ TEST_F(RevokedTokensFileTest, keeps_its_names_while_it_cannot_be_read_or_is_empt
   write("alice\n");
   RevokedTokensFile file(file_);
   file.poll(tokens_, 0);
+  // The file is absent, then empty, then a pipe that would block a reader, and then a folder. In each case nobody who
+  // is revoked may come in again.
   const std::vector<std::function<void()>> errors{[] {},  // absent
                                                   [this] { write(""); },
                                                   [this] { ASSERT_EQ(::mkfifo(file_.c_str(), 0600), 0); },
@@ -107,6 +113,7 @@ TEST_F(RevokedTokensFileTest, a_server_does_not_start_without_it_and_ends_the_se
   ASSERT_EQ(client.connection->all<wire::Welcome>().size(), 1u);
   EXPECT_EQ(metrics_.session.gauges.subjects.value(), 1);
   write("alice\n");
+  // The server looks at the file at most once a second (kLookInterval_ns), so after two seconds it looks again.
   (*server)->poll_io(2 * kSecond_ns);
   ASSERT_EQ(client.connection->all<wire::Goodbye>().size(), 1u);
   EXPECT_EQ(client.connection->all<wire::Goodbye>()[0].reason, wire::GoodbyeReason::token_refused);

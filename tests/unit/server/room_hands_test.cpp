@@ -31,6 +31,7 @@ TEST_F(TouchTest, who_leaves_or_loses_the_connection_has_no_hands_and_holds_noth
   ticks(2);
   EXPECT_EQ(held_count(), 0u);
   EXPECT_FALSE(hair().is_touched);
+  // Eve hears twice that Ben's hands are gone: once when he loses the connection, and once when he leaves.
   const auto gone = eve->all<wire::RoomHands>();
   ASSERT_THAT(gone, SizeIs(2));
   for (const wire::RoomHands& hands : gone) {
@@ -48,6 +49,8 @@ TEST_F(TouchTest, hands_and_holds_end_with_a_connection_that_a_resume_takes_over
   tick();
   take_hold();
   ASSERT_THAT(eve->hands, SizeIs(1));
+  // The old connection may be dead, and its hands with it. Hair must not hang on a hand that nobody moves any more, so
+  // the resumed session begins without hands.
   const auto again = open(kBen, {}, true);
   ticks(2);
   EXPECT_EQ(held_count(), 0u);
@@ -61,6 +64,8 @@ TEST_F(TouchTest, hands_and_holds_end_with_a_connection_that_a_resume_takes_over
 }
 
 TEST_F(TouchTest, hands_are_shown_to_others_who_see_the_hair_near_them_and_their_going_once) {
+  // Ann takes datagrams and Eve does not. The session `blind` observes nobody, and `old` is a client of a version
+  // before hands.
   const auto ann = open(kAnn), ben = open(kBen), eve = open(kEve), blind = open(4), old = open(5);
   ann->datagram_max = 1024;
   old->knows_hands = false;
@@ -74,15 +79,19 @@ TEST_F(TouchTest, hands_are_shown_to_others_who_see_the_hair_near_them_and_their
       ASSERT_FALSE(sink->hands.empty());
       const wire::RoomHands& shown = sink->hands.back();
       EXPECT_EQ(shown.tick, tick_ - 1);
+      // The hands are those of the sample time of the tick that has just run, and next_ns() is already the time of the
+      // next one.
       EXPECT_EQ(shown.sample_time_ns, next_ns() - kTick_ns - kDelay_ns);
       ASSERT_THAT(shown.people, SizeIs(1));
       EXPECT_EQ(shown.people[0].session, kBen);
       ASSERT_THAT(shown.people[0].hands, SizeIs(1));
+      // The message rounds each coordinate to a millimetre (kHandStep_m), so all three together err by 0.87 mm at most.
       EXPECT_LT((shown.people[0].hands[0].place.position - place).norm(), 0.001);
     }
   }
   tick();
   EXPECT_THAT(eve->hands, SizeIs(3)) << "in each tick, also when they keep still";
+  // Hands are shown up to 1.5 m from a head (kShownReach_m in touch.cpp); these are 4 m away.
   put_hands(kBen, {ball_hand(kHead + Vec3(0, 0, 4))});
   ticks(3);
   for (const auto& sink : {ann, eve}) {
@@ -109,6 +118,8 @@ TEST_F(TouchTest, hands_of_many_are_cut_into_datagrams_and_bounded) {
   for (SessionId s = 10; s < 110; ++s) put_hands(s, {ball_hand(kInHair), other});
   tick();
   EXPECT_THAT(eve->hands, SizeIs(1));
+  // The hands of 64 people do not fit into three datagrams of 300 bytes. Eve has no datagrams, so she gets one packet
+  // on her connection.
   EXPECT_GT(ann->hands.size(), 3u);
   for (const auto& sink : {ann, eve}) {
     std::vector<std::uint64_t> sessions;
@@ -129,6 +140,7 @@ TEST_F(TouchTest, a_recording_with_touch_replays_to_the_same_hashes_and_says_not
   open(kAnn);
   open(kBen);
   add(kAnn);
+  // Ben's own hair is a metre beside Ann's.
   add(kBen, kHead + Vec3(1, 0, 0));
   ticks(5);
   say(kBen, wire::SetProps{{ball_prop(3, kInHair)}});

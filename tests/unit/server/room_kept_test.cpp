@@ -7,6 +7,8 @@
 namespace hairnet::server {
 namespace {
 
+// An example with every field. It has quotes and letters outside of ASCII, which the JSON must carry, and bytes from 0
+// to 255, which are no valid text by themselves. Ban times are seconds since 1970.
 RoomKept some() {
   return {.bans = {{"sub:mallory", 1'800'000'000}, {"sub:eve \"x\"", 5}},
           .mutes = {"sub:loud"},
@@ -16,6 +18,7 @@ RoomKept some() {
           .props = {9, 8, 0}};
 }
 
+// Returns the text that the directory stores, from which nothing may have been left out.
 std::string text_of(const RoomKept& kept) {
   std::size_t left_out = 0;
   std::string text = to_value(kept, left_out);
@@ -30,11 +33,14 @@ TEST(RoomKeptText, comes_back_as_it_was) {
   EXPECT_EQ(*parse_kept(text_of({.props = {1}})), RoomKept{.props = {1}});
 }
 
+// An entry of etcd may be cut short. Half of it must not pass for a room without bans.
 TEST(RoomKeptText, refuses_every_truncation) {
   const std::string text = text_of(some());
   for (std::size_t length = 0; length < text.size(); ++length) EXPECT_FALSE(parse_kept(text.substr(0, length)));
 }
 
+// The text comes from etcd, where another program may have written it. Each of these has one wrong part: a wrong type,
+// a missing or negative time, a time that does not fit, bytes that are not encoded, or an empty member.
 TEST(RoomKeptText, refuses_what_no_server_writes) {
   for (const char* text : {
            "[]",
@@ -58,6 +64,7 @@ TEST(RoomKeptText, refuses_what_no_server_writes) {
   EXPECT_FALSE(parse_kept(std::string(kKeptBytesMax + 1, ' ')));
 }
 
+// Bytes become longer as text, so props of half of kKeptBytesMax (60 KiB) fit, and props of all of it do not.
 TEST(RoomKeptText, leaves_out_and_counts_props_that_do_not_fit) {
   RoomKept kept = some();
   kept.props.assign(kKeptBytesMax / 2, 7);
@@ -70,6 +77,8 @@ TEST(RoomKeptText, leaves_out_and_counts_props_that_do_not_fit) {
   EXPECT_EQ(text, text_of(kept)) << "all else is kept";
 }
 
+// The loop makes the props shorter by one byte until they fit; then the last removed byte is put back. The text must
+// use the bound but for the few bytes by which the encoding of one byte more would exceed it.
 TEST(RoomKeptText, takes_the_largest_props_that_fit) {
   RoomKept kept{.props = std::vector<std::uint8_t>(kKeptBytesMax * 3 / 4, 7)};
   std::size_t left_out = 1;

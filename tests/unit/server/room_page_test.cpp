@@ -19,6 +19,8 @@ class RoomPages : public testing::Test {
     return page_.handle(request);
   }
 
+  // The fleet answers every question with `place_` and notes the room in `asked_`. A token is valid when it equals
+  // `needed_`, which is empty at first, so requests without a token are answered.
   RoomPlace place_{.kind = RoomPlace::Kind::held, .server_id = 2, .address = {"hair-2", 7421, ""}};
   std::string asked_, token_, needed_;
   FleetCounters counters_;
@@ -42,6 +44,7 @@ TEST_F(RoomPages, say_where_a_room_is) {
   EXPECT_EQ(ask("x=1&name=other").status, 200);
   EXPECT_EQ(asked_, "other");
   ask("name=");
+  // A client without a room name enters the lobby, so an empty name asks for it.
   EXPECT_EQ(asked_, "lobby");
   EXPECT_EQ(counters_.room_answers_held.value(), 3u);
 }
@@ -58,16 +61,19 @@ TEST_F(RoomPages, say_why_there_is_no_server) {
 }
 
 TEST_F(RoomPages, refuse_names_that_no_room_has) {
+  // A room's name has at most 64 bytes (kRoomNameBytesMax).
   const std::string long_name = "name=" + std::string(65, 'a');
   for (const std::string_view query : {"", "name", "nam=hall", "name=a%20b", "name=a/b", "&&&", long_name.c_str()}) {
     EXPECT_EQ(ask(query).status, 400) << query;
   }
   EXPECT_EQ(counters_.room_answers_refused_name.value(), 7u);
+  // A refused name never reaches the fleet.
   EXPECT_EQ(asked_, "");
 }
 
 TEST_F(RoomPages, tell_nothing_without_a_token_that_is_good_for_the_room) {
   needed_ = "good";
+  // Only the scheme Bearer with one space before the token counts.
   for (const char* authorization : {"", "good", "Basic good", "Bearer bad", "Bearer  good"}) {
     EXPECT_EQ(ask("name=hall", authorization).status, 401) << authorization;
   }

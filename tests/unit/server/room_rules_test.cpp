@@ -5,8 +5,11 @@
 namespace hairnet::server {
 namespace {
 
+// A bound on all entries that these tests do not reach. Times are in nanoseconds from any begin, since RoomRules only
+// compares them.
 constexpr std::size_t kMany = 100;
 
+// A ban until 100 ns holds at 99 ns, and no longer at 100 ns. The name without its last letter is another subject.
 TEST(RoomRules, a_ban_is_of_one_subject_in_one_room_and_ends_in_time) {
   RoomRules rules;
   EXPECT_FALSE(rules.is_banned("hall", "sub:mallory", 0));
@@ -22,6 +25,7 @@ TEST(RoomRules, a_ban_is_of_one_subject_in_one_room_and_ends_in_time) {
   EXPECT_EQ(rules.entry_count(), 0u);
 }
 
+// At most one entry is allowed, so a second one for the same ban would be refused.
 TEST(RoomRules, a_newer_ban_replaces_an_earlier_one) {
   RoomRules rules;
   ASSERT_TRUE(rules.ban("hall", "sub:mallory", 100, 0, 1));
@@ -31,6 +35,8 @@ TEST(RoomRules, a_newer_ban_replaces_an_earlier_one) {
   EXPECT_EQ(rules.entry_count(), 0u) << "a ban without time ends the earlier one";
 }
 
+// The last argument is the most entries of all kinds, which is three. Without it moderators could fill the server's
+// memory.
 TEST(RoomRules, bans_mutes_and_locks_are_bounded_together) {
   RoomRules rules;
   ASSERT_TRUE(rules.ban("hall", "sub:a", 100, 0, 3));
@@ -49,6 +55,8 @@ TEST(RoomRules, bans_mutes_and_locks_are_bounded_together) {
   EXPECT_EQ(rules.entry_count(), 1u);
 }
 
+// All have left the hall, which still exists until 100 ns. A banned user must not come back by waiting for the room to
+// end.
 TEST(RoomRules, mutes_and_locks_end_with_their_room_and_bans_do_not) {
   RoomRules rules;
   for (const char* room : {"hall", "attic"}) {

@@ -118,6 +118,8 @@ TEST_F(RoomsPollTest, observers_choose_members_and_detail) {
   const auto theirs = b->frames(1);
   const auto same = std::ranges::find_if(theirs, [&](const auto& frame) { return frame.tick == frames.back().tick; });
   ASSERT_NE(same, theirs.end());
+  // The owner's frames may err by 1 mm (the default of Observe::error_m), and the watcher has asked for the smallest
+  // error, so both differ by little more.
   EXPECT_LT(frames.back().distance_m(*same), 1.1e-3f);
 }
 
@@ -245,6 +247,7 @@ TEST_F(RoomsPollTest, the_wind_of_the_last_visitor_does_not_greet_the_next) {
     EXPECT_EQ(announced.session, 0u);
     EXPECT_EQ(announced.wind.mean_m_per_s, Vec3::Zero());
   }
+  // Four steps are 2 mm (FakeClient::kStep_m). A wind of 6 m/s moves hair much farther.
   EXPECT_TRUE(std::ranges::none_of(next->frames(1).back().displacements, [](int d) { return d > 4; }));
 }
 

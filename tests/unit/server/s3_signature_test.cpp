@@ -11,6 +11,7 @@ namespace {
 using testing::EndsWith;
 using testing::HasSubstr;
 
+// The key and the date of AWS's examples.
 const S3Keys kKeys{"AKIAIOSFODNN7EXAMPLE", "wJalrXUtnFEMI/K7MDENG/bPxRfiCYEXAMPLEKEY"};
 constexpr const char* kDate = "20130524T000000Z";
 
@@ -58,6 +59,8 @@ TEST(S3Signature, covers_every_part_of_a_request) {
     return s3_authorization({.method = method, .path = path, .fields = {{"host", host}}, .payload_hash = payload},
                             {"id", secret}, region, date);
   };
+  // Each line below changes one argument: the method, path, host, hash of the payload, region, date or secret. A part
+  // that the signature did not cover could be changed on the way.
   const std::string one = sign("GET", "/a", "h", "p", "r", kDate, "s");
   EXPECT_EQ(sign("GET", "/a", "h", "p", "r", kDate, "s"), one);
   EXPECT_NE(sign("PUT", "/a", "h", "p", "r", kDate, "s"), one);

@@ -9,6 +9,7 @@
 namespace hairnet::server {
 namespace {
 
+// The present of all cases. The last tick of valid() ended 30 ms ago, about one period at 30 Hz.
 constexpr std::int64_t kNow_ns = 5'000'000'000;
 
 Health valid() {
@@ -18,6 +19,7 @@ Health valid() {
 TEST(Health, is_ready_while_it_accepts_and_ticks_are_on_time) {
   EXPECT_EQ(why_not_ready(valid()), "");
   Health health = valid();
+  // Ticks count as stalled after more than a second (kTickStallMax_ns), so exactly a second is still on time.
   health.last_tick_ns = kNow_ns - kTickStallMax_ns;
   EXPECT_EQ(why_not_ready(health), "");
 }
@@ -33,10 +35,13 @@ TEST(Health, is_not_ready_while_draining_before_accepting_or_when_ticks_stall) {
   health.last_tick_ns = 0;
   EXPECT_EQ(why_not_ready(health), "no tick has run yet");
   health = valid();
+  // The last tick ended 2.5 s ago, which is above the second that kTickStallMax_ns allows.
   health.last_tick_ns = kNow_ns - 2'500'000'000;
   EXPECT_EQ(why_not_ready(health), "ticks stalled: the last was 2.5 s ago");
 }
 
+// Readiness keeps new clients away. Ticks on time keep Agones from replacing the server, which would end the sessions
+// that it still has.
 TEST(Health, is_not_ready_without_a_valid_lease_but_its_ticks_go_on) {
   Health health = valid();
   health.in_fleet = false;
@@ -74,6 +79,8 @@ class Pages : public testing::Test {
 TEST_F(Pages, the_fleet_is_shown_only_where_the_public_cannot_ask) {
   EXPECT_EQ(page("/fleet.json").status, 404);
   EXPECT_EQ(page("/fleet").status, 404);
+  // The page of the fleet has names and addresses of all servers. Only pages that were made with functions for it, as
+  // for the service's own port, show it.
   ServerPages service(
       metrics_, [this] { return health_; }, {[] { return std::string("{}"); }, [] { return std::string("<p>"); }},
       room_);

@@ -21,6 +21,7 @@ TEST_F(SessionTest, sends_a_groom_that_is_asked_for_in_pieces_and_from_where_it_
   }
   EXPECT_EQ(got, std::vector<std::uint8_t>(groom_service_.file->begin() + 50'000, groom_service_.file->end()));
   send(wire::GroomRequest{wire::GroomHash{9}, 0});
+  // The file has 200 000 bytes, so this offset lies beyond its end.
   send(wire::GroomRequest{groom_service_.known, 200'001});
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::groom_unavailable, ErrorReason::groom_unavailable));
 }
@@ -73,6 +74,7 @@ TEST_F(SessionTest, a_groom_is_sent_no_faster_than_its_limit) {
     for (const wire::GroomData& data : connection_->all<wire::GroomData>()) bytes += data.bytes.size();
     return bytes;
   };
+  // The bytes of one second may go at once; after half a second more, half as many follow.
   EXPECT_EQ(got_bytes(), 65'536u);
   EXPECT_EQ(counters_.downloads_delayed.value(), 1u);
   slow.flush(now_ns_ + kSecond_ns / 2);
@@ -150,6 +152,7 @@ TEST_F(SessionDownloads, go_on_streams_of_their_own_which_end_with_them) {
   send(wire::GroomRequest{groom_service_.kept, 0});
   read();
   ASSERT_EQ(connection_->downloads.size(), 2u);
+  // A stream of the fake connection has room for two packets until a test gives it more (FakeConnection::Download).
   EXPECT_EQ(stream(1).pieces.size(), 2u) << "as much as there is room for";
   EXPECT_FALSE(stream(1).is_ended);
   EXPECT_EQ(stream(2).bytes(), 500u);

@@ -114,9 +114,11 @@ class SessionTest : public testing::Test {
   CommandQueue commands_{1000};
   FakeGroomService groom_service_;
   std::atomic<std::uint64_t> tick_{42};
+  // The server runs 30 ticks a second, takes grooms of up to 1 MiB, and is at tick 42.
   SessionContext context_{small_limits(), counters_, commands_, groom_service_, 30, 1 << 20, tick_};
   std::int64_t now_ns_ = 100 * kSecond_ns;
   std::shared_ptr<FakeConnection> connection_ = std::make_shared<FakeConnection>();
+  // The session under test, with the ID 7.
   Session session_{7, connection_, context_, now_ns_};
 };
 

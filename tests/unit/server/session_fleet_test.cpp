@@ -98,6 +98,7 @@ TEST_F(SessionInFleet, a_claim_that_another_server_won_sends_the_client_to_it) {
 TEST_F(SessionInFleet, placement_sends_a_new_room_to_a_server_with_free_time) {
   fleet_.all[0].load.free_share = 0;
   fleet_.all.push_back(server_at(kOtherId, "hair-2", 7421));
+  // This server has no free time, and hair-2 has all of its own.
   const Client client = join({.client_name = "", .room = "hall"});
   EXPECT_THAT(redirects(client), ElementsAre(sent_to("hair-2", 7421)));
   EXPECT_THAT(fleet_.claimed, IsEmpty());
@@ -106,6 +107,8 @@ TEST_F(SessionInFleet, placement_sends_a_new_room_to_a_server_with_free_time) {
 TEST_F(SessionInFleet, one_who_was_sent_here_is_not_sent_back) {
   fleet_.all[0].load.free_share = 0;
   fleet_.all.push_back(server_at(kOtherId, "hair-2", 7421));
+  // The Hello says how many servers have sent the client on. Two servers that think each other free would otherwise
+  // send it to and fro.
   const Client client = join({.client_name = "", .room = "hall", .redirects = 1});
   EXPECT_THAT(redirects(client), IsEmpty());
   EXPECT_THAT(fleet_.claimed, ElementsAre("hall"));
@@ -138,6 +141,8 @@ TEST_F(SessionInFleet, a_claim_without_an_outcome_ends_the_wait) {
 }
 
 TEST_F(SessionInFleet, a_second_hello_does_not_pass_by_the_first_that_waits) {
+  // The client waits for the claim of the hall. Its second Hello names a room that is here, and must not replace the
+  // first one.
   const Client client = join({.client_name = "", .room = "hall"});
   fleet_.decide("other", Placement::Kind::here);
   client.sink->on_packet(wire::encode_packet({now_ns_, wire::Hello{.client_name = "", .room = "other"}}), now_ns_);
@@ -220,6 +225,8 @@ TEST_F(SessionInOwnRoom, frames_stop_while_the_lease_is_not_safe_and_go_on_after
 }
 
 TEST_F(SessionInOwnRoom, a_room_that_overloads_the_server_takes_no_late_joiners_but_those_that_come_back) {
+  // The hall alone takes more than the server has. Who is in it stays and may resume, but nobody else comes, and no
+  // character is added.
   context_.overloaded_room = "hall";
   const Client late = join({.client_name = "", .room = "hall"});
   EXPECT_EQ(goodbye(late).reason, wire::GoodbyeReason::room_refused);
@@ -570,6 +577,7 @@ TEST_F(SessionInOwnRoom, a_room_that_all_have_left_is_given_up_after_its_grace) 
 TEST_F(SessionInOwnRoom, a_resume_needs_no_directory) {
   const wire::Welcome welcome = client_.connection->all<wire::Welcome>()[0];
   session_of(client_).on_closed("broken", now_ns_);
+  // A resumed session is already in its room, so nothing has to be claimed or looked up.
   fleet_.is_open = false;
   const Client again = join({.client_name = "", .session = welcome.session, .secret = welcome.secret});
   ASSERT_THAT(again.connection->all<wire::Welcome>(), SizeIs(1));

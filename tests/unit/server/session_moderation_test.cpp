@@ -54,6 +54,8 @@ class ModerationTest : public SubjectTest {
   Client moderator_ = join(moderator_claims());
 };
 
+// Mallory has three sessions in the lobby, one of them detached, and one in the attic. The moderator names one of the
+// three.
 TEST_F(ModerationTest, a_removal_ends_all_sessions_of_the_subject_in_this_room_only) {
   Client mallory = join(claims("mallory")), second = join(claims("mallory")), detached = join(claims("mallory")),
          elsewhere = connect(hello_to("attic", claims("mallory"))), bob = join(claims("bob"));
@@ -102,6 +104,8 @@ TEST_F(ModerationTest, a_removal_without_seconds_ends_a_ban) {
   EXPECT_TRUE(join(claims("mallory")).is_welcome());
 }
 
+// The banned Alice joins as a moderator, to whom bans do not apply. A resume with a plain token must not carry that
+// right on.
 TEST_F(ModerationTest, a_resume_needs_that_the_subject_is_not_banned) {
   Client alice = join(moderator_claims("alice"));
   leave(alice);
@@ -112,6 +116,7 @@ TEST_F(ModerationTest, a_resume_needs_that_the_subject_is_not_banned) {
   EXPECT_TRUE(resume(alice, hello_with(moderator_claims("alice"))).is_welcome());
 }
 
+// The five actions are refused for a plain token, and a removal for a client of a server without tokens.
 TEST_F(ModerationTest, only_a_token_makes_a_moderator) {
   Client bob = join(claims("bob")), carol = join(claims("carol"));
   for (const wire::ModerateAction action : {remove, mute, unmute, lock, unlock})
@@ -134,6 +139,8 @@ TEST_F(ModerationTest, the_newest_token_makes_a_moderator_or_not) {
   EXPECT_EQ(moderate_as(bob, {unmute, session_of(carol), ""}), ErrorReason::not_allowed);
 }
 
+// `plain` and `own` are sessions of moderators that joined with a plain token: their subjects are those of moderators
+// all the same.
 TEST_F(ModerationTest, a_moderator_removes_and_mutes_neither_itself_nor_another_moderator) {
   Client other = join(moderator_claims("other")), plain = join(claims("other")), own = join(claims("mod"));
   for (const wire::ModerateAction action : {remove, mute, unmute}) {
@@ -146,6 +153,7 @@ TEST_F(ModerationTest, a_moderator_removes_and_mutes_neither_itself_nor_another_
   EXPECT_EQ(context_.rules.entry_count(), 0u);
 }
 
+// Three actions with three wrong targets, and one removal by a misspelt name, are ten refusals.
 TEST_F(ModerationTest, who_is_not_in_the_room_is_unknown) {
   Client elsewhere = connect(hello_to("attic", claims("mallory")));
   for (const wire::ModerateAction action : {remove, mute, unmute}) {
@@ -171,6 +179,7 @@ TEST_F(ModerationTest, of_an_exempt_address_only_one_session_is_removed) {
   EXPECT_THAT(second.goodbyes(), IsEmpty());
 }
 
+// `granted` is another session of Mallory's, whose token allows the wind; the mute goes before the token.
 TEST_F(ModerationTest, a_muted_subject_sets_no_wind_until_it_is_unmuted) {
   Client mallory = join(claims("mallory")), bob = join(claims("bob")),
          elsewhere = connect(hello_to("attic", claims("mallory")));
@@ -215,6 +224,8 @@ TEST_F(ModerationTest, a_locked_room_lets_only_moderators_and_resumes_in) {
   EXPECT_EQ(counters_.moderations_unlock.value(), 1u);
 }
 
+// The empty room exists for 10 s (room_grace_ns above): a lock must hold while its moderator is away for a moment, and
+// must not keep people out of the room forever.
 TEST_F(ModerationTest, a_lock_ends_with_its_room) {
   EXPECT_EQ(moderate({lock, 0, ""}), std::nullopt);
   leave(moderator_);
@@ -242,6 +253,8 @@ TEST_F(ModerationTest, a_full_list_refuses_more_and_drops_nothing) {
   EXPECT_THAT(mallory.goodbyes(), ElementsAre(GoodbyeReason::removed));
 }
 
+// The five clients are a moderator, one that only observes, one whose token forbids the wind, a user whose token allows
+// it, and a plain user.
 TEST_F(ModerationTest, moderators_set_the_wind_where_the_setting_lets_them) {
   channel::TokenClaims watching = moderator_claims("watching"), windless = moderator_claims("windless"),
                        windy = claims("windy");

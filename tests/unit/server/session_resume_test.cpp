@@ -11,6 +11,7 @@ using testing::IsEmpty;
 using wire::GoodbyeReason;
 using State = Session::State;
 
+// A client whose connection breaks may come back within resume_grace_ns, and finds its characters with their hair.
 TEST_F(SessionTest, outlives_its_connection_for_the_grace_and_then_gives_everything_back) {
   hello();
   send(wire::AddCharacter{1, groom_service_.known, LevelIndex::low});
@@ -39,7 +40,8 @@ TEST_F(SessionTest, before_its_hello_or_without_a_grace_ends_with_its_connection
   EXPECT_EQ(session.state(), State::closed);
 }
 
-// Sessions in a registry.
+// Clients of a server with a registry, which a resume needs to find the earlier session. A connection with `session`
+// and `secret` asks to go on with that session.
 class ResumeTest : public SessionTest {
  protected:
   struct Client {
@@ -94,6 +96,8 @@ TEST_F(ResumeTest, continues_with_characters_and_grooms_over_another_connection)
   EXPECT_EQ(std::get<wire::SetLevel>(commanded[0].message).character, 1u);
 }
 
+// A phone's address has changed, and the server has not yet seen that the earlier connection is dead. The client must
+// not have to wait for a time-out.
 TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {
   Client first = connect();
   const wire::Welcome welcome = first.welcome();
@@ -108,6 +112,7 @@ TEST_F(ResumeTest, takes_over_from_a_connection_that_still_looks_alive) {
   EXPECT_EQ(counters_.sessions_closed_by_server_taken_over.value(), 1u);
 }
 
+// Session numbers are easy to guess, so only the secret lets a client in. One wrong bit must be enough to refuse it.
 TEST_F(ResumeTest, with_a_wrong_secret_is_a_new_session_and_leaves_the_other_alone) {
   Client first = connect();
   const wire::Welcome welcome = first.welcome();
@@ -130,10 +135,13 @@ TEST_F(ResumeTest, after_the_grace_is_a_new_session) {
   EXPECT_FALSE(connect(welcome.session, welcome.secret).welcome().resumed);
 }
 
+// The number does not fit into a SessionId. Cut off, it could name another client's session.
 TEST_F(ResumeTest, of_a_session_above_any_number_is_refused_kindly) {
   EXPECT_FALSE(connect(~std::uint64_t{0}).welcome().resumed);
 }
 
+// A resume announces the whole room again. A client that resumes all the time would cost the server more than others,
+// so 1 s must pass between two (resume_interval_ns).
 TEST_F(ResumeTest, of_a_session_resumed_a_moment_ago_is_refused_and_leaves_it_alone) {
   const wire::Welcome welcome = connect().welcome();
   Client second = connect(welcome.session, welcome.secret);
@@ -151,6 +159,7 @@ TEST_F(ResumeTest, of_a_session_resumed_a_moment_ago_is_refused_and_leaves_it_al
   EXPECT_TRUE(connect(welcome.session, welcome.secret).welcome().resumed);
 }
 
+// The refusal "too early" would tell a stranger that the session exists.
 TEST_F(ResumeTest, with_a_wrong_secret_does_not_say_when_the_session_was_resumed) {
   const wire::Welcome welcome = connect().welcome();
   connect(welcome.session, welcome.secret);
@@ -158,6 +167,8 @@ TEST_F(ResumeTest, with_a_wrong_secret_does_not_say_when_the_session_was_resumed
   EXPECT_EQ(counters_.sessions_refused_early.value(), 0u);
 }
 
+// The tick is late, and its queue of commands is full. A hello that cannot reach the tick is refused, and costs nobody
+// a session.
 TEST_F(ResumeTest, waits_for_room_in_the_queue_to_the_tick) {
   Client first = connect();
   const wire::Welcome welcome = first.welcome();

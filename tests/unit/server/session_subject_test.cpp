@@ -16,6 +16,8 @@ using testing::IsEmpty;
 using wire::ErrorReason;
 using wire::GoodbyeReason;
 
+// A token's `sub` comes first, then its `name`, then the address. The third part of a token is its signature, which
+// stands for a token without a name. The network 192.0.2.1 is an example's address; an empty one is exempt from limits.
 TEST(Subject, is_that_of_the_token_or_else_the_address) {
   channel::TokenClaims claims;
   const auto of = [&claims](std::string_view network) { return subject_of(claims, "head.payload.signature", network); };
@@ -33,6 +35,7 @@ TEST(Subject, is_that_of_the_token_or_else_the_address) {
       << "no token was checked";
 }
 
+// The operator's file may have spaces, empty lines and the line ends of Windows.
 TEST(RevokedTokens, are_named_by_id_or_subject) {
   const RevokedTokens revoked(" t-1 \r\n\nalice\nBob Builder");
   channel::TokenClaims claims;
@@ -49,6 +52,8 @@ TEST(RevokedTokens, are_named_by_id_or_subject) {
   EXPECT_FALSE(RevokedTokens("").contains(claims));
 }
 
+// Alice's token allows two characters. Without a count over all her sessions, she could open a second session and have
+// four. Bob's token allows as many as the server does.
 TEST_F(SubjectTest, characters_of_a_token_count_over_all_sessions_of_its_subject) {
   channel::TokenClaims alice = claims("alice");
   alice.characters_max = 2;
@@ -71,6 +76,8 @@ TEST_F(SubjectTest, characters_of_a_token_count_over_all_sessions_of_its_subject
   EXPECT_THAT(first.errors(), IsEmpty());
 }
 
+// The token names nobody, so the token itself is counted: from whatever address it is used, it allows one character in
+// all. A token with another end has another signature, and so is another one.
 TEST_F(SubjectTest, characters_of_a_token_without_a_subject_count_over_all_its_sessions) {
   channel::TokenClaims nameless = claims("");
   nameless.characters_max = 1;
@@ -85,6 +92,8 @@ TEST_F(SubjectTest, characters_of_a_token_without_a_subject_count_over_all_its_s
   EXPECT_THAT(other.errors(), IsEmpty()) << "another token";
 }
 
+// Alice's connection broke, and her client did not resume but joined again. Her own lost session must not keep her from
+// the characters that her token allows; Bob's lost session must not end for her sake.
 TEST_F(SubjectTest, a_detached_session_gives_way_to_a_new_one_of_its_subject_and_to_no_other) {
   channel::TokenClaims alice = claims("alice");
   alice.characters_max = 2;
@@ -118,6 +127,7 @@ TEST_F(SubjectTest, sessions_of_a_subject_are_limited) {
   EXPECT_TRUE(join(claims("alice")).is_welcome());
 }
 
+// Five clients of exempt addresses are more than the two that an address may have.
 TEST_F(SubjectTest, sessions_of_an_address_are_limited_but_not_those_of_exempt_ones) {
   context_.limits.sessions_per_address_max = 2;
   Client first = join_without_token("192.0.2.1");
@@ -130,6 +140,8 @@ TEST_F(SubjectTest, sessions_of_an_address_are_limited_but_not_those_of_exempt_o
   EXPECT_FALSE(join_without_token("192.0.2.1").is_welcome()) << "another user's detached session does not give way";
 }
 
+// The limit is two characters for a subject, or for all clients of an address together. Alice asks for three, and so
+// does the exempt client; the two clients of 192.0.2.1 have one each, and the second asks for one more.
 TEST_F(SubjectTest, characters_of_a_subject_or_an_address_are_limited_but_not_those_of_exempt_ones) {
   context_.limits.characters_per_subject_max = 2;
   Client alice = join(claims("alice"));
@@ -148,6 +160,8 @@ TEST_F(SubjectTest, characters_of_a_subject_or_an_address_are_limited_but_not_th
   EXPECT_THAT(local.errors(), IsEmpty());
 }
 
+// Tokens of claims() end at kUnixEnd_s, and Bob's one second later. Alice's detached session ends, too, so two sessions
+// end.
 TEST_F(SubjectTest, a_session_ends_with_its_token) {
   Client alice = join(claims("alice")), detached = join(claims("alice"));
   channel::TokenClaims longer = claims("bob");
@@ -166,6 +180,9 @@ TEST_F(SubjectTest, a_session_ends_with_its_token) {
   EXPECT_THAT(bob.goodbyes(), IsEmpty());
 }
 
+// Somebody has stolen the secret of Alice's session. The secret alone must not be enough to take the session over: the
+// hello needs a valid token, of the same subject, role and room. The last part shows that a resume takes the end of the
+// newest token.
 TEST_F(SubjectTest, a_resume_needs_a_token_of_the_same_subject) {
   Client alice = join(claims("alice"));
   add(alice, 1);
@@ -197,6 +214,8 @@ TEST_F(SubjectTest, a_resume_needs_a_token_of_the_same_subject) {
   EXPECT_THAT(back.goodbyes(), ElementsAre(GoodbyeReason::token_refused));
 }
 
+// A refusal that does not name the cure would make people try again in vain. `unix_s_` is the present time, so the
+// token that ends then has just expired.
 TEST_F(SubjectTest, a_refused_token_is_told_in_words_that_name_the_cure) {
   channel::TokenClaims other_room = claims("alice"), expired = claims("alice"), observer = claims("alice");
   other_room.room = "attic";
@@ -220,12 +239,15 @@ TEST_F(SubjectTest, a_refused_token_is_told_in_words_that_name_the_cure) {
   EXPECT_EQ(counters_.sessions_refused_token.value(), 5u);
 }
 
+// A phone that leaves its WLAN has another address. The session still counts for the address that it came from.
 TEST_F(SubjectTest, a_session_without_a_subject_resumes_from_another_address) {
   Client client = join(claims(""), "192.0.2.1");
   EXPECT_TRUE(resume(client, hello_with(claims("")), "192.0.2.2").welcome().resumed);
   EXPECT_EQ(context_.subjects.count("address:192.0.2.1").sessions, 1u);
 }
 
+// The operator has given the client a better token. Without this rule the client would have to leave, and lose its
+// hair.
 TEST_F(SubjectTest, a_resume_takes_the_quotas_of_the_newest_token) {
   channel::TokenClaims small = claims("alice"), large = claims("alice");
   small.characters_max = 1;
@@ -241,6 +263,8 @@ TEST_F(SubjectTest, a_resume_takes_the_quotas_of_the_newest_token) {
   EXPECT_THAT(again.errors(), IsEmpty());
 }
 
+// `upload` and `wind` are claims of the token; where it lacks them, the role and the server's setting decide. may()
+// returns whether the client may upload and whether it may set the wind. A claim goes before the setting.
 TEST_F(SubjectTest, observers_upload_and_everyone_sets_wind_as_the_token_says) {
   const auto may = [this](wire::Role role, std::optional<bool> upload, std::optional<bool> wind,
                           AllowedClients setting) {
@@ -279,6 +303,8 @@ TEST_F(SubjectTest, an_observer_without_a_token_uploads_nothing) {
   EXPECT_THAT(observer.errors(), ElementsAre(ErrorReason::not_allowed));
 }
 
+// The operator has revoked the token t-1, which was stolen from Alice. Her own session has another token, so it stays
+// until all her tokens are revoked.
 TEST_F(SubjectTest, a_revoked_token_neither_joins_nor_resumes_nor_stays) {
   channel::TokenClaims stolen = claims("alice");
   stolen.id = "t-1";
@@ -297,6 +323,8 @@ TEST_F(SubjectTest, a_revoked_token_neither_joins_nor_resumes_nor_stays) {
   EXPECT_THAT(alice.goodbyes(), ElementsAre(GoodbyeReason::token_refused));
 }
 
+// The tick shares its time between subjects by these numbers. A number whose last session has left is given to the next
+// subject.
 TEST_F(SubjectTest, the_tick_and_the_grooms_get_one_small_number_for_a_subject) {
   Client first = join(claims("alice")), bob = join(claims("bob")), second = join(claims("alice"));
   std::vector<OpenSession> opened = commands<OpenSession>();
@@ -314,6 +342,7 @@ TEST_F(SubjectTest, the_tick_and_the_grooms_get_one_small_number_for_a_subject) 
   EXPECT_EQ(opened[1].subject, 3u);
 }
 
+// The quotes in the subject must be escaped, or a user could write a line of the log.
 TEST_F(SubjectTest, the_log_names_subject_token_and_groom) {
   std::ostringstream log;
   const auto before = spdlog::default_logger();

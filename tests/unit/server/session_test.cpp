@@ -359,7 +359,8 @@ TEST_F(SessionTest, requires_a_token_by_its_key_and_enforces_its_claims) {
   context_.token_key.emplace(std::vector<std::uint8_t>(32, 7));
   context_.limits.session_count_max = 100;
   context_.unix_time_s = [] { return std::int64_t{1000}; };
-  // Returns 0 for a refused token, or else one more than the characters that the session may have.
+  // Opens a session with the token. Returns 0 when the token is refused. Otherwise returns the number of characters
+  // that the session may have, plus one, so that an observer's 0 differs from a refusal.
   const auto try_token = [&](const std::string& token, wire::Role role, const std::string& room = "hall") {
     auto connection = std::make_shared<FakeConnection>();
     auto session = std::make_unique<Session>(9, connection, context_, now_ns_);
@@ -374,6 +375,7 @@ TEST_F(SessionTest, requires_a_token_by_its_key_and_enforces_its_claims) {
   };
   channel::TokenClaims claims;
   claims.room = "hall";
+  // The clock of the test stands at 1000 s, so the token is valid for a second more.
   claims.expires_s = 1001;
   claims.characters_max = 1;
   claims.strands_max = 5000;
@@ -389,6 +391,8 @@ TEST_F(SessionTest, requires_a_token_by_its_key_and_enforces_its_claims) {
   EXPECT_EQ(try_token(observer, wire::Role::observer), 1u);
   context_.unix_time_s = [] { return std::int64_t{1001}; };
   EXPECT_EQ(try_token(good, wire::Role::participant), 0u) << "expired";
+  // The five are the attic, no token, a token with one more letter, an observer's token for a participant, and the
+  // expired token.
   EXPECT_EQ(counters_.sessions_refused_token.value(), 5u);
 }
 
@@ -408,6 +412,7 @@ TEST_F(SessionTest, passes_on_what_it_wants_to_see_and_refuses_what_is_out_of_ra
   observe.radius_m = -1;
   send(observe);
   observe.radius_m = 1;
+  // A stride may be 1, 2 or 4.
   observe.stride = 3;
   send(observe);
   EXPECT_THAT(errors(), ElementsAre(ErrorReason::observe_invalid, ErrorReason::observe_invalid));

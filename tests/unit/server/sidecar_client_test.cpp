@@ -18,6 +18,8 @@ using testing::EndsWith;
 using testing::HasSubstr;
 using testing::StartsWith;
 
+// Notes what the client tells its sink, a line each. Errors are numbers of SidecarError: 0 is unreachable, 2 broken, 4
+// malformed, 5 oversize.
 class HeardOfSidecar final : public agones::SidecarSink {
  public:
   void on_answer(std::uint64_t call, int status, std::string_view body, std::int64_t) override {
@@ -60,6 +62,7 @@ TEST_F(SidecarClientTest, sends_each_method_with_its_path_and_body) {
                                HasSubstr("Content-Type: application/json"), EndsWith("{}")));
   answer(kOk);
   EXPECT_THAT(heard(), ElementsAre("1 answer 200 {}"));
+  // The server has 3 rooms and takes 16 at most. Agones has 64-bit numbers as text in JSON.
   client_->send(2, agones::set_rooms(3, 16));
   EXPECT_THAT(request("}"),
               AllOf(StartsWith("PATCH /v1beta1/counters/rooms HTTP/1.1\r\n"), HasSubstr("\"count\":\"3\"")));
@@ -82,11 +85,14 @@ TEST_F(SidecarClientTest, tells_garbage_too_much_and_nothing_from_each_other) {
   EXPECT_THAT(heard(), ElementsAre("2 error 5"));
   client_->send(3, agones::ready());
   request();
+  // Two bytes are announced, and the connection ends after one.
   answer("HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\n{");
   hang_up();
   EXPECT_THAT(heard(), ElementsAre("3 error 2"));
 }
 
+// The first call is cancelled at once, and the second when its request has arrived. The sink hears of neither, so it
+// cannot take an old answer for that to a newer call.
 TEST_F(SidecarClientTest, says_nothing_of_a_cancelled_call) {
   client_->send(1, agones::ready());
   client_->cancel(1);

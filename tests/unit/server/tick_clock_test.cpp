@@ -24,12 +24,14 @@ TEST(TickClock, ticks_fall_at_multiples_of_the_period_and_never_drift) {
     EXPECT_FALSE(tick->late);
     EXPECT_EQ(tick->skipped, 0u);
   }
+  // 3000 ticks at 30 Hz are exactly 100 s, although a period is no whole number of nanoseconds.
   EXPECT_EQ(clock.next_due_ns(), kStart_ns + 100'000 * kMs);
 }
 
 TEST(TickClock, a_late_tick_runs_at_once_with_its_own_time) {
   TickClock clock(30, 3, kStart_ns);
   clock.take(kStart_ns);
+  // Tick 1 was due after 33.3 ms. It runs 26.7 ms later, which is more than half a period and so counts as late.
   const auto tick = clock.take(kStart_ns + 60 * kMs);
   ASSERT_TRUE(tick);
   EXPECT_EQ(tick->tick, 1u);
@@ -40,6 +42,8 @@ TEST(TickClock, a_late_tick_runs_at_once_with_its_own_time) {
 TEST(TickClock, a_few_overdue_ticks_all_run) {
   TickClock clock(100, 3, kStart_ns);
   std::vector<std::uint64_t> ran;
+  // At 100 Hz the ticks 0 to 3 are due after 35 ms. The newest is due now, and the three others are as many as may be
+  // overdue.
   while (const auto tick = clock.take(kStart_ns + 35 * kMs)) {
     EXPECT_EQ(tick->skipped, 0u);
     ran.push_back(tick->tick);
@@ -49,6 +53,7 @@ TEST(TickClock, a_few_overdue_ticks_all_run) {
 
 TEST(TickClock, many_overdue_ticks_are_skipped_but_the_newest) {
   TickClock clock(100, 3, kStart_ns);
+  // The ticks 0 to 100 are due, far more than may be overdue, so only tick 100 runs.
   const auto tick = clock.take(kStart_ns + 1005 * kMs);
   ASSERT_TRUE(tick);
   EXPECT_EQ(tick->tick, 100u);

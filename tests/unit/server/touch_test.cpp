@@ -160,13 +160,16 @@ TEST_F(TouchTest, who_comes_late_or_again_learns_of_props_and_rules) {
   }
   commands_.put(DetachSession{kEve});
   say(kAnn, wire::SetProps{{}, {3}});
-  ticks(2);
+  say(kAnn, wire::SetTouch{1, TouchAudience::oneself});
+  ticks(40);
   const auto again = open(kEve, {}, true);
   ticks(2);
   ASSERT_THAT(again->all<wire::RoomProps>(), SizeIs(1));
   EXPECT_TRUE(again->all<wire::RoomProps>()[0].all) << "it may know props that have gone";
   EXPECT_THAT(again->all<wire::RoomProps>()[0].props, IsEmpty());
-  EXPECT_THAT(again->all<wire::MemberTouch>(), SizeIs(1));
+  const auto rules = again->all<wire::MemberTouch>();
+  ASSERT_THAT(rules, SizeIs(1)) << "it knows an earlier rule of Ann's";
+  EXPECT_EQ(rules[0].audience, TouchAudience::oneself);
 }
 
 TEST_F(TouchTest, rules_that_change_all_the_time_are_told_a_few_times_a_second) {

@@ -36,6 +36,20 @@ class Peer {
     inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
     ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
   }
+  // Connects over IPv6. Returns null on a machine without it.
+  static std::unique_ptr<Peer> over_ipv6(std::uint16_t port) {
+    const int socket = ::socket(AF_INET6, SOCK_STREAM | SOCK_NONBLOCK, 0);
+    if (socket < 0) return nullptr;
+    std::unique_ptr<Peer> peer(new Peer(OpenSocket{socket}));
+    sockaddr_in6 address{};
+    address.sin6_family = AF_INET6;
+    address.sin6_addr = in6addr_loopback;
+    // The system chooses a free port. It has none to give where ::1 is no address of the machine.
+    if (::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) return nullptr;
+    address.sin6_port = htons(port);
+    ::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+    return peer;
+  }
   Peer(const Peer&) = delete;
   Peer& operator=(const Peer&) = delete;
   ~Peer() { leave(); }
@@ -64,6 +78,11 @@ class Peer {
   bool ended = false;
 
  private:
+  struct OpenSocket {
+    int number;
+  };
+  explicit Peer(OpenSocket socket) : socket_(socket.number) {}
+
   int socket_;
 };
 

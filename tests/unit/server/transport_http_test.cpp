@@ -13,6 +13,7 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
+// A file that is larger than what the sockets of both ends take, so the server has to wait while it sends it.
 constexpr std::size_t kLargeBytes = 3'000'000;
 
 // The pages that the server itself makes. It stores the last request, so that a test sees which requests reach it.
@@ -556,6 +557,13 @@ TEST_F(DualStackTest, every_address_of_both_kinds_reaches_one_listener) {
   EXPECT_THAT(echoes_[0]->connection->peer(), StartsWith("127.0.0.1:"));
   EXPECT_EQ(echoes_[0]->connection->network(), "") << "the loopback is exempt";
   EXPECT_EQ(echoes_[0]->connection->transport(), "tcp");
+  const std::unique_ptr<Peer> over_v6 = Peer::over_ipv6(listener_->port());
+  if (!over_v6) GTEST_SKIP() << "this machine has no IPv6";
+  over_v6->send(packet(32, 2));
+  ASSERT_TRUE(run_until([&] { return echoes_.size() == 2; }));
+  EXPECT_THAT(echoes_[1]->connection->peer(), StartsWith("[::1]:"));
+  EXPECT_EQ(echoes_[1]->connection->network(), "") << "the loopback is exempt";
+  EXPECT_EQ(echoes_[1]->connection->transport(), "tcp");
 }
 
 class TwoAddressesTest : public TransportTest {

@@ -67,6 +67,8 @@ TEST(Network, is_an_ipv4_address_or_an_ipv6_network) {
 
 TEST(Origin, without_a_list_only_the_servers_own_pages_may) {
   const std::vector<std::string> none;
+  // The arguments are the page's origin, the host that the client has asked for, the list of allowed origins, and
+  // whether the server listens on the loopback only. Programs other than browsers send no origin.
   EXPECT_TRUE(origin_allowed("", "example.com", none, false));
   EXPECT_TRUE(origin_allowed("http://example.com", "example.com", none, false));
   EXPECT_TRUE(origin_allowed("https://Example.com", "example.COM:443", none, false));
@@ -316,6 +318,7 @@ TEST(ProxyHeader, names_the_peer_in_text_and_in_binary) {
   // A binary header may have further values behind the addresses, which are skipped.
   const std::string more(40, '\x01');
   std::string v6(36, '\0');
+  // The peer is [2001::9]:80: 16 bytes of its address, 16 of this server's, and then the two ports.
   v6[0] = 0x20, v6[1] = 0x01, v6[15] = 0x09, v6[33] = 0x50;
   const std::pair<std::string, std::string> cases[] = {
       {"PROXY TCP4 203.0.113.7 192.0.2.1 51000 7420\r\n", "203.0.113.7:51000"},
@@ -338,6 +341,8 @@ TEST(ProxyHeader, names_the_peer_in_text_and_in_binary) {
 TEST(ProxyHeader, a_proxys_own_connection_keeps_its_address) {
   for (const std::string& text :
        {std::string("PROXY UNKNOWN\r\n"), std::string("PROXY UNKNOWN ffff::1 ffff::2 1 2\r\n"),
+        // The first number is the version 2 with the command LOCAL (0x20) or PROXY (0x21). The second one is the
+        // family: unknown (0x00), TCP over IPv4 (0x11) or IPv6 (0x21), and Unix sockets (0x31).
         binary_header(0x20, 0x00, ""), binary_header(0x20, 0x11, kV4Addresses), binary_header(0x21, 0x00, ""),
         binary_header(0x21, 0x31, std::string(216, 'x'))}) {
     const ProxyHeader header = header_of_text(text);
@@ -402,6 +407,7 @@ TEST_F(StaticFilesTest, files_are_found_with_their_type_and_how_long_they_keep) 
   EXPECT_EQ(file.cache_control, "no-cache");
   EXPECT_EQ(file.bytes, 13u);
   std::vector<std::uint8_t> bytes(100);
+  // The file has 13 bytes, so 7 are left from byte 6 on.
   EXPECT_EQ(file.read(6, bytes), 7u);
   EXPECT_EQ(bytes[0], '<');
   ASSERT_EQ(files_->find("/assets/index-4f3a9b1c.js", file), StaticFind::found);
@@ -480,6 +486,8 @@ TEST(ContentCoding, words_that_make_no_sense_are_ignored) {
 
 TEST_F(StaticFilesTest, no_path_leads_out_of_the_root_or_to_what_is_no_page) {
   using std::string_view_literals::operator""sv;
+  // The root must not be left by dots, plain or encoded in any way, nor by links. Hidden files, pipes and folders
+  // without a page are not served, and a path has only so many parts.
   for (const std::string_view path : {"/../secret.txt"sv,
                                       "/assets/../../secret.txt"sv,
                                       "/%2e%2e/secret.txt"sv,

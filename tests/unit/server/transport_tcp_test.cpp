@@ -161,6 +161,7 @@ TEST_F(TransportTest, what_waits_leaves_in_the_order_it_was_sent_however_large_e
   ASSERT_TRUE(run_until([&] { return echoes_.size() == 1; }));
   std::vector<std::uint8_t> sent;
   for (std::size_t i = 0; i < 100; ++i) {
+    // The sizes grow from 16 bytes to 77 KiB, so that small packets wait behind large ones.
     const auto one = packet(16 + i * i * 8, static_cast<std::uint8_t>(i));
     sent.insert(sent.end(), one.begin(), one.end());
     echoes_[0]->waiting.push_back(one);

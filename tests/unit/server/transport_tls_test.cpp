@@ -56,6 +56,7 @@ class TlsTest : public TransportTest {
   TransportOptions options() override {
     TransportOptions made = TransportTest::options();
     made.tls = our_files();
+    // A handshake must end within this time. It is short, since one case waits until it is over.
     made.opening_timeout = std::chrono::milliseconds(400);
     return made;
   }
@@ -93,6 +94,8 @@ class TlsTest : public TransportTest {
 TEST_F(TlsTest, packets_travel_inside_tls) {
   const std::string failed = with_client([](TlsSocket& socket) {
     for (std::size_t i = 0; i < 60; ++i) {
+      // The sizes grow to 104 KiB, and a record of TLS has at most 16 KiB. So packets share records, and records share
+      // packets.
       const auto sent = packet(16 + i * 1801, static_cast<std::uint8_t>(i));
       asio::write(socket, asio::buffer(sent));
       std::vector<std::uint8_t> got(sent.size());
@@ -171,6 +174,8 @@ TEST_F(TlsTest, old_versions_are_refused) {
       [](TlsSocket& socket) {
         SSL_set_min_proto_version(socket.native_handle(), TLS1_VERSION);
         SSL_set_max_proto_version(socket.native_handle(), TLS1_1_VERSION);
+        // At its usual security level OpenSSL itself would refuse to offer these versions, and the server would never
+        // be asked.
         SSL_set_cipher_list(socket.native_handle(), "ALL:@SECLEVEL=0");
         socket.handshake(ssl::stream_base::client);
       },

@@ -95,10 +95,12 @@ TEST_F(WebTransportTest, echoes_packets_on_the_channel_and_takes_datagrams) {
   EXPECT_THAT(std::string(echoes_[0]->connection->peer()), StartsWith("127.0.0.1:"));
   EXPECT_EQ(echoes_[0]->connection->datagram_bytes_max(), quic::kDatagramBytesMax);
   EXPECT_TRUE(echoes_[0]->aligned);
+  // A datagram of WebTransport begins with a quarter of its session's stream number, which is 0 here.
   quic::Bytes datagram{0};
   const auto small = packet(100, 4);
   datagram.insert(datagram.end(), small.begin(), small.end());
   peer.client->send_datagram(datagram);
+  // Three packets came on the channel, and the datagram is the fourth.
   EXPECT_TRUE(run_peer(peer, [&] { return echoes_[0]->packets == 4; }));
   echoes_[0]->connection->send_datagram(packet(1024, 5));
   EXPECT_TRUE(run_peer(peer, [&] { return !peer.client->datagrams.empty(); }));

@@ -16,6 +16,7 @@ namespace {
 
 // A session counts as having frames when the last one is newer than kFresh_ns.
 constexpr std::int64_t kSecond_ns = 1'000'000'000, kFresh_ns = 500'000'000;
+// This program looks at its sockets at least every 4 ms, so it sees a gap of frames precisely enough.
 constexpr int kPumpWait_ms = 4;
 // After an action all clients must have frames again within a minute, and keep them for kCalm_s, so that a short return
 // between two losses does not count. kSettle_s is the time for the start.
@@ -76,6 +77,7 @@ void Chaos::on_lost(std::size_t client, std::size_t server, const std::string& e
   // An attempt to come back may fail; the loss itself was noted before.
   if (is_lost_[client]) return;
   is_lost_[client] = true;
+  // A session may get lost only where its own server is killed, drained, paused or cut off.
   const bool is_explained = action_ && is_of_server(action_->kind) && action_->target == server;
   if (action_) ++rows_[static_cast<std::size_t>(action_->kind)].sessions_lost;
   if (!is_explained)
@@ -97,6 +99,7 @@ void Chaos::pump() {
   }
   ::poll(sockets.data(), sockets.size(), kPumpWait_ms);
   std::int64_t now_ns = channel::monotonic_ns();
+  // The longest time in which this program did not read. A gap of that length may be its own.
   if (turned_ns_ > 0) lag_ns_max_ = std::max(lag_ns_max_, now_ns - turned_ns_);
   for (std::size_t i = 0; i < sockets.size(); ++i)
     if (sockets[i].revents != 0) of[i]->on_ready(sockets[i].revents, channel::monotonic_ns());

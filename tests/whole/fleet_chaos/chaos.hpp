@@ -47,11 +47,11 @@ struct ChaosOptions {
   std::int64_t lease_s = 5;
   // All etcds are down for so long.
   double outage_s = 20;
-  // Limits the time between frames where none may stop, and in a drained move.
+  // The longest time between frames where none may stop, and in a drained move.
   double gap_limit_s = 1;
-  // Limits the time until a killed server's room has an owner.
+  // The longest time until a killed server's room has an owner.
   double owner_limit_s = 10;
-  // Limits the time until new rooms are claimed, once etcd is back.
+  // The longest time until new rooms are claimed, once etcd is back.
   double claim_limit_s = 5;
   std::string folder;
 };
@@ -133,10 +133,10 @@ class Chaos final : private FleetClientEvents {
   OwnerCheck owners_;
   std::unique_ptr<ChaosFleet> fleet_;
   std::vector<std::unique_ptr<FleetClient>> clients_;
-  // Says of each client whether its session was lost and no frame has come since.
+  // For each client: whether its session was lost and no frame has come since.
   std::vector<bool> is_lost_;
   std::vector<std::string> rooms_;
-  // Holds packets that are not checked yet.
+  // The packets that are not checked yet.
   std::deque<Received> received_;
   // The actions that come next, in random order. Each kind comes once before any comes again.
   std::deque<ActionKind> deck_;

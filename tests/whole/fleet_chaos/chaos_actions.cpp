@@ -22,6 +22,7 @@ double from_ns(std::int64_t ns) {
 
 }  // namespace
 
+// The actions come like cards of a shuffled deck: each kind once before any comes again.
 Chaos::Action Chaos::next_action() {
   if (deck_.empty()) {
     std::vector<ActionKind> kinds;
@@ -182,6 +183,8 @@ void Chaos::judge(const Action& action) {
     if (!claimed_ns || from_ns(*claimed_ns - action.begin_ns) > options_.owner_limit_s)
       fault(fmt::format("{} had no owner within {} s after its server was killed", room, options_.owner_limit_s));
   }
+  // After these actions rooms must go on nearly without a gap: a drained server hands its rooms over, and etcd works
+  // without one member.
   const bool must_go_on = action.kind == ActionKind::drain_server || action.kind == ActionKind::kill_etcd ||
                           action.kind == ActionKind::pause_etcd || action.kind == ActionKind::cut_etcd ||
                           (action.kind == ActionKind::etcd_down && without_etcd_ == "go_on");

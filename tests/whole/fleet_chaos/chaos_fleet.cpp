@@ -16,6 +16,8 @@ namespace hairnet::whole {
 namespace {
 
 constexpr const char* kEtcd = "/usr/bin/etcd";
+// etcd needs some seconds to elect a leader, and more on a busy machine. A server that drains ends within some seconds,
+// too.
 constexpr double kStartWait_s = 60, kStopWait_s = 30;
 
 // The value of a field of a log line; without its quotes.
@@ -94,6 +96,8 @@ void ChaosFleet::start_server(std::size_t n) {
   Server& server = servers_[n];
   if (server.process) {
     read_log(server);
+    // Numbers of processes count on by kServerCount, so that each process has its own, and server_of() finds its
+    // server.
     server.life += kServerCount;
   } else {
     server.life = n;
@@ -174,6 +178,7 @@ void ChaosFleet::watch_health(const std::stop_token& stop) {
     std::size_t healthy = 0;
     for (std::size_t n = 0; n < kEtcdCount; ++n)
       healthy += get(machines_->address(n), 2379, "/health").find("\"true\"") != std::string::npos;
+    // etcd works as long as more than half of its members do.
     if (2 * healthy <= kEtcdCount)
       healthy_since_ns_ = 0;
     else if (healthy_since_ns_ == 0)

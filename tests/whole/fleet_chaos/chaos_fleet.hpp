@@ -30,7 +30,7 @@ class ChaosFleet {
 
   void start_server(std::size_t server);
   void start_etcd(std::size_t etcd);
-  // Holds for servers that are started after this call.
+  // It applies to servers that are started after this call.
   void set_without_etcd(const std::string& value) { without_etcd_ = value; }
   [[nodiscard]] Process& server(std::size_t n) { return *servers_[n].process; }
   [[nodiscard]] Process& etcd(std::size_t n) { return *etcds_[n]; }

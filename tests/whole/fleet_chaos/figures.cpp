@@ -11,6 +11,8 @@ std::size_t Times::count_above(std::int64_t ns) const {
   return static_cast<std::size_t>(std::ranges::count_if(ns_, [ns](std::int64_t each) { return each > ns; }));
 }
 
+// p50, p99 and the largest, in seconds. A quantile is the smallest value that at least this share of the values does
+// not exceed.
 std::string Times::text() const {
   if (ns_.empty()) return fmt::format("{:>7} {:>7} {:>7}", "-", "-", "-");
   std::vector<std::int64_t> sorted = ns_;

@@ -58,6 +58,7 @@ void FleetClient::visit(std::int64_t now_ns) {
   first_server_ = static_cast<std::size_t>(random_.next() % def_.servers.size());
   is_leaving_ = false;
   first_frame_ns_ = 0;
+  // A visitor stays 4 to 8 s, so rooms also become empty and are given up.
   turn_at_ns_ = now_ns + static_cast<std::int64_t>(random_.between(4, 8) * 1e9);
   core_->start();
   if (def_.is_watcher) return;
@@ -200,6 +201,7 @@ void FleetClient::take(std::span<const std::uint8_t> packet, std::int64_t now_ns
   core_->on_packet(packet, now_ns);
 }
 
+// The wait for these frames counts from the last ones, or from the begin of the watch.
 void FleetClient::note_frames(std::int64_t now_ns) {
   const std::int64_t since_ns = std::max(last_frame_ns_, watch_ns_);
   gap_ns_max_ = std::max(gap_ns_max_, now_ns - since_ns);

@@ -22,7 +22,7 @@ struct FleetClientDef {
   // A visitor leaves after some seconds and comes back by a random server. So when the owner of a room is silent,
   // somebody asks another server for the room.
   bool is_visitor = false;
-  // Holds the addresses of the servers, all at the same port.
+  // The addresses of the servers, all at the same port.
   std::vector<std::string> servers;
   std::uint16_t port = 0;
   std::string own_address;

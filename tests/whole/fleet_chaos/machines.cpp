@@ -52,6 +52,8 @@ Result<std::unique_ptr<Machines>> Machines::create(std::size_t count, const std:
   return machines;
 }
 
+// This program enters a network namespace of its own, makes one for each machine, and joins them by a bridge. Nothing
+// outside of them is touched, and all of it goes with the process.
 std::string Machines::make(std::size_t count) {
   const auto failed = [] { return fmt::format("cannot make a network namespace: {}", std::strerror(errno)); };
   if (::unshare(CLONE_NEWNET) != 0) return failed();
@@ -94,10 +96,12 @@ std::string Machines::address(std::size_t machine) const {
 }
 
 std::string Machines::client_address(std::size_t client) {
+  // Machines have addresses in 10.77.0.0/24, and clients in 10.77.1.0/24. Clients far beyond 250 share an address.
   return fmt::format("10.77.1.{}", client % 250 + 1);
 }
 
 std::vector<std::string> Machines::on(std::size_t machine, const std::vector<std::string>& command) const {
+  // The program ends with this one, also when this one is killed.
   std::vector<std::string> all{kSetpriv, "--pdeathsig", "KILL", kEnter, "--net=" + path_of(namespaces_[machine])};
   all.insert(all.end(), command.begin(), command.end());
   return all;

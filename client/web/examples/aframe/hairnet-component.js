@@ -7,10 +7,13 @@ const kJoinedWith = ["server", "room", "token", "groom"];
 AFRAME.registerComponent("hairnet", {
   schema: {
     server: { default: "ws://localhost:7420" },
-    room: { default: "" }, // empty: the lobby
+    // The name of the room; empty: the lobby.
+    room: { default: "" },
     token: { default: "" },
-    groom: { default: "" }, // a .groom file of your own character; empty: none
-    shake: { default: false }, // your own head turns to and fro
+    // The address of a .groom file for your own character; empty: you only watch.
+    groom: { default: "" },
+    // Your own head turns to and fro.
+    shake: { default: false },
   },
 
   // A-Frame calls it at first with no data before, then after each change.
@@ -34,7 +37,8 @@ AFRAME.registerComponent("hairnet", {
   async join() {
     const { server, room, token, groom } = this.data;
     const attempt = Symbol(room);
-    this.attempt = attempt; // a later one replaces it
+    // A later call of `join` or `leave` replaces this mark, and what an older call has got by then is closed.
+    this.attempt = attempt;
     try {
       const file = groom && (await (await fetch(groom)).arrayBuffer());
       const joined = await connect(server, { room, token });

@@ -7,7 +7,9 @@ import { VertexData } from "@babylonjs/core/Meshes/mesh.vertexData";
 import type { Scene } from "@babylonjs/core/scene";
 import type { Groom, Member } from "hairnet-client";
 
+/** At most this many strands are drawn, evenly chosen from all. */
 const kStrandsMax = 3000;
+/** The colour of the hair: red, green and blue, 0 to 1. */
 const kBrown = [0.45, 0.26, 0.13];
 
 /** One member's hair as lines, and its bust. */
@@ -17,7 +19,8 @@ export class MemberHair {
 
   constructor(groom: Groom, scene: Scene) {
     this.#hair = new LinesMesh("hair", scene, null, null, false, true);
-    this.#hair.alwaysSelectAsActiveMesh = true; // its points move away from where they are now
+    // Babylon.js knows where the points are now, and would leave out hair that has moved into the view later.
+    this.#hair.alwaysSelectAsActiveMesh = true;
     Object.assign(new VertexData(), linesOf(groom)).applyToMesh(this.#hair, true);
     this.#bust = new Mesh("bust", scene);
     this.#bust.rotationQuaternion = Quaternion.Identity();
@@ -36,6 +39,7 @@ export class MemberHair {
   update(member: Member): void {
     if (!member.pose) return;
     this.#hair.updateVerticesData("position", member.points());
+    // The first bone of a pose is the head. The whole bust moves with it here.
     const [x, y, z, w, ...head] = member.pose;
     this.#bust.rotationQuaternion?.set(x, y, z, w);
     this.#bust.position.fromArray(head);
@@ -47,11 +51,14 @@ export class MemberHair {
   }
 }
 
-/** Some of the hairs. Brown, darker at the root; each has its own shade, so that one can tell them apart. */
+/**
+ * Some of the strands as lines, brown and darker at the root. Each has its own shade, so that one can tell them apart.
+ */
 function linesOf({ points: positions, pointCount, strandBegin, strandCount }: Groom): Partial<VertexData> {
   const colors = new Float32Array(4 * pointCount).fill(1);
   const indices: number[] = [];
   for (let s = 0; s < strandCount; s += Math.ceil(strandCount / kStrandsMax)) {
+    // Multiples of 0.618 modulo 1 are spread evenly, so neighbours differ.
     const shade = 0.7 + 0.6 * ((s * 0.618) % 1);
     const [first, end] = strandBegin.subarray(s, s + 2);
     for (let i = first; i < end; ++i) {

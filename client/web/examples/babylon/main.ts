@@ -11,7 +11,8 @@ const canvas = document.querySelector("canvas") as HTMLCanvasElement;
 const engine = new Engine(canvas, true);
 addEventListener("resize", () => engine.resize());
 const scene = new Scene(engine);
-scene.useRightHandedSystem = true; // as Hairnet: +Y up, +Z out of the face
+// Hairnet is right-handed, too: +Y is up, and +Z is out of the face.
+scene.useRightHandedSystem = true;
 scene.clearColor = new Color4(0.54, 0.56, 0.6, 1);
 const light = new HemisphericLight("light", new Vector3(0.3, 1, 0.6), scene);
 light.groundColor = new Color3(0.3, 0.3, 0.35);
@@ -30,9 +31,11 @@ room.on("left", ({ member }) => {
 });
 
 engine.runRenderLoop(() => {
+  // Your head turns by 0.6 rad to both sides. A program of yours has tracking or an animation here.
   const turn = 0.3 * Math.sin(performance.now() / 300);
   me.push(rigidPose([0, Math.sin(turn), 0, Math.cos(turn)]));
   for (const member of room.sample(performance.now())) {
+    // The groom of a member arrives some time after the member.
     if (member.groom && !drawn.has(member.member)) drawn.set(member.member, new MemberHair(member.groom, scene));
     drawn.get(member.member)?.update(member);
   }

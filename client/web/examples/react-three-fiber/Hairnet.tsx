@@ -5,16 +5,16 @@ import { useEffect, useRef, useState } from "react";
 import type { PerspectiveCamera } from "three";
 
 export interface HairnetProps {
-  /** "ws://localhost:7420" */
+  /** The address of the server, such as "ws://localhost:7420". */
   server: string;
-  /** "lobby" unless given */
+  /** The name of the room; by default it is the lobby. */
   room?: string;
   token?: string;
-  /** puts the camera in front of the characters */
+  /** Puts the camera in front of the characters. */
   frame?: boolean;
-  /** called with the room once it is joined, to add your own characters there, and with null once it is left */
+  /** Called with the room once it is joined, to add your own characters there, and with null once it is left. */
   onRoom?: (room: Room | null) => void;
-  /** called when the room cannot be joined; without it the error is thrown */
+  /** Called when the room cannot be joined. Without this function the error is thrown. */
   onError?: (error: Error) => void;
 }
 

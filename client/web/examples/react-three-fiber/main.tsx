@@ -15,6 +15,7 @@ function Scene() {
       if (room.state !== "closed") me.current = room.addCharacter(file);
     };
     void join();
+    // The room has been left, and the character with it.
     return () => {
       me.current = null;
     };

@@ -18,8 +18,10 @@ const scene = new Scene().add(new AmbientLight(0xffffff, 1.5), new DirectionalLi
 hair.frame(camera);
 
 const file = await fetched("/wavy.groom");
-const vrmHair = new VrmHair(vrm); // hides the model's own hair
-vrmHair.fit(await Groom.load(file)); // measures both heads
+// This hides the model's own hair.
+const vrmHair = new VrmHair(vrm);
+// `fit` measures the groom's head and the model's, and makes the hair as large as the model's head needs it.
+vrmHair.fit(await Groom.load(file));
 const me = room.addCharacter(file);
 hair.addEventListener("characteradded", ({ character }) => {
   if (character.own) vrmHair.attach(character);
@@ -30,6 +32,7 @@ renderer.setAnimationLoop((now) => {
   timer.update(now);
   vrm.humanoid.getNormalizedBoneNode("head")?.rotation.set(0, 0.6 * Math.sin(now / 300), 0);
   vrm.update(timer.getDelta());
+  // Everyone else gets the model's bones as the pose of your character.
   me.push(vrmHair.pose());
   hair.update(camera);
   renderer.render(scene, camera);

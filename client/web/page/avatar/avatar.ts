@@ -6,7 +6,7 @@ import { findHairMeshes, loadVrm, VrmHair } from "../../src/vrm/index";
 import { AvatarMotion } from "./avatarMotion";
 import type { RememberedFit } from "./rememberedFits";
 
-/** A VRM model as the user's body: it moves with the user's head, and wears the hair of the user's character. */
+/** A VRM model as the user's body: it moves with the user's head, and has the hair of the user's character. */
 export class Avatar {
   readonly vrmHair: VrmHair;
   /** All meshes of the model: the indices of `RememberedFit.hidden` are those of this list. */

@@ -9,6 +9,9 @@ export interface HeadAngles {
   rollRad: number;
 }
 
+/** The middle of a head is about this far above its joint, as in `head_middle` of client/viewer/drawing/framing.cpp. */
+export const kHeadMiddleM = 0.08;
+
 type Vector = readonly [number, number, number];
 type Quaternion = readonly [number, number, number, number];
 

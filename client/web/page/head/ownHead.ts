@@ -10,8 +10,8 @@ const kTiltMaxRad = 0.6;
 const kAhead: HeadAngles = { yawRad: 0, pitchRad: 0, rollRad: 0 };
 /** A drag by one pixel turns the head by this angle. */
 const kRadPerPx = 0.007;
-/** A drag by one pixel moves the head by 0.6 of this length for each metre between camera and head. */
-const kMPerPx = 0.0015;
+/** A drag by one pixel moves the head by this length for each metre between camera and head. */
+const kMPerPx = 0.0009;
 /** A held arrow key turns the head at this speed, up to the limits above. */
 const kKeyRadPerS = 4;
 /** The rate, 1/s, at which the difference between the head's angles and the wanted ones decays. */
@@ -28,17 +28,24 @@ export interface HeadsetView {
  * at rest.
  */
 export class OwnHead {
+  /** The place of the head joint, world, m. */
   readonly position = new Vector3();
-  /** its direction at rest, about +Y */
+  /** The direction of the head at rest, as an angle about +Y from +Z, rad. */
   heading = 0;
+  /** The head looks where the camera looks, instead of where it is dragged. */
   followsView = false;
   /** A sensor that turns the head; while it knows nothing, mouse and keys do. */
   source: HeadSource | null = null;
+  /** The angles to which the head is going, from its direction at rest. */
   #wanted: HeadAngles = kAhead;
+  /** The angles of the last pose, which come nearer to the wanted ones in each picture (kEagerness). */
   #now: HeadAngles = kAhead;
+  /** The direction of the trunk about +Y, rad. */
   #bodyYaw = 0;
   #isGrabbed = false;
+  /** The rotation of the head in the last tracked pose of a headset. */
   readonly #headset = new Quaternion();
+  /** The arrow keys that are down. */
   readonly #keys = new Set<string>();
 
   placeAt(position: Vector3, heading: number): void {
@@ -70,9 +77,7 @@ export class OwnHead {
       const right = new Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
       const up = new Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
       const distance = this.position.distanceTo(camera.getWorldPosition(new Vector3()));
-      this.position
-        .addScaledVector(right, dx * kMPerPx * 0.6 * distance)
-        .addScaledVector(up, -dy * kMPerPx * 0.6 * distance);
+      this.position.addScaledVector(right, dx * kMPerPx * distance).addScaledVector(up, -dy * kMPerPx * distance);
     } else {
       this.#turn(dx * kRadPerPx, dy * kRadPerPx);
     }
@@ -101,7 +106,8 @@ export class OwnHead {
       rollRad: nearer(this.#now.rollRad, this.#wanted.rollRad),
     };
     const angles: HeadAngles = { ...this.#now, yawRad: this.heading + this.#now.yawRad };
-    this.#bodyYaw = followYaw(this.heading, angles.yawRad); // back to its old direction, with the head
+    // The trunk follows from the heading and not from where it was, so it comes back when the head does.
+    this.#bodyYaw = followYaw(this.heading, angles.yawRad);
     return poseOf(rotationOf(angles), [this.position.x, this.position.y, this.position.z], this.#bodyYaw);
   }
 

@@ -6,8 +6,8 @@ import { kEyes } from "../head/ownHead";
 const kFovDeg = 80;
 /** Behind the eyes, m: from there the hair beside the face is in the picture. The head itself is not drawn. */
 const kBehindEyes = new Vector3(0, 0, -0.1);
-/** Turns a camera to where the face looks, +Z. */
-const kAboutFace = new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI); // cameras look along -Z
+/** Turns a camera, which looks along -Z, to where the face looks, +Z. */
+const kAboutFace = new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI);
 
 /** Looks out of the own head, so that long hair swings at the edges of the picture. */
 export class FirstPerson {

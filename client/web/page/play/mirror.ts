@@ -29,27 +29,33 @@ export class Mirror extends Group {
     textureWidth: (kPixels * kWidthM) / kHeightM,
     textureHeight: kPixels,
     multisample: 4,
-    color: new Color(0.5, 0.5, 0.5), // of Reflector: as bright as what it reflects
+    // With this grey a Reflector is as bright as what it reflects.
+    color: new Color(0.5, 0.5, 0.5),
   });
+  readonly #frame = new Mesh(
+    new BoxGeometry(kWidthM + 2 * kFrameM, kHeightM + 2 * kFrameM, 0.02),
+    new MeshBasicMaterial({ color: 0x2a2420 }),
+  );
 
   /** `head`: the head joint, world; `heading`: where the face looks, about +Y from +Z. */
   constructor(head: Vector3, heading: number) {
     super();
-    const frame = new Mesh(
-      new BoxGeometry(kWidthM + 2 * kFrameM, kHeightM + 2 * kFrameM, 0.02),
-      new MeshBasicMaterial({ color: 0x2a2420 }),
-    );
-    frame.position.z = -0.012;
-    this.add(frame, this.#glass);
+    this.#frame.position.z = -0.012;
+    this.add(this.#frame, this.#glass);
     this.position.copy(head).add(new Vector3(Math.sin(heading), 0, Math.cos(heading)).multiplyScalar(kBeforeFaceM));
-    this.rotation.y = heading + Math.PI; // the glass faces the head
+    // The glass is on the side of +Z, which faces the head.
+    this.rotation.y = heading + Math.PI;
   }
 
-  /** A camera that sees at least what `viewer` sees in the glass. */
+  /**
+   * A camera that sees at least what `viewer` sees in the glass. Give it to `HairScene.update`, which leaves out hair
+   * that no camera sees: the glass shows people who are not in the viewer's picture.
+   */
   cameraFor(viewer: Camera): PerspectiveCamera {
     this.updateWorldMatrix(true, true);
     const eye = this.worldToLocal(viewer.getWorldPosition(new Vector3()));
-    eye.z = Math.min(-eye.z, -kNearestM); // behind the glass
+    // In the axes of the mirror the reflected eye lies behind the glass, at -z.
+    eye.z = Math.min(-eye.z, -kNearestM);
     const camera = new PerspectiveCamera();
     camera.position.copy(this.localToWorld(eye.clone()));
     camera.lookAt(this.getWorldPosition(new Vector3()));
@@ -65,5 +71,7 @@ export class Mirror extends Group {
     this.removeFromParent();
     this.#glass.dispose();
     this.#glass.geometry.dispose();
+    this.#frame.geometry.dispose();
+    this.#frame.material.dispose();
   }
 }

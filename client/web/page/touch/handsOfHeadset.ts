@@ -11,12 +11,13 @@ export interface JointPlace {
 /** A hand, or a controller in it. */
 export interface TrackedHand {
   readonly hand: Hand;
-  /** of the shape that takes hold */
+  /** The number of the shape that takes hold of hair, among the shapes of this person. */
   readonly number: number;
-  /** where it does, world */
+  /** The place where it takes hold, world, m. */
   readonly place: Vector3;
+  /** Hair within this distance of `place` is held, m. */
   readonly holdRadiusM: number;
-  /** from thumb to forefinger; of a controller 0 while its trigger is pulled, else infinite */
+  /** The distance from thumb to forefinger, m. A controller has 0 while its trigger is pulled, else infinity. */
   readonly openM: number;
   /** Hair that it lets go now stays where it is. */
   readonly pins: boolean;
@@ -27,7 +28,10 @@ export type HandInput = Pick<XRInputSource, "handedness" | "hand" | "gripSpace" 
 /** The part of `XRFrame` that a hand needs. */
 export type HandFrame = Pick<XRFrame, "getPose" | "getJointPose">;
 
-/** The numbers of each hand's shapes begin there. */
+/**
+ * The number of the first shape of each hand. A person has 32 numbers for shapes (`Hand.firstNumber`): half for each
+ * hand.
+ */
 const kFirstNumbers: Partial<Record<XRHandedness, number>> = { left: 0, right: 16 };
 /**
  * Each capsule's joints. Fingers begin at their tips: bent into the palm they then point along y of the wrist, whose
@@ -48,6 +52,7 @@ const kIndexPart = 0;
 const kPinchHoldRadiusM = 0.03;
 /** A joint has this radius where the headset reports none. */
 const kJointRadiusM = 0.01;
+/** A joint counts as no thicker than this, whatever the headset reports. */
 const kJointRadiusMaxM = 0.03;
 /** A controller's capsule reaches this far from the grip's origin to both ends of its handle; its front is at -z. */
 const kControllerHalfLengthM = 0.05;

@@ -41,7 +41,7 @@ export class Holds {
   }
 }
 
-/** The member has not left the room, and the server can be told of it. */
+/** Whether the member is still in the room, and the server can be reached. */
 export function isIn(room: TouchedRoom, member: Member): boolean {
   return room.state === "connected" && room.members.get(member.member) === member;
 }

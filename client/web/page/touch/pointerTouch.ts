@@ -40,19 +40,29 @@ interface Press {
   readonly plane: Plane;
   /** The middle of the ball or palm, which may be behind the pointer (`end`). */
   readonly at: Vector3;
+  /** The time at which `at` was last moved. */
   movedMs: number;
+  /** Where the pointer is in the plane. */
   readonly end: Vector3;
+  /** The press strokes the hair with a palm, and holds nothing. */
   readonly strokes: boolean;
+  /** Until this time an answer without hair makes the client ask again. */
   takesUntilMs: number;
+  /** The server has answered at least once. */
   isAnswered: boolean;
+  /** An answer had hair: the ball holds it. */
   isHeld: boolean;
+  /** The hair will stay where it is released. */
   pins: boolean;
 }
 
 /** A mouse or a finger as a hand: a ball that holds hair, or a palm that strokes hair. Times: `performance.now()`. */
 export class PointerTouch {
+  /** The press that goes on; null: no pointer is down. */
   #press: Press | null = null;
+  /** The count of presses so far. */
   #number = 0;
+  /** The hand of a press that has pinned its hair, which stays for kLingersMs. */
   #leaving: { readonly hand: Hand; readonly untilMs: number } | null = null;
 
   constructor(private readonly holds: Holds) {}

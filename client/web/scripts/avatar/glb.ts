@@ -1,5 +1,6 @@
 import { BufferGeometry, Float32BufferAttribute } from "three";
 
+/** A place or a direction, x y z, m. */
 export type Vector = readonly [number, number, number];
 /** Linear RGB. */
 export type Colour = readonly [number, number, number];
@@ -11,6 +12,7 @@ export interface Joints {
   readonly firstShare: number;
 }
 
+/** The types of numbers in arrays, as glTF names them (`componentType`). */
 const kFloat = 5126;
 const kUnsignedInt = 5125;
 const kUnsignedShort = 5123;
@@ -80,13 +82,18 @@ export class GlbBytes {
   readonly accessors: object[] = [];
   readonly bufferViews: object[] = [];
   readonly #chunks: Uint8Array[] = [];
+  /** The size of all chunks. */
   #bytes = 0;
 
-  /** Returns the accessor's index. */
+  /**
+   * Adds an array of elements of `size` numbers each, and returns the index of its accessor. `type`: the kind of
+   * element as glTF names it, such as "VEC3".
+   */
   addArray(array: Float32Array | Uint16Array | Uint32Array, size: number, type: string, componentType: number): number {
     const chunk = new Uint8Array(4 * Math.ceil(array.byteLength / 4));
     chunk.set(new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
     this.bufferViews.push({ buffer: 0, byteOffset: this.#bytes, byteLength: array.byteLength });
+    // glTF wants the bounds of positions, which are three numbers each.
     const axes = [0, 1, 2].map((axis) => Array.from(array).filter((_, i) => i % size === axis));
     const min = axes.map((values) => values.reduce((a, b) => Math.min(a, b), Infinity));
     const max = axes.map((values) => values.reduce((a, b) => Math.max(a, b), -Infinity));
@@ -108,6 +115,8 @@ export class GlbBytes {
     const whole = { ...json, accessors, bufferViews, buffers: [{ byteLength: this.#bytes }] };
     const text = new TextEncoder().encode(JSON.stringify(whole));
     const textBytes = 4 * Math.ceil(text.length / 4);
+    // The header has 12 bytes: "glTF", the version 2 and the size of the file. Each of the two chunks, "JSON" and
+    // "BIN", begins with 8 bytes: its size and its kind. Spaces fill the JSON up to a multiple of 4 bytes.
     const out = new Uint8Array(28 + textBytes + this.#bytes);
     const view = new DataView(out.buffer);
     for (const [n, word] of [0x46546c67, 2, out.length, textBytes, 0x4e4f534a].entries())

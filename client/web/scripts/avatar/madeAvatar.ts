@@ -2,11 +2,11 @@ import { boneIndex, jointOf, kBones } from "./skeleton";
 import { GlbBytes, SkinnedMeshBytes, type Colour, type Joints, type Vector } from "./glb";
 
 export interface MadeAvatarOptions {
-  /** of the file: 0 looks along -Z, 1 along +Z */
+  /** The version of VRM: a model of version 0 looks along -Z, and one of version 1 along +Z. By default it is 1. */
   version?: 0 | 1;
-  /** of the head's shape, about the head joint */
+  /** The factor on the size of the head about its joint; by default 1. */
   headSize?: number;
-  /** a second layer on the scalp, as models with their own hair have it */
+  /** The name of a second layer on the scalp, as models with their own hair have it; by default there is none. */
   hairMesh?: string;
 }
 
@@ -25,7 +25,7 @@ const kShoes: Colour = [0.5, 0.45, 0.38];
 
 /** The middle of the skull from the head joint, m. */
 const kSkull: Vector = [0, 0.078, 0.006];
-/** A little larger than a real person's. */
+/** The factor from the shapes below to the model: its head is a little larger than a real person's. */
 const kHeadScale = 1.06;
 
 /** A person made by code, as the bytes of a VRM file, without hair: it needs no licence of another person. */
@@ -39,6 +39,7 @@ export function makeAvatar(options: MadeAvatarOptions = {}): Uint8Array<ArrayBuf
   const meshes = [body, face, eyes];
   if (hairMesh) {
     const layer = new SkinnedMeshBytes(hairMesh, 0.6);
+    // The layer covers the upper 62 % of the way from the crown to the chin, 12 % further out than the skin.
     const upper = (along: number, around: number) => onHead(headPoint(0.62 * along, around), 1.12 * headSize);
     layer.addSkin(24, 32, upper, only("head"), () => kBrow);
     meshes.push(layer);
@@ -46,13 +47,20 @@ export function makeAvatar(options: MadeAvatarOptions = {}): Uint8Array<ArrayBuf
   return vrmFile(meshes, version);
 }
 
-/** The surface of the head: an egg with a jaw, a nose, eye sockets and a chin. */
+/**
+ * The surface of the head: an egg with a jaw, a nose, eye sockets and a chin. `along` goes from 0 at the crown to 1
+ * below the chin, and `around` from 0 in front over the left side back to 1. Returns a place from the middle of the
+ * skull, m.
+ */
 function headPoint(along: number, around: number): Vector {
+  // At the very poles a ring of the skin would have no size, and no normals.
   const polar = Math.PI * Math.min(Math.max(along, 0.003), 0.997);
   const turn = 2 * Math.PI * around;
   const [x, y, z] = [Math.sin(polar) * Math.sin(turn), Math.cos(polar), Math.sin(polar) * Math.cos(turn)];
   const low = Math.max(-y, 0);
   const front = Math.max(z, 0);
+  // A soft bump of height 1 on the front, at both sides of the middle: a Gaussian about (atX, atY) on the unit sphere.
+  // The factors below are heights in m.
   const bump = (atX: number, atY: number, width: number, height: number) =>
     front * Math.exp(-(((Math.abs(x) - atX) / width) ** 2) - ((y - atY) / height) ** 2);
   const nose = 0.012 * bump(0, -0.2, 0.1, 0.1) + 0.004 * bump(0, -0.02, 0.09, 0.2);
@@ -100,6 +108,8 @@ function addHead(face: SkinnedMeshBytes, eyes: SkinnedMeshBytes, size: number): 
       head,
       () => tint,
     );
+  // For each side these are the ear, the white of the eye, iris, pupil, a glint in it, the upper lid, and then the lash
+  // and the brow. Places are from the middle of the skull, m.
   for (const side of [1, -1]) {
     egg(face, [0.0745 * side, -0.016, -0.01], [0.008, 0.024, 0.015], kSkin, -0.4 * side);
     egg(eyes, [0.0315 * side, -0.003, 0.0755], [0.0175, 0.0165, 0.0125], kWhite, 0.3 * side);
@@ -107,6 +117,7 @@ function addHead(face: SkinnedMeshBytes, eyes: SkinnedMeshBytes, size: number): 
     egg(eyes, [0.0319 * side, -0.0035, 0.0842], [0.0062, 0.0069, 0.0055], kPupil, 0.2 * side);
     egg(eyes, [0.032 * side - 0.0035, 0.0012, 0.0884], [0.0023, 0.0026, 0.0012], kGlint);
     egg(face, [0.0315 * side, 0.0118, 0.0748], [0.0184, 0.0135, 0.0132], kSkin, 0.3 * side);
+    // The lash bends back with the eyeball, and the brow lies 1 mm before the skin.
     const lash = (x: number) => 0.0885 - 32 * (x - 0.0315) ** 2;
     face.addSkin(18, 8, tubeAlongArc(side, [0.032, 0.0042], 0.0178, 0.009, 0.0019, lash, size), head, () => kBrow);
     const brow = (x: number, y: number) => faceZ(x, y) + 0.001;
@@ -138,7 +149,10 @@ function tubeAlongArc(
   };
 }
 
-/** `neck`: the size of the neck under the head. */
+/**
+ * Adds what the model wears, and its neck, arms and legs, as skins around its bones. `neck`: the factor on the width of
+ * the neck. Rows go upwards: height, half width and half depth, m.
+ */
 function addClothes(mesh: SkinnedMeshBytes, neck: number): void {
   const trunk = ["hips", "spine", "chest", "upperChest", "neck", "head"];
   const up = (rows: readonly Row[], colour: Colour) => addLoft(mesh, rows, [0, 0], trunk, colour);
@@ -204,7 +218,10 @@ function addClothes(mesh: SkinnedMeshBytes, neck: number): void {
   }
 }
 
-/** height, half width, half depth, m */
+/**
+ * A ring of a skin: its place along the bones (a height, or the distance from the model's middle), and two half widths,
+ * m.
+ */
 type Row = readonly [number, number, number];
 
 /** An upright skin through ellipses, of bones that lie above each other. */
@@ -273,6 +290,10 @@ function rowAt(rows: readonly Row[], along: number): Row {
   return [curve(0), curve(1), curve(2)];
 }
 
+/**
+ * A point of an ellipsoid about `at` with these radii, which is turned by `yaw` about +Y. `along` and `around` as in
+ * `headPoint`.
+ */
 function eggPoint(along: number, around: number, at: Vector, radii: Vector, yaw: number): Vector {
   const polar = Math.PI * Math.min(Math.max(along, 0.004), 0.996);
   const turn = 2 * Math.PI * around;
@@ -281,11 +302,13 @@ function eggPoint(along: number, around: number, at: Vector, radii: Vector, yaw:
   return [at[0] + cos * x + sin * z, at[1] + radii[1] * Math.cos(polar), at[2] + cos * z - sin * x];
 }
 
+/** The joints of skin that moves with one bone alone. */
 function only(bone: string): () => Joints {
   const joint = boneIndex(bone);
   return () => ({ first: joint, second: joint, firstShare: 1 });
 }
 
+/** Two bones of a chain share the skin within this distance of the joint between them. */
 const kBlendM = 0.05;
 
 /** The bones at a place along a chain: each begins at its joint, and neighbours share the skin near it. */
@@ -302,11 +325,13 @@ function mix(a: Colour, b: Colour, share: number): Colour {
 
 function vrmFile(meshes: readonly SkinnedMeshBytes[], version: 0 | 1): Uint8Array<ArrayBuffer> {
   const glb = new GlbBytes();
+  // Everything is made to look along +Z. For version 0 it is turned by half a turn about +Y.
   const turn = version === 0 ? -1 : 1;
   const turned = ([x, y, z]: Vector) => [turn * x, y, turn * z];
   const primitives = meshes.map((mesh, material) => ({ ...mesh.write(glb, turn), material }));
   const inverseBind = kBones.flatMap(({ name }) => {
     const [x, y, z] = turned(jointOf(name));
+    // This is a translation, column by column: bones at rest have the axes of the model.
     return [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1];
   });
   const inverseBindMatrices = glb.addArray(new Float32Array(inverseBind), 16, "MAT4", 5126);

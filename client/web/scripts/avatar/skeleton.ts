@@ -3,7 +3,7 @@ import type { Vector } from "./glb";
 interface BoneSpec {
   readonly name: string;
   readonly parent: string | null;
-  /** from the parent, m; the model looks along +Z */
+  /** The place of the joint from that of the parent, m, in a model that looks along +Z. */
   readonly at: Vector;
 }
 

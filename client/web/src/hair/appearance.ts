@@ -20,10 +20,12 @@ const kHairColours: readonly number[] = [
   0x7c422c, // auburn
   0xadadaf, // grey
 ];
+/** The default colour of the skin. */
 const kSkin = 0xe1bfad;
 /** The default roughness, about 0.3. It travels as a byte, so it is a whole number of 255ths. */
 export const kRoughness = 77 / 255;
 
+/** The names of all fields, for the check of what a program gives. */
 const kFields: readonly string[] = ["hairRoot", "hairTip", "skin", "roughness"];
 
 /** What a character without an appearance is drawn like, by its number (from 1): the same everywhere. */

@@ -6,6 +6,7 @@ export class DroppedInput {
   #count = 0;
   /** The time of the last line on the console about dropped input, by performance.now(). */
   #warnedMs = -Infinity;
+  /** The lines that `tellOnce` has written. */
   readonly #warnedOnce = new Set<string>();
 
   get count(): number {

@@ -8,6 +8,7 @@ import { HairnetError } from "../module/hairnetError";
  */
 export type Pose = Float64Array;
 
+/** Count and order of the bones are those of core/pose/pose.hpp (`kBoneCount`, `Bone`). */
 export const kBoneCount = 5;
 export const kNumbersPerBone = 7;
 export const kPoseNumbers = kBoneCount * kNumbersPerBone;
@@ -21,7 +22,7 @@ export enum Bone {
   upperTrunk = 4,
 }
 
-/** The length of a rotation may differ from 1 by this much. */
+/** The length of a rotation may differ from 1 by this much, as in schema/wire/pose.cpp: servers refuse other poses. */
 const kUnitTolerance = 1e-3;
 
 /** All bones at one transform: the character at rest, moved as a whole. */

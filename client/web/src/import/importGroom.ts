@@ -4,7 +4,9 @@ import { Instance } from "../module/instance";
 const kFileBytes = 12;
 const kOptionsBytes = 32;
 
-/** What is known of the files; all else is guessed. Errors and remarks name these as flags of `hairnet-groom import`. */
+/**
+ * What is known of the files; all else is guessed. Errors and remarks name these as flags of `hairnet-groom import`.
+ */
 export interface ImportOptions {
   /** The name of the hairstyle; by default it is that of the first file, without its extension. */
   readonly name?: string;

@@ -22,9 +22,9 @@ const importFile = new ModuleFile(() =>
 const kUnknown = { name: "", up: "", face: "", roots: "first", unitM: 0 } as const;
 
 /**
- * Makes a hairstyle of the files of one head that other programs have written (.abc, .usd, .hair, .tfx, .ply, .npz, …), as
- * `hairnet-groom import` does; one without strands among them is the body that they were made on. Works in a worker, or on
- * this thread where no worker can run. Rejects with a one-line `HairnetError`.
+ * Makes a hairstyle of the files of one head that other programs have written (.abc, .usd, .hair, .tfx, .ply, .npz, …),
+ * as `hairnet-groom import` does; one without strands among them is the body that they were made on. Works in a worker,
+ * or on this thread where no worker can run. Rejects with a one-line `HairnetError`.
  */
 export async function importHair(given: Iterable<HairFile>, options: ImportOptions = {}): Promise<ImportedHair> {
   checkOptions(options, kUnknown, "importHair");

@@ -22,16 +22,16 @@ export interface LocalRoomOptions {
 /** How a character of a `LocalRoom` is added. */
 export interface LocalCharacterOptions extends CharacterOptions {
   /**
-   * The file of its hairstyle's levels, of `hairnet-groom levels` or `buildLevels`. Without it they are built in a worker,
-   * and its hair is rigid for some seconds.
+   * The file of its hairstyle's levels, of `hairnet-groom levels` or `buildLevels`. Without it they are built in a
+   * worker, and its hair is rigid for some seconds.
    */
   readonly levels?: Uint8Array | ArrayBuffer;
 }
 
 /**
- * Characters whose hair this page simulates itself: no server, no network. It is used as a `Room` is: a `HairSource` for
- * `HairScene`. Each `sample` (`HairScene.update` does it) steps the hair by the time since the last one, at most 0.1 s, so a
- * page that slept or is too slow shows slow motion.
+ * Characters whose hair this page simulates itself: no server, no network. It is used as a `Room` is: a `HairSource`
+ * for `HairScene`. Each `sample` (`HairScene.update` does it) steps the hair by the time since the last one, at most
+ * 0.1 s, so a page that slept or is too slow shows slow motion.
  */
 export class LocalRoom extends People {
   #state: RoomState = "connected";
@@ -60,6 +60,7 @@ export class LocalRoom extends People {
   }
 
   private constructor(module: Instance, tickRateHz: number) {
+    // Members hold `owner` by their scene, so the world lives as long as anything shows it (`Scene.owner`).
     const owner = {};
     super(module, module.make("hairnet_world_make", tickRateHz), "hairnet_world_", owner, () => {});
     module.freeAfter(owner, "hairnet_world_free", this.handle);
@@ -118,6 +119,7 @@ export class LocalRoom extends People {
       this.dropped.drop(`sample: the time is ${nowMs}`);
       return [...this.members.values()];
     }
+    // The world itself steps by at most 0.1 s in a call.
     const seconds = Math.max(nowMs - (this.#sampledMs ?? nowMs), 0) / 1000;
     this.#sampledMs = nowMs;
     this.module.call("hairnet_world_advance", this.handle, seconds);

@@ -41,7 +41,9 @@ let file = new ModuleFile(() =>
   readFile(new URL("./hairnet.wasm", import.meta.url), 'or import "hairnet-client/inline"'),
 );
 
-/** Says where the C++ client comes from, if not from hairnet.wasm beside this package's files. Later it has no effect. */
+/**
+ * Says where the C++ client comes from, if not from hairnet.wasm beside this package's files. Later it has no effect.
+ */
 export function setModule(another: ModuleFile): void {
   if (!file.isWanted) file = another;
 }

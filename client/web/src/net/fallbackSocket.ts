@@ -98,10 +98,12 @@ export class FallbackSocket implements WebSocketLike {
     this.#retryTimer = setTimeout(() => void this.#tryAgain(), (this.memory.blockedUntilNs - this.nowNs()) / 1e6);
   }
 
+  /** Tries WebTransport once more if somebody listens for a better socket, and plans the attempt after it. */
   async #tryAgain(): Promise<void> {
     const socket = this.onbetter ? await this.#openWebTransport().catch(() => null) : null;
     if (this.#isClosed) return socket?.close();
-    this.#block(); // where sessions open but do not last, the next one waits, too
+    // The next attempt waits also after a session that has opened, because sessions may open here and not last.
+    this.#block();
     this.#tryLater();
     if (socket) this.onbetter?.(socket);
   }
@@ -148,6 +150,7 @@ export class FallbackSocket implements WebSocketLike {
   get #isBlocked(): boolean {
     return this.nowNs() < this.memory.blockedUntilNs;
   }
+  /** Lets nobody try WebTransport for kBlockedMs. */
   #block(): void {
     this.memory.blockedUntilNs = this.nowNs() + 1e6 * kBlockedMs;
   }

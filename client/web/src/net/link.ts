@@ -54,8 +54,9 @@ const kEventBytes = 48;
 const kOptionsBytes = 72;
 
 /**
- * A room of the C++ client, and the sockets that it asks for: WebTransport or a WebSocket. It connects, comes back after
- * a lost connection, and has events, which the caller takes. Nothing here throws but `HairnetError`, for arguments.
+ * A room of the C++ client, and the sockets that it asks for: WebTransport or a WebSocket. It connects, comes back
+ * after a lost connection, and has events, which the caller takes. Nothing here throws but `HairnetError`, for
+ * arguments.
  */
 export class Link {
   /** The handle of the hairnet_room. It is freed when nothing refers to this link any more. */
@@ -152,7 +153,9 @@ export class Link {
     return this.#isOpen ? (this.#socket?.transport ?? "websocket") : null;
   }
 
-  /** Why packets do not travel by WebTransport, which was tried before, in one line; null: they do, or it was not tried. */
+  /**
+   * Why packets do not travel by WebTransport, which was tried before, in one line; null: they do, or it was not tried.
+   */
   get fallbackReason(): string | null {
     return this.#isOpen ? (this.#socket?.fallbackReason ?? null) : null;
   }
@@ -275,8 +278,8 @@ export class Link {
       else this.#end("the server sent text");
       this.turn();
     };
-    // Browsers, and Node's ws, say after an error that the socket is closed. Node's own WebSocket does not when it could
-    // not be opened.
+    // Browsers, and Node's ws, say after an error that the socket is closed. Node's own WebSocket does not when it
+    // could not be opened.
     socket.onerror = () => {
       if (!this.#isOpen) setTimeout(() => socket.onclose?.({ code: 1006, reason: "" }));
     };

@@ -1,5 +1,6 @@
 import { kPacketBytesMax, kPacketBytesMin } from "../generated/constants";
 
+/** The size of the number that each packet begins with. */
 const kPrefixBytes = 4;
 
 /** Cuts a byte stream into size-prefixed packets (u32, little endian, not counting itself). No I/O. */
@@ -11,8 +12,8 @@ export class PacketSplitter {
   #isDead = false;
 
   /**
-   * Calls `onPacket` with each complete packet, prefix included, a copy of its own. Returns false when a prefix is out of
-   * bounds: the stream is then unusable. Memory grows with the bytes received, up to one packet and one piece.
+   * Calls `onPacket` with each complete packet, prefix included, a copy of its own. Returns false when a prefix is out
+   * of bounds: the stream is then unusable. Memory grows with the bytes received, up to one packet and one piece.
    */
   feed(bytes: Uint8Array, onPacket: (packet: Uint8Array) => void): boolean {
     if (this.#isDead) return false;

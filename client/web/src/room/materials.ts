@@ -20,9 +20,13 @@ export const materials = {
   stiff: { ...normal, stiffness: 4, damping: 2 },
   /** A third of the stiffness, and little damping: swings far and slowly. */
   soft: { ...normal, stiffness: 0.3, damping: 0.6 },
-  /** Water doubles the mass and makes strands stick: heavy, slow to start and quick to rest; wind finds less surface. */
+  /**
+   * Water doubles the mass and makes strands stick: heavy, slow to start and quick to rest; wind finds less surface.
+   */
   wet: { ...normal, stiffness: 0.7, damping: 3, density: 2, etherDamping: 1.5, airDrag: 0.4 },
-  /** Gel binds every strand to its place on the head (the ether's stiffness): hardly moves, and springs back at once. */
+  /**
+   * Gel binds every strand to its place on the head (the ether's stiffness): hardly moves, and springs back at once.
+   */
   gel: { ...normal, damping: 2, gelPerS2: 800 },
   /** Water carries the weight and resists each motion: floats after the head, and goes with the "wind" as current. */
   underwater: { ...normal, stiffness: 0.4, damping: 2, density: 0.4, etherDamping: 6, airDrag: 20 },

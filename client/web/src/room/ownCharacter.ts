@@ -39,8 +39,10 @@ export interface CharacterHost {
 
 /** One of this client's own characters in a room. */
 export class OwnCharacter {
+  /** The pose that was pushed last. */
   #newest: Pose | null = null;
   #tag: Uint8Array;
+  /** What the program has chosen; null: it has chosen nothing, and the member has the default of its number. */
   #appearance: Appearance | null;
   /** The character as a member of the room; null: the server has not added it yet. */
   member: Member | null = null;
@@ -75,7 +77,7 @@ export class OwnCharacter {
   /**
    * Sets its current bones, world (see `Pose`); best 60 to 90 times a second. `teleport`: the pose does not continue
    * the previous one, so hair does not swing after the jump: it starts at rest there. A pose that is not finite, not
-   * made of rotations, or more than 10 km away is dropped, counted in `room.counters.inputsDropped` and told on the
+   * made of rotations, or more than 10 km away is dropped, counted in `room.counters.inputsDropped` and reported on the
    * console; the character stays where it was. Throws `HairnetError` for what is no pose.
    */
   push(pose: Pose, teleport = false): void {

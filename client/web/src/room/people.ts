@@ -19,8 +19,8 @@ export type RoomState = "connected" | "reconnecting" | "closed";
 /** The events of a `Room`. */
 export interface RoomEvents {
   /**
-   * `detail`: one line with the reason, empty when connected; `isRefused`: closed, and the same request would be
-   * refused again
+   * `detail`: one line with the reason, empty when connected; `waitS`: the time until the next attempt to reconnect, s;
+   * `isRefused`: the room is closed, and the same request would be refused again.
    */
   state: { state: RoomState; detail: string; waitS: number; isRefused: boolean };
   joined: { member: Member };
@@ -57,14 +57,17 @@ const kOptionsBytes = 20;
 export abstract class People implements HairSource {
   /** The members at the last `sample`, by member number. */
   readonly members = new Map<number, Member>();
+  /** Input of this program that was not finite, or out of range, and was dropped. */
   protected readonly dropped = new DroppedInput();
   /** This client's own characters, by their own number. */
   protected readonly own = new Map<number, OwnCharacter>();
   /** The own number of the newest own character, from 1; 0: there was none. */
   #lastCharacter = 0;
+  /** What the module shows of this room or world. */
   readonly #scene: Scene;
   /** The index of each member in what the module shows now (`Scene`), by member number. */
   readonly #indices = new Map<number, number>();
+  /** What own characters need of this object. */
   readonly #host: CharacterHost;
   /** The grooms of members and own characters, by key: those with one groom share one object. */
   readonly #grooms = new Map<string, Groom>();
@@ -184,8 +187,8 @@ export abstract class People implements HairSource {
     for (const { kind, member } of happened) {
       const index = indices.get(member);
       if (kind === "left") this.#drop(member);
-      else if (index === undefined)
-        continue; // it has left since
+      // A member without an index has left since this event.
+      else if (index === undefined) continue;
       else if (kind === "joined") this.#meet(index);
       else this.#change(index);
     }
@@ -245,6 +248,7 @@ export abstract class People implements HairSource {
     this.tell("joined", { member });
   }
 
+  /** A member has another tag or appearance: the character `index` of the module's scene. */
   #change(index: number): void {
     const shown = this.#scene.at(index);
     const member = this.members.get(shown.member);
@@ -253,6 +257,7 @@ export abstract class People implements HairSource {
     this.tell("changed", { member });
   }
 
+  /** A member has left, or the room is closed. A number that no member has is ignored. */
   #drop(number: number): void {
     const member = this.members.get(number);
     if (!member) return;

@@ -117,7 +117,7 @@ export class Room extends People {
     return BigInt.asUintN(64, this.module.callWide("hairnet_session", this.handle));
   }
 
-  /** The wind in which the room's hair moves, whoever has set it; still air before the server has told it. */
+  /** The wind in which the room's hair moves, whoever has set it; still air before the server has announced it. */
   get wind(): Wind {
     return windFrom(this.module.struct(kWindBytes, (at) => this.module.call("hairnet_get_wind", this.handle, at)));
   }
@@ -202,7 +202,7 @@ export class Room extends People {
   /**
    * Tells where all hands of this person are now; best called together with the poses. An empty list means that the
    * hands are gone, as they also are half a second after the last call. Hands with numbers out of range are dropped,
-   * counted in `counters.inputsDropped` and told on the console. Throws `HairnetError` for what are no hands.
+   * counted in `counters.inputsDropped` and reported on the console. Throws `HairnetError` for what are no hands.
    */
   pushHands(hands: readonly Hand[]): void {
     const { module, handle } = this;
@@ -237,9 +237,9 @@ export class Room extends People {
   }
 
   /**
-   * This person's shape of the number `hand` takes hold of the member's hair within `radiusM` (at most 0.3) of `place`, in
-   * the shape's own axes: the hand's with y turned the shortest way into the capsule's axis, from its middle. A "held"
-   * answers. It holds until `letGo`, the hair is pulled out, the shape is gone, or the connection is lost.
+   * This person's shape of the number `hand` takes hold of the member's hair within `radiusM` (at most 0.3) of `place`,
+   * in the shape's own axes: the hand's with y turned the shortest way into the capsule's axis, from its middle. A
+   * "held" answers. It holds until `letGo`, the hair is pulled out, the shape is gone, or the connection is lost.
    */
   takeHold(member: Member, hand: number, place: readonly [number, number, number] = [0, 0, 0], radiusM = 0.03): void {
     const { module, handle } = this;
@@ -322,7 +322,7 @@ export class Room extends People {
 
   /**
    * Calls, and does not throw for numbers that are out of range: a single computation may have brought them, and they
-   * must not end the program's render loop. They are told on the console.
+   * must not end the program's render loop. They are reported on the console.
    */
   #orTell(call: () => void): void {
     try {
@@ -336,7 +336,8 @@ export class Room extends People {
 
   #takeTouch({ kind, member: number, hand, held }: LinkEvent): void {
     const member = this.members.get(number);
-    if (!member) return; // it has left since
+    // The member may have left since the event.
+    if (!member) return;
     if (kind === EventKind.held) this.tell("held", { member, hand, pointCount: held });
     else this.tell("touch", { member });
   }

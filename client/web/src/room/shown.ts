@@ -33,14 +33,18 @@ enum At {
   basis = 404,
   modeCount = 408,
 }
+/** HAIRNET_HASH_BYTES of client/hairnet.h. */
 const kHashBytes = 32;
+/** The size of `hairnet_skin_grid` (client/hairnet.h) in the module: nine fields of 4 bytes. */
 const kSkinGridBytes = 36;
 
 /** What a room or a world shows, read from the module (`hairnet_scene`). */
 export class Scene {
+  /** The bases of modes by the number that the module gives each of them (`hairnet_lattice.basis`). */
   readonly #bases = new Map<number, ModuleBasis>();
-  /** hairnet_shown of all */
+  /** The `hairnet_shown` of all characters, one behind the other, as `read` found them. */
   readonly #shown: Block;
+  /** The view that `at` returns. Each call of `at` moves it to another character. */
   readonly #one: Shown;
 
   constructor(
@@ -69,10 +73,14 @@ export class Scene {
     return this.#one.at(this.#shown.at + kShownBytes * index);
   }
 
+  /** The member number of the character at `index`, which is the first field of its `hairnet_shown`. */
   memberAt(index: number): number {
     return this.module.u32(this.#shown.at + kShownBytes * index);
   }
 
+  /**
+   * The groom of the character at `index`. Throws `HairnetError` where the module has no groom of it (`Shown.hasHair`).
+   */
   groomOf(index: number): Groom {
     return new Groom(this.module.make("hairnet_shown_groom", this.handle, index), this.module);
   }
@@ -81,6 +89,7 @@ export class Scene {
   skinOf(index: number): Skin | null {
     const { module } = this;
     let error = 0;
+    // A hairnet_skin has five fields of 4 bytes: two addresses, the counts of grids and nodes, and the thickness.
     const skin = module.struct(20, (at) => (error = module.call("hairnet_shown_skin", this.handle, index, at)));
     if (error !== 0) return null;
     const [grids, nodes, gridCount, count] = [0, 4, 8, 12].map((at) => skin.getUint32(at, true));
@@ -112,6 +121,10 @@ export class Scene {
     module.call("free", at);
   }
 
+  /**
+   * Writes the displacements of the lattice's nodes from rest, head space, m: x, y, z each. After an error `out` stays
+   * as it is.
+   */
   nodesOf(index: number, out: Float32Array): void {
     const { module } = this;
     const at = module.allocate(4 * out.length);
@@ -153,8 +166,12 @@ class ModuleBasis implements Basis {
   }
 }
 
-/** A view of one `hairnet_shown` after the other: pictures of crowds leave no garbage. */
+/**
+ * A view of one `hairnet_shown` after the other, so that pictures of crowds leave no garbage. The getters have the
+ * names of the fields, which client/hairnet.h explains.
+ */
 export class Shown {
+  /** The address of the viewed `hairnet_shown` in the module's memory. */
   private place = 0;
   #view: DataView;
 
@@ -224,16 +241,20 @@ export class Shown {
     const begin = (this.place + At.pose) / 8;
     for (let i = 0; i < kPoseNumbers; ++i) out[i] = memory[begin + i];
   }
+  /** The module's number of the basis of modes, which characters with one groom share; 0: the lattice has no modes. */
   get basis(): number {
     return this.#u32(At.basis);
   }
   get modeCount(): number {
     return this.#u32(At.modeCount);
   }
-  /** Copied. */
+  /** The amounts of the groom's modes, m, as a copy that outlives this view. */
   get coefficients(): Float32Array {
     return this.module.floats(this.#u32(At.coefficients), this.#u32(At.coefficientCount)).slice();
   }
+  /**
+   * The place of the lattice's first node, head space, m. This view and the two below are valid until the next call.
+   */
   get origin(): Float32Array {
     return this.module.floats(this.place + At.origin, 3);
   }
@@ -253,14 +274,17 @@ export class Shown {
 export class ModuleLattice implements MovedLattice, ShownLattice {
   readonly lattice: MovedLattice["lattice"];
   readonly module: Instance;
+  /** The index of the character in the last `Scene.read`. */
   index = 0;
+  /** The displacements of the nodes. The array is made at its first use, and reused in later pictures. */
   #grid: Float32Array | null = null;
+  /** `#grid` has the displacements of this picture. */
   #isComputed = false;
 
   constructor(
     private readonly of: Scene,
     shown: Shown,
-    /** number of its basis; 0: none */
+    /** The module's number of the basis of its modes; 0: it has none. */
     readonly basis: number,
   ) {
     const [x, y, z] = shown.counts;
@@ -279,6 +303,7 @@ export class ModuleLattice implements MovedLattice, ShownLattice {
     );
   }
 
+  /** Takes the index of the character in a new `Scene.read`. The nodes of the reading before are out of date then. */
   show(index: number): void {
     this.index = index;
     this.#isComputed = false;

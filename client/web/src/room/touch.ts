@@ -18,7 +18,7 @@ export interface HandShape {
 export interface Hand {
   /** The number of its first shape. The shapes of one person have numbers below 32, which ascend from hand to hand. */
   readonly firstNumber: number;
-  /** from its own axes to the world: x y z w, and m */
+  /** The rotation from the hand's own axes to the world, x y z w, and the place of their origin, m. */
   readonly rotation: Quaternion;
   readonly position: Triple;
   readonly shapes: readonly HandShape[];
@@ -28,14 +28,14 @@ export interface Hand {
 
 /** A shape of the room itself, over which hair falls; `hairnet_touch_body` of client/hairnet.h. */
 export interface Prop {
-  /** below 128 */
+  /** The prop's number in the room, below 128. Setting another prop of the number replaces this one. */
   readonly number: number;
   readonly shape: PropShape;
-  /** 0 0 0 by default */
+  /** Half the size on each of its own axes, m, for the shapes that have it (`PropShape`); 0 0 0 by default. */
   readonly halfSizeM?: Triple;
-  /** 0 by default */
+  /** The radius of a sphere or a capsule, m; 0 by default. */
   readonly radiusM?: number;
-  /** from its own axes to the world: x y z w, and m */
+  /** The rotation from the prop's own axes to the world, x y z w, and the place of their origin, m. */
   readonly rotation: Quaternion;
   readonly position: Triple;
   readonly isInsideOut?: boolean;
@@ -45,11 +45,11 @@ export interface Prop {
 
 /** What a prop is made of; `hairnet_shape` of client/hairnet.h. */
 export enum PropShape {
-  /** `radiusM` */
+  /** A ball of `radiusM`. */
   sphere,
-  /** `radiusM` about a line of `halfSizeM[1]` to both sides along y */
+  /** Everything within `radiusM` of a line along y, which reaches `halfSizeM[1]` to both sides of the middle. */
   capsule,
-  /** `halfSizeM` */
+  /** A box that reaches `halfSizeM` to both sides of its middle. */
   box,
   /** Everything below the plane is solid. Its normal is +y. */
   plane,
@@ -59,7 +59,7 @@ export enum PropShape {
 export enum TouchAudience {
   nobody,
   oneself,
-  /** oneself, and the sessions that are named */
+  /** The owner, and the sessions that the owner names (`Room.setTouch`). */
   chosen,
   everyone,
 }
@@ -69,7 +69,7 @@ export enum Release {
   drop,
   /** The hair stays where it is, relative to the head. */
   pin,
-  /** ends all pins that this client has made at the member, or at an own one all */
+  /** Ends all pins that this client has made at the member. At an own member it ends the pins of everyone. */
   unpin,
 }
 
@@ -77,6 +77,7 @@ export enum Release {
 const kHandBytes = 80;
 const kHandShapeBytes = 32;
 const kPropBytes = 96;
+/** The default of `Prop.halfSizeM`. */
 const kZero: Triple = [0, 0, 0];
 
 /** Throws `HairnetError` where a value has another type than `Hand` says. */
@@ -92,7 +93,10 @@ export function checkHands(hands: readonly Hand[]): void {
   }
 }
 
-/** Calls with the place of these hands in the module's memory. */
+/**
+ * Calls `call` with the address of these hands as the module takes them: a list of hairnet_hand, each with the address
+ * of its hairnet_hand_shape. Both are freed afterwards.
+ */
 export function withHands(module: Instance, hands: readonly Hand[], call: (at: number) => void): void {
   const shapes = hands.flatMap((hand) => hand.shapes);
   const shapeView = new DataView(new ArrayBuffer(kHandShapeBytes * shapes.length));
@@ -103,9 +107,11 @@ export function withHands(module: Instance, hands: readonly Hand[], call: (at: n
   });
   module.with(bytesOf(shapeView), (shapesAt) => {
     const view = new DataView(new ArrayBuffer(kHandBytes * hands.length));
+    // `ownAt` is the address of the next hand's first shape. All shapes lie one behind the other from `shapesAt` on.
     let ownAt = shapesAt;
     hands.forEach(({ firstNumber, rotation, position, shapes: own, hasJumped = false }, i) => {
       const at = kHandBytes * i;
+      // The session, the first 8 bytes, stays 0: the module does not read it here.
       putDoubles(view, at + 8, [...rotation, ...position]);
       view.setUint32(at + 64, ownAt, true);
       view.setUint32(at + 68, own.length, true);
@@ -143,7 +149,7 @@ export function handsOf(module: Instance, room: number): Map<bigint, Hand[]> {
   return hands;
 }
 
-/** hairnet_touch_body of each. */
+/** The props as a list of hairnet_touch_body. Its first field, the toucher, stays 0 for a prop. */
 export function propBytes(props: readonly Prop[]): Uint8Array {
   checkList(props, "setProps", "props");
   const view = new DataView(new ArrayBuffer(kPropBytes * props.length));
@@ -207,7 +213,10 @@ export function placeBytes(place: Triple): Uint8Array {
   return new Uint8Array(Float64Array.from(place).buffer);
 }
 
-/** Reads what a function writes that takes a buffer, and returns how many there are. */
+/**
+ * Calls `read` for each struct of `size` bytes that the function `name` of client/hairnet.h writes. Such a function
+ * takes a buffer and its capacity, and returns how many structs there are.
+ */
 function readAll(
   module: Instance,
   name: string,
@@ -245,7 +254,10 @@ function bytesOf(view: DataView<ArrayBuffer>): Uint8Array {
   return new Uint8Array(view.buffer);
 }
 
-/** The module says which of these there are. */
+/**
+ * Throws `HairnetError` unless the number fits into a byte. The module itself checks the narrower limits: 32 shapes of
+ * a person, and 128 props.
+ */
 export function checkNumber(number: number | undefined, call: string, what: string): void {
   if (!(Number.isInteger(number) && number! >= 0 && number! < 256))
     throw new HairnetError("invalid", `${call}: ${what} is ${String(number)}, no whole number from 0 to 255`);

@@ -45,10 +45,13 @@ const kShort: Readonly<Record<Exclude<keyof WindOptions, "carried">, true>> = {
 };
 /** The size of hairnet_wind of client/hairnet.h. */
 export const kWindBytes = 72;
+/** The defaults of `WindOptions.from`, degrees, and of `WindOptions.gust`. */
 const kFrom = 90;
 const kGust = 0.4;
-const kTurbulenceIntensity = 0.15; // usual outdoors
+// The default of `WindOptions.turbulence` over the speed: a usual intensity of turbulence outdoors.
+const kTurbulenceIntensity = 0.15;
 
+/** Still air, which also has the defaults of every property of a `Wind`. */
 export const kStillAir: Wind = {
   meanMPerS: [0, 0, 0],
   gustRatio: 0,
@@ -86,6 +89,7 @@ export function windOf(options: WindOptions | Partial<Wind>): Wind {
   };
 }
 
+/** A `Wind` of some of its properties; the others are those of still air. */
 function wholeWind(options: Partial<Wind>): Wind {
   const wind = { ...kStillAir, ...options };
   const mean: unknown = wind.meanMPerS;

@@ -12,6 +12,7 @@ export interface FrameOptions {
 }
 /** The names of all options, for `checkOptions`. */
 const kOptions: Readonly<Record<keyof FrameOptions, true>> = { margin: true, member: true };
+/** The default of `FrameOptions.margin`. */
 const kMargin = 1.15;
 
 /** What a picture must show of a groom. */
@@ -116,6 +117,7 @@ function cornersOf({ pose, size, groom }: Framed): Vector3[] {
 
 // The box of a head with long hair, head space, m.
 const kUnknownBox = new Box3(new Vector3(-0.2, -0.35, -0.2), new Vector3(0.2, 0.25, 0.2));
+/** The boxes that `boxOf` has measured. A groom never changes. */
 const boxes = new WeakMap<Shape, Box3>();
 
 // The box of all points of the groom's hair and body, head space, m.

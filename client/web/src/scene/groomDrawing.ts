@@ -51,11 +51,14 @@ export class GroomDrawing {
   /** Boxes that contain the points of the resting strands, and their roots. Head space, m. */
   readonly strandBox = new Box3();
   readonly rootBox = new Box3();
+  /** The geometry, whose arrays the draw calls share. */
   readonly #geometry: GroomGeometry;
+  /** The strands, a mesh for each list of the geometry (`SimplifiedStrands`). */
   readonly #strands: Part[];
   readonly #cards: Part | null;
   readonly #fabric: Part | null;
   readonly #body: Part | null;
+  /** All parts that the groom has. */
   readonly #parts: Part[];
 
   /**
@@ -169,6 +172,7 @@ export class GroomDrawing {
         followHairs = Math.max(followHairs, shown[end].detail.followHairCount);
       }
       if (strands > 0) {
+        // A copy is the strand itself or one of its follow hairs.
         const copies = 1 + Math.ceil(Math.min(Math.max(followHairs, 0), kFollowHairsMax));
         const part = this.#strands[list];
         part.mesh.geometry.setDrawRange(0, this.#geometry.strands.lists[list].end[strands]);
@@ -202,6 +206,7 @@ function bufferAttributes(attributes: Attributes): BufferAttributes {
   return made;
 }
 
+/** The order in which three.js draws the parts of all grooms (`renderOrder`). */
 const kOrder: Record<HairPart, number> = { body: 0, fabric: 1, card: 2, strand: 3 };
 
 /** A mesh whose instances are characters, or characters' strands and their follow hairs. */
@@ -225,6 +230,7 @@ class Part {
     this.mesh.frustumCulled = false;
     this.mesh.matrixAutoUpdate = false;
     this.mesh.renderOrder = kOrder[part];
+    // Shaders move the hair, so a ray of three.js would meet it only where it lies at rest.
     this.mesh.raycast = () => {};
     this.mesh.visible = false;
     this.mesh.onBeforeRender = (renderer) => uniforms.setTarget(renderer);
@@ -234,6 +240,7 @@ class Part {
   castShadow(part: HairPart, uniforms: SceneUniforms): void {
     const { mesh } = this;
     const material = makeShadowMaterial(part, mesh.material);
+    // three.js draws shadow maps with the same geometry. The count of instances is lowered for the map alone.
     let instances = 0;
     mesh.castShadow = true;
     mesh.customDepthMaterial = mesh.customDistanceMaterial = material;

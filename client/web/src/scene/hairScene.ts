@@ -41,8 +41,8 @@ import { drawnIn, furtherViews, isFiniteView, seenBy, shadowViews, viewsOf, type
 
 export interface HairSceneOptions {
   /**
-   * "studio": key, fill and rim about the camera; "scene": the directional, ambient and hemisphere lights of the scene,
-   * and its environment
+   * "studio": key, fill and rim lights that turn with the camera; "scene": the directional, ambient and hemisphere
+   * lights of the scene, and its environment. The default is "studio".
    */
   lights?: "studio" | "scene";
   /** Hair and busts cast shadows into the shadow maps of the scene's lights. Renderers need `shadowMap.enabled`. */
@@ -58,14 +58,17 @@ export interface HairStatistics extends DrawCounts {
   characters: number;
   grooms: number;
   groomBytes: number;
-  /** points of the drawn strands */
+  /** The GPU memory of the textures with the points of the drawn strands. */
   pointBytes: number;
-  /** since the beginning: cameras, places and numbers of characters that were not finite */
+  /** Cameras, places and numbers of characters that were not finite, since the scene was made. */
   inputsDropped: number;
 }
 
 /** The server learns no more often than this how large each member is on this screen. */
 const kImportanceEveryMs = 250;
+
+/** The radius of hair about the head joint while its groom's geometry is not there: that of long hair. */
+const kUnknownRadiusM = 0.5;
 
 /** The events of `HairScene.addEventListener`, by name. */
 export interface HairSceneEventMap {
@@ -89,12 +92,13 @@ export interface HairSceneEventMap {
  * dithered. Logarithmic and reversed depth buffers are not supported.
  */
 export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
-  /** by member number; each is a child of this group */
+  /** The characters by member number. Each is a child of this group. */
   readonly characters = new Map<number, HairCharacter>();
   /** Multiplies all light. */
   exposure = 1;
   /** Factor on the detail that the screen size determines: strands, points; 0.1 to 4. */
   quality = 1;
+  /** Which lights the hair has (`HairSceneOptions.lights`). */
   lights: "studio" | "scene";
   /** Light is followed through hair as it moves; otherwise through hair at rest, which costs less. */
   lightFollowsHair = true;
@@ -114,18 +118,21 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly #options: HairSceneOptions;
   readonly #records = new Records();
   readonly #lattices = new LatticePass(this.#records.texture);
+  /** Deforms the strands of all drawn characters, and writes their points into a texture. */
   readonly #placement = new StrandDeformPass(this.#records.texture, this.#lattices.texture);
   readonly #uniforms = new SceneUniforms(this.#records.texture, this.#lattices.texture, this.#placement.texture);
   readonly #density = new HairDensityPass(this.#records.texture, this.#placement.texture, this.#uniforms.rig);
   readonly #environment = new EnvironmentLight();
   readonly #rendererName: string;
+  /** The module that has the grooms of this frame; null until a first groom has arrived. */
   #module: Instance | null = null;
   readonly #cardTexture = new CardTexture();
   readonly #builder = new GroomBuilder();
+  /** The grooms of the members of this frame, by their keys. */
   readonly #grooms = new Map<string, GroomEntry>();
   /** The numbers of the members of this frame, for finding those that left. */
   readonly #here = new Set<number>();
-  /** by member number */
+  /** What the pictures need of each character, by member number. */
   readonly #all = new Map<number, ShownCharacter>();
   /** The characters that have a finite place in this frame, drawn or not. */
   readonly #shown: ShownCharacter[] = [];
@@ -136,6 +143,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
   readonly motion = new HairMotion(this.#records);
   /** The last call of `frame`, until all characters that it asks for can be drawn. */
   #framing: { camera: PerspectiveCamera; options: FrameOptions } | null = null;
+  /** The time of the last report to the server (`MemberImportance`), by the clock of `updateAt`. */
   #importanceMs = -Infinity;
   #isDisposed = false;
 
@@ -250,6 +258,10 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     this.motion.dispose();
   }
 
+  /**
+   * three.js uploads its textures again after a lost context. The card texture and the lattices' nodes are drawn by the
+   * GPU, so they must be drawn again.
+   */
   readonly #onRestored = () => {
     this.#cardTexture.forget();
     this.#records.forget();
@@ -340,7 +352,9 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
         continue;
       }
       const size = Math.abs(placed.size);
-      one.ballRadiusM = kBallShare * (drawing?.radiusM ?? 0.5) + kBallMarginM;
+      // The ball contains the hair however it swings (ball_radius_m of client/draw/groom_geometry.hpp). Without a
+      // geometry the groom counts as one of kUnknownRadiusM.
+      one.ballRadiusM = kBallShare * (drawing?.radiusM ?? kUnknownRadiusM) + kBallMarginM;
       const radius = one.ballRadiusM * size;
       const seen = seenBy(views, placed.pose, radius, size);
       const drawn = further.length === 0 ? seen : drawnIn(allViews, placed.pose, radius, size);
@@ -358,7 +372,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     }
     if (!this.#module) return;
     this.#records.chooseDetails(quality);
-    // A picture has at most as many records as a texture has rows.
+    // A picture has at most as many records as a texture has rows. Further characters are not drawn.
     let left = this.#renderer.capabilities.maxTextureSize;
     for (const one of this.#shown) {
       if (!one.isDrawn || left-- <= 0) continue;
@@ -369,6 +383,8 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     }
   }
 
+  // Does what the last call of `frame` asks for, as far as its characters are here. The request ends when each of them
+  // can be drawn.
   #frame(): void {
     if (!this.#framing) return;
     const { camera, options } = this.#framing;
@@ -428,6 +444,7 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
     counts.pointBytes = this.#placement.bytes;
   }
 
+  /** Takes the detail that a program set for a character instead of the chosen one, if its numbers are finite. */
   #takeDetail(wanted: DrawDetail, detail: DrawDetail): void {
     const wrong = notFinite(wanted);
     if (wrong) return this.#dropped.drop(`a character's detail: ${wrong}`);
@@ -466,11 +483,13 @@ export class HairScene extends Group<Object3DEventMap & HairSceneEventMap> {
       const environment = root instanceof Scene ? this.#environment.of(this.#renderer, root) : null;
       if (environment) addEnvironment(rig, environment, (root as Scene).environmentIntensity);
     }
-    // In a headset the lights do not move: lights that turn with the head look wrong.
+    // In a headset the lights do not move: lights that turn with the head look wrong. A black key light means that the
+    // studio has set no lights yet.
     else if (this.#module && (!this.#renderer.xr.isPresenting || rig.colours[0].r === 0))
       studioLights(this.#module, camera, rig);
   }
 
+  /** Tells the source how large each member is in the main views, at most every kImportanceEveryMs. */
   #reportImportance(nowMs: number): void {
     if (!(nowMs - this.#importanceMs >= kImportanceEveryMs)) return;
     this.#importanceMs = nowMs;

@@ -61,7 +61,8 @@ export class LatticePass {
     this.#upload(data);
     this.#dropBases(data);
     drawAside(renderer, () => {
-      renderer.setRenderTarget(this.#nodes); // Shaders need the texture also where it has nothing.
+      // Shaders need the texture also where it has no nodes: setting the target makes three.js allocate it.
+      renderer.setRenderTarget(this.#nodes);
       for (const [number, source] of data.sources.entries()) {
         const { basis, first, end } = source;
         if (end === first) continue;

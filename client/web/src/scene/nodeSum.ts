@@ -1,7 +1,11 @@
 import type { WebGLRenderer } from "three";
 import type { Instance } from "../module/instance";
 
-/** Who sums up the modes of lattices: `hairnet_node_sum` of client/hairnet.h. */
+/**
+ * Who sums up the modes of lattices: `hairnet_node_sum` of client/hairnet.h. Modes are the shapes in which the hair of
+ * a groom moves (core/modes). A lattice from a server is a number for each, and the displacements of its nodes are the
+ * sum of the modes, each times its number: many numbers for every moving head and picture.
+ */
 export enum NodeSum {
   gpu = 0,
   processor = 1,

@@ -51,12 +51,18 @@ export class Picture {
   readonly #renderer: WebGLRenderer;
   readonly #accumulate: Pass;
   readonly #present: Pass;
+  /** The average that the screen gets: the uniform of present.frag. */
   readonly #average: IUniform = { value: null };
+  /** The uniforms of accumulate.frag. */
   readonly #uniforms: Record<string, IUniform>;
+  /** The GPU can draw into floats, as averages need. */
   readonly #canAverage: boolean;
   #targets: Targets | null = null;
+  /** The camera of the picture before; null: there is none since the last cut. */
   #before: CameraBefore | null = null;
+  /** The scene of the picture before. A picture of another scene begins with a cut. */
   #scene: Object3D | null = null;
+  /** The pictures since the last cut, which is also the number of the next one. */
   #number = 0;
 
   constructor(renderer: WebGLRenderer) {
@@ -106,7 +112,7 @@ export class Picture {
     this.#scene = scene;
 
     const place = placeOf(this.#number).divide(new Vector2(targets.width, targets.height));
-    // With multisampling the samples already spread over the pixel: half the shift covers the rest of it evenly.
+    // With multisampling the samples already spread over the pixel, and half the shift covers the rest of it evenly.
     if (targets.current.samples > 1) place.multiplyScalar(0.5);
     if (hair) hair.ditherSeed = this.#number;
     const back = shift(camera, place);
@@ -164,6 +170,7 @@ export class Picture {
     return this.#targets;
   }
 
+  /** Sets the uniforms of accumulate.frag. `jitter`: by how much this frame is shifted, as a share of the picture. */
   #setUniforms(targets: Targets, camera: Camera, now: CameraBefore, motion: HairMotion | null, jitter: Vector2): void {
     const all = this.#uniforms;
     all.current.value = targets.current.texture;
@@ -193,6 +200,9 @@ export class Picture {
   }
 }
 
+/**
+ * The textures of a picture: this frame, its average with the frames before (`next`), and the last average (`last`).
+ */
 class Targets {
   readonly current: WebGLRenderTarget;
   next: WebGLRenderTarget;
@@ -209,6 +219,7 @@ class Targets {
     depthTexture.type = stencil ? UnsignedInt248Type : UnsignedIntType;
     depthTexture.minFilter = depthTexture.magFilter = NearestFilter;
     this.current = new WebGLRenderTarget(width, height, {
+      // An antialiased canvas is taken to have 4 samples a pixel, as in hairMaterials.ts.
       samples: antialias ? 4 : 0,
       stencilBuffer: stencil === true,
       depthTexture,

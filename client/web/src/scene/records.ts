@@ -11,15 +11,15 @@ import type { NodeSum } from "./nodeSum";
 
 /** A character that is drawn. Its numbers are finite. */
 export interface CharacterRecord {
-  /** scene */
+  /** The bones, scene space. */
   readonly pose: Pose;
   /** The scale of the character: 1 is the size of its groom. A negative scale mirrors in each bone, before the pose. */
   readonly size: number;
-  /** at the root */
+  /** The colour of the hair at its root. */
   readonly hair: Color;
   readonly hairTip: Color;
   readonly skin: Color;
-  /** of the hair, 0 to 1 */
+  /** The roughness of the hair, 0 to 1. */
   readonly roughness: number;
   readonly bodyVisible: boolean;
   readonly strands: RestingStrands;
@@ -35,45 +35,50 @@ export interface CharacterRecord {
   readonly ballRadiusM: number;
 }
 
-/** Of a groom, in head space, m. */
+/** What records need of the strands of a groom at rest. Lengths are in m, and boxes in head space. */
 export interface RestingStrands {
   readonly strandCount: number;
   readonly strandWidthM: number;
-  /** contain the strands' points, and their roots */
+  /** The boxes that contain the strands' points, and their roots. */
   readonly strandBox: Box3;
   readonly rootBox: Box3;
 }
 
-/** `hairnet_source` of client/hairnet.h. */
+/** What the nodes of some records are made of; `hairnet_source` of client/hairnet.h. */
 export interface NodeSource {
-  /** 0: nodes are uploaded */
+  /** The picture's number of the basis whose modes the GPU sums up; 0: the nodes are uploaded. */
   readonly basis: number;
+  /** A hairnet_scene and the index of one of its characters, which has this basis. */
   readonly scene: number;
   readonly index: number;
-  /** records from `first` to before `end` */
+  /** The records from `first` to before `end` have nodes of this source. */
   readonly first: number;
   readonly end: number;
 }
 
-/** What the GPU gets beside records. */
+/** What the GPU gets beside records; `hairnet_picture_data` of client/hairnet.h. */
 export interface PictureData {
   readonly module: Instance;
-  /** where rows of uploaded nodes are in its memory */
+  /** The address of the uploaded nodes in the module's memory, and the count of their rows of kLatticeRow nodes. */
   readonly nodes: number;
   readonly uploadedRows: number;
-  /** of the texture of nodes; of another height it is empty */
+  /** The height that the texture of all nodes must have. A texture of another height has lost its nodes. */
   readonly nodeRows: number;
   readonly sources: readonly NodeSource[];
+  /** How many characters have light that follows their hair. */
   readonly lightGrids: number;
 }
 
+/** The sizes of hairnet_picture_data and hairnet_source in the module: eight and five fields of 4 bytes. */
 const kDataBytes = 32;
 const kSourceBytes = 20;
 
 /** The records of all characters of a picture, one row each, as the module writes them (`hairnet_picture`). */
 export class Records {
   readonly #rows = new FloatTexture(kRecordTexels);
+  /** What the records have in the module of the last picture. */
   #made: Made | null = null;
+  /** How many characters the last `begin` had. */
   #count = 0;
 
   get texture() {
@@ -81,8 +86,8 @@ export class Records {
   }
 
   /**
-   * Begins a picture of these characters, also of those that are not drawn: their bases and nodes stay on the GPU. In
-   * the memory of `module`; lattices that are another one's are copied.
+   * Begins a picture of these characters, also of those that are not drawn: the GPU keeps the bases and nodes of all of
+   * them. `module` writes the picture; lattices of another module are copied into its memory.
    */
   begin(module: Instance, characters: readonly { readonly lattice: MovedLattice | null }[]): void {
     if (this.#made?.module !== module) {
@@ -93,7 +98,7 @@ export class Records {
     this.#made.place(characters);
   }
 
-  /** How large a head is, for its detail. */
+  /** Says how large the head of the character `number` is, for `chooseDetails`. */
   measure(number: number, headPx: number, strandCount: number): void {
     const { module, drawn } = this.#made!;
     const at = drawn.at + kDrawnBytes * number;
@@ -101,17 +106,22 @@ export class Records {
     module.wordMemory()[(at + At.strandCount) / 4] = strandCount;
   }
 
+  /** Chooses the detail of every character by its measured size. `quality` multiplies the sizes. */
   chooseDetails(quality: number): void {
     const { module, drawn } = this.#made!;
     module.call("hairnet_choose_details", drawn.at, this.#count, quality);
   }
 
+  /** Reads into `detail` what `chooseDetails` has chosen for the character. */
   readDetail(number: number, detail: DrawDetail): void {
     const { module, drawn } = this.#made!;
     readDetail(module, drawn.at + kDrawnBytes * number, detail);
   }
 
-  /** `number`: of the character in `begin`; `row`: of its record. */
+  /**
+   * Says that the character is drawn, and how. `number`: its index in the list of `begin`; `row`: the row of its
+   * record.
+   */
   put(number: number, row: number, record: CharacterRecord): void {
     const { module, drawn } = this.#made!;
     const at = drawn.at + kDrawnBytes * number;
@@ -141,7 +151,10 @@ export class Records {
     floats[(at + At.ballRadius) / 4] = record.ballRadiusM;
   }
 
-  /** Ends the picture. `rowsMax`: of a texture. */
+  /**
+   * Ends the picture: writes the records into `texture`, and returns what the GPU gets beside them. `sum`: who sums up
+   * modes; `rowsMax`: the most rows that a texture of this device can have.
+   */
   write(sum: NodeSum, rowsMax: number): PictureData {
     const { module, picture, drawn } = this.#made!;
     const data = module.struct(kDataBytes, (at) =>
@@ -197,14 +210,15 @@ export class Records {
   }
 }
 
+/** The size of hairnet_motions in the module: two addresses and a count. */
 const kMotionsBytes = 12;
 
-/** What belongs to one module. */
+/** The picture and the memory that the records have in one module. */
 class Made {
   readonly picture: number;
-  /** hairnet_drawn of all characters */
+  /** The hairnet_drawn of all characters, one behind the other. */
   readonly drawn: Block;
-  /** of lattices that are not the module's */
+  /** The nodes of lattices that are not the module's own. */
   readonly #nodes: Block;
 
   constructor(readonly module: Instance) {
@@ -213,8 +227,10 @@ class Made {
     this.#nodes = new Block(module);
   }
 
+  /** Resets the hairnet_drawn of all characters to "not drawn", with the lattices that move their hair. */
   place(characters: readonly { readonly lattice: MovedLattice | null }[]): void {
     const { module } = this;
+    // A block loses its contents when it grows, so it first gets the size for all copies.
     let floats = 0;
     for (const { lattice } of characters) if (lattice && !this.#has(lattice)) floats += lattice.grid.length;
     let nodes = this.#nodes.reserve(4 * floats);
@@ -241,6 +257,7 @@ class Made {
     this.module.call("hairnet_picture_free", this.picture);
   }
 
+  /** Whether this module has the lattice itself, so that its nodes need no copy. */
   #has(lattice: MovedLattice): boolean {
     return lattice.shown?.module === this.module;
   }

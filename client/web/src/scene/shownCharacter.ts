@@ -9,7 +9,9 @@ import type { CharacterRecord } from "./records";
 /** The id of the newest character; ids begin at 1, as 0 means none (`CharacterRecord.id`). */
 let lastId = 0;
 
-/** A character in the pictures of a `HairScene`: one object from picture to picture, so that crowds leave no garbage. */
+/**
+ * A character in the pictures of a `HairScene`: one object from picture to picture, so that crowds leave no garbage.
+ */
 export class ShownCharacter implements Drawn, CharacterRecord {
   member!: ShownMember;
   /** The index of the character in this picture's `Records`. */

@@ -3,7 +3,9 @@ import { kSkinRow } from "../generated/constants";
 import { kBoneCount } from "../hair/pose";
 import type { Skin } from "../hair/skin";
 
-/** A groom's skin on the GPU, for the shaders that push hair out of it (skin_push.glsl). Before `fill` none is known. */
+/**
+ * A groom's skin on the GPU, for the shaders that push hair out of it (skin_push.glsl). Before `fill` none is known.
+ */
 export class SkinTexture {
   /** The uniforms by their names in the shaders, which say what each has. */
   readonly uniforms = {

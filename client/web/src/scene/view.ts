@@ -16,6 +16,9 @@ import {
 import { kHeadM, kScreenHeightMax } from "../generated/constants";
 import type { Pose } from "../hair/pose";
 
+/** A head nearer than this to the eye counts as if it were there, so that its size stays finite. */
+const kDepthMinM = 0.05;
+
 /** What a camera, an eye of a headset, or a shadow map sees. */
 export interface View {
   readonly frustum: Frustum;
@@ -146,8 +149,7 @@ export function seenBy(views: readonly View[], pose: Pose, radius: number, size:
   for (const view of views) {
     const away = head.clone().sub(view.eye);
     const depth = view.forward ? away.dot(view.forward) : away.length();
-    // A head nearer than 5 cm counts as if it were there, so that its size stays finite.
-    const px = (size * kHeadM * view.pxPerM) / (view.isPerspective ? Math.max(depth, 0.05) : 1);
+    const px = (size * kHeadM * view.pxPerM) / (view.isPerspective ? Math.max(depth, kDepthMinM) : 1);
     headPx = Math.max(headPx, px);
     screenHeight = Math.max(screenHeight, px / Math.max(view.heightPx, 1));
     inView ||= view.frustum.intersectsSphere(ball);

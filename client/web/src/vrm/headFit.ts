@@ -20,6 +20,7 @@ export interface HeadFitChange {
   readonly depth?: number;
 }
 
+/** The fit that leaves a groom as it is. */
 export const kNoFit: HeadFit = { size: 1, offset: [0, 0, 0] };
 
 /** The fitted size over the ratio of the skulls' median radii lies in 1 / kSizeChange to kSizeChange. */

@@ -21,8 +21,8 @@ export function groomHeadTriangles({ body }: Pick<Groom, "body">): Triangles {
 }
 
 /**
- * The triangles of the model's meshes that belong to the head bone, at rest, in the axes of `anchor`; without `hidden`
- * meshes, without triangles of `hairBones`, and without what is worn on the head.
+ * The triangles of the model's meshes that belong to the head bone, at rest, in the axes of `anchor`. `hidden` meshes,
+ * triangles of `hairBones`, and things on the head such as hats (`isWorn`) are left out.
  */
 export function modelHeadTriangles(
   vrm: VRM,

@@ -83,6 +83,7 @@ function validateVrm(bytes: Uint8Array): void {
   if (numbers > kVrmNumbersMax) throw new HairnetError("too_large", "the VRM model has too many vertices");
 }
 
+/** The count of numbers in an element of an array, by the type that glTF names. Unknown types count as the largest. */
 const kNumbersOf: Record<string, number> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
 
 function list<T>(entries: T[] | undefined): (T | null)[] {

@@ -12,8 +12,8 @@ export interface VrmHairOptions {
   /** Meshes of the model's own hair; by default `findHairMeshes` finds them. None: `[]`. */
   hairMeshes?: readonly Mesh[];
   /**
-   * Bones of the model's own hair: their triangles are hidden in all meshes; by default `findHairBones` finds them. None:
-   * an empty set.
+   * Bones of the model's own hair: their triangles are hidden in all meshes; by default `findHairBones` finds them.
+   * None: an empty set.
    */
   hairBones?: ReadonlySet<Object3D>;
   /** How the groom fits the model's head; by default `fitHead` measures both when `fit` gets the groom. */
@@ -34,8 +34,10 @@ export class VrmHair {
   readonly #bones: ReadonlySet<Object3D>;
   /** These functions draw the hidden triangles again. */
   readonly #showTriangles: readonly (() => void)[];
+  /** The fit that was measured or given, without the change by hand. */
   #fit: HeadFit;
   #change: HeadFitChange;
+  /** The program gave the fit, so `fit` measures nothing. */
   readonly #fitIsGiven: boolean;
   #character: HairCharacter | null = null;
   /** What `attach` and `hide` have changed, to undo it. */

@@ -6,6 +6,7 @@ import { isBelow } from "./isBelow";
 import { cornersOf, heaviest, meshesOf, namesOf } from "./vrmMeshes";
 import { atRest, headSpace } from "./vrmSkeleton";
 
+/** Names of hair. The escapes are Japanese: the character for hair (kami), and the English word in Katakana. */
 const kHairName = /hair|bangs|fringe|ponytail|pigtail|twintail|ahoge|kami|\u9aea|\u30d8\u30a2/i;
 /** Names that are not hair, even if they contain other words for hair. */
 const kOtherName = /hairband|hair_?pin|hair_?clip|ribbon|eyebrow|eyelash|brow|lash|ear(?!th)/i;

@@ -27,7 +27,8 @@ export function heaviest(mesh: SkinnedMesh, vertex: number): number {
 export function cornersOf({ geometry }: Mesh): Uint32Array {
   const { index, attributes, groups, drawRange } = geometry;
   const all = index?.count ?? attributes.position?.count ?? 0;
-  // The outlines of toon materials repeat the same triangles in a second group.
+  // GLTFLoader makes a mesh of each primitive, which has one material, and no groups. Only outlines of toon materials
+  // add groups: one for the material and one for the outline, both of all triangles.
   const { start, count } = groups[0] ?? drawRange;
   const end = Math.min(start + count, all);
   const corners = new Uint32Array(3 * Math.floor(Math.max(end - start, 0) / 3));

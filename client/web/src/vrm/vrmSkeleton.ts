@@ -13,8 +13,8 @@ const kBonesFor: Record<Bone, readonly VRMHumanBoneName[]> = {
 };
 
 /**
- * A model's head, neck, shoulders and upper chest as the five bones of a pose. The model may have any pose: resetting
- * it for a moment gives its rest.
+ * A model's head, neck, shoulders and upper chest as the five bones of a pose. The model may be in any pose: the
+ * constructor resets it to rest, measures, and restores it.
  */
 export class VrmSkeleton {
   /**
@@ -68,7 +68,8 @@ export class VrmSkeleton {
   pose(out: Pose = new Float64Array(kPoseNumbers)): Pose {
     this.anchor.updateWorldMatrix(true, false);
     this.anchor.matrixWorld.decompose(headPosition, rotation, scale);
-    const size = Math.abs(scale.x); // a mirror is one of x
+    // three.js puts the mirror of a mirrored matrix into the scale of x.
+    const size = Math.abs(scale.x);
     for (let bone = 0; bone < kBoneCount; ++bone) {
       const node = this.#nodes[bone];
       node.updateWorldMatrix(true, false);
@@ -105,8 +106,8 @@ function nodesOf(vrm: VRM): Object3D[] {
 }
 
 /**
- * From head space to the world, of a model at rest: the origin is the head joint. Models of VRM 0 look along -Z of their
- * own space, those of VRM 1 along +Z.
+ * From head space to the world, of a model at rest: the origin is the head joint. Models of VRM 0 look along -Z of
+ * their own space, those of VRM 1 along +Z.
  */
 export function headSpace(vrm: VRM): Matrix4 {
   const joint = new Vector3().setFromMatrixPosition(vrm.humanoid.getRawBoneNode("head")!.matrixWorld);

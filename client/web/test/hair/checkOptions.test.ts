@@ -17,6 +17,7 @@ describe("options", () => {
     for (const good of [{}, { room: true }, { room: true, token: true }]) expect(errorOf(good)).toBeNull();
   });
 
+  // Names within a third of their letters count as misspelt (`nearest` of checkOptions.ts), whatever their capitals.
   test("that are misspelt are refused, and the message names the likely one", () => {
     for (const [wrong, meant] of [
       ["rooom", "room"],
@@ -36,6 +37,7 @@ describe("options", () => {
   test("that are like no other are refused with the list", () => {
     const message = "connect: there is no option 'colour'; there are room, token, clientName, reconnect";
     expect(errorOf({ colour: 1 })?.message).toBe(message);
+    // Every object has a toString, so a look-up in the list of options would find this name.
     expect(errorOf({ toString: 1 })?.code).toBe("unknown_option");
   });
 

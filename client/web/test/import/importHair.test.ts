@@ -8,6 +8,7 @@ const file = (name: string, text: string): HairFile => ({
   size: text.length,
   arrayBuffer: () => new Blob([text]).arrayBuffer(),
 });
+// The file has 200 strands, in metres with +y upwards.
 const obj = objText(200);
 
 test("strands of another program become a .groom file, with lines that say what was guessed", async () => {
@@ -19,6 +20,8 @@ test("strands of another program become a .groom file, with lines that say what 
   expect(read.strandCount).toBe(200);
 });
 
+// An .obj file does not say which way is up, nor its unit. A wrong guess makes hair that lies on its side, or is 100
+// times too large, so what the user knows must count.
 test("what is known is not guessed", async () => {
   const known: ImportOptions = { name: "mine", up: "+y", face: "-x", roots: "last", unitM: 1 };
   const { groom, remarks } = await importHair([file("curls.obj", obj)], known);
@@ -40,6 +43,8 @@ test("what makes no hairstyle is told in one line", async () => {
     expect(message).not.toContain("\n");
     return [code, message];
   };
+  // The refusals are for no file, another format than the name says, a line break in the name, a file above 512 MiB
+  // (kImportMiBMax), one that cannot be read, values that are no list of files, and wrong options.
   expect(await refusal([])).toEqual(["invalid", expect.stringContaining("0 files")]);
   expect(await refusal([file("curls.abc", obj)])).toEqual([
     "malformed",

@@ -8,6 +8,8 @@ import { until } from "../support/until";
 /** One picture for each tick of the hair: 60 Hz is the default rate of a LocalRoom. */
 const kStepMs = 1000 / 60;
 
+// In these tests a head that turns goes 0.5 rad to both sides, 1.3 times a second. Its hair is then some millimetres
+// from rest; within 1 mm it counts as at rest.
 let groom: Uint8Array<ArrayBuffer>;
 let levels: Uint8Array<ArrayBuffer>;
 const reported: number[] = [];
@@ -22,6 +24,7 @@ async function roomWithHead(options: LocalCharacterOptions = {}) {
   const room = await LocalRoom.open();
   const own = room.addCharacter(groom, { levels, ...options });
   own.push(rigidPose());
+  // A page begins at any time of its clock, so the room must not count from 0.
   let nowMs = 5000;
   /**
    * Draws pictures for so many seconds. `turn` gives the angle of all heads about +Y, in rad, at a time since the
@@ -51,6 +54,7 @@ test("hair at rest stays, swings with the head, and comes to rest", async () => 
   const { member, run } = await roomWithHead();
   expect(awayFromRest(member)).toBeLessThan(0.001);
   run(1, (t) => 0.5 * Math.sin(8 * t));
+  // The head is back at its first pose for one picture, while the hair still swings.
   run(0.02);
   expect(member.level).toBe(LevelIndex.high);
   expect(member.lattice).not.toBeNull();
@@ -124,6 +128,7 @@ test("wind moves hair, and still air lets it rest", async () => {
   const { room, member, run } = await roomWithHead();
   const winds: number[] = [];
   room.on("wind", ({ wind }) => winds.push(wind.meanMPerS[0]));
+  // A wind of 5 m/s from +X blows towards -x.
   room.setWind({ speed: 5, from: 90 });
   run(1);
   expect(awayFromRest(member)).toBeGreaterThan(0.003);
@@ -170,7 +175,7 @@ test("without a file the levels are built, the same ones, and the hair is rigid 
   expect([...reported].sort((a, b) => a - b)).toEqual(reported);
   expect(reported.at(-1)).toBeLessThanOrEqual(1);
 
-  // Those of the module itself, without buildLevels.
+  // The file is the same as the one that the module builds itself, without `buildLevels`.
   const module = await localModule();
   const build = module.make("hairnet_build_begin", module.makeOf("hairnet_groom_load", groom));
   const file = module.allBytes("hairnet_levels_file", module.make("hairnet_build_finish", build));
@@ -198,13 +203,14 @@ test("what is wrong is refused in a line, and nothing is lost", async () => {
   const damaged = levels.slice();
   // One bit in the middle of the file is flipped.
   damaged[levels.length >> 1] ^= 1;
-  // The file belongs to another hairstyle.
+  // The first file belongs to another hairstyle.
   expect(errorOf(() => room.addCharacter(other, { levels })).code).toBe("malformed");
   expect(errorOf(() => room.addCharacter(other, { levels: damaged })).code).toBe("malformed");
   expect(errorOf(() => room.addCharacter(other, { levels: "bob.levels" as never })).message).toContain(".levels file");
   expect(errorOf(() => room.addCharacter(groom.subarray(0, 100), { levels })).code).toBe("malformed");
   expect(errorOf(() => room.addCharacter(groom, { levls: levels } as never)).code).toBe("unknown_option");
   await expect(buildLevels(groom.subarray(0, 100))).rejects.toThrow(HairnetError);
+  // The limits are those of hairnet_world_make.
   await expect(LocalRoom.open({ tickRateHz: 5 })).rejects.toThrow("10 to 240");
   const before = room.counters.inputsDropped;
   own.push(rigidPose([0, 0, 0, 1], [NaN, 0, 0]));

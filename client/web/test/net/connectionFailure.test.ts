@@ -1,7 +1,11 @@
 import { afterEach, describe, expect, test, vi } from "vitest";
 import { connect, HairnetError } from "../../src/index";
 
-/** A platform on which every WebSocket fails as browsers report it: without a reason. */
+/**
+ * A platform on which every WebSocket fails as browsers report it: without a reason. `page`: the address of the page;
+ * `answers`: the server answers other requests; `tellsClosed`: a failed socket also tells that it is closed. Returns
+ * the requests.
+ */
 function stubPlatform(page: string, answers: boolean, tellsClosed = true): string[] {
   const asked: string[] = [];
   vi.stubGlobal("location", new URL(page));
@@ -27,6 +31,8 @@ const failureOf = async (server: string) => {
   return error as HairnetError;
 };
 
+// Browsers hide from a page why its WebSocket failed. The client asks the server's /healthz and tells from the answer
+// which cause is likely, because the cures differ (connectionFailure.ts).
 describe("a page's connection that fails", () => {
   afterEach(() => vi.unstubAllGlobals());
 
@@ -37,6 +43,7 @@ describe("a page's connection that fails", () => {
     expect(message).toBe(
       "the server at hair.example:7420 refuses pages from http://studio.example:5173: start it with --origins http://studio.example:5173",
     );
+    // Without CORS the page cannot read the answer, and still learns that there is one. No cookies are sent.
     expect(asked).toEqual(["no-cors omit http://hair.example:7420/healthz"]);
   });
 
@@ -62,6 +69,7 @@ describe("a page's connection that fails", () => {
     expect(asked[0]).toContain("https://hair.example/healthz");
   });
 
+  // By default a server takes the pages that it hands out itself, so another cause is likely.
   test("at the page's own server blames no origin", async () => {
     stubPlatform("http://localhost:7420/", true);
     const { code, message } = await failureOf("http://localhost:7420");

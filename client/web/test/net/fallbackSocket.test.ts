@@ -81,6 +81,8 @@ it("is a WebSocket where sessions fail, says why, and tries none for a minute", 
   third.socket.close();
 });
 
+// A network may start to let UDP through, for example when a laptop changes its Wi-Fi. Without another attempt the page
+// would stay on the slower transport until it is loaded again.
 it("hands over a session that opens after all, a minute or more later", async () => {
   FakeWebTransport.fate = "fail";
   const { socket, heard } = opened();
@@ -92,6 +94,7 @@ it("hands over a session that opens after all, a minute or more later", async ()
   FakeWebTransport.fate = "open";
   await pass(60_100);
   expect(heard.better.map(({ transport }) => transport)).toEqual(["webtransport"]);
+  // The listener of `onbetter` moves the session over (`Link`). Until then the WebSocket must stay open.
   expect(sockets[0].closed).toBe(false);
   socket.close();
   expect(sockets[0].closed).toBe(true);
@@ -110,6 +113,7 @@ it("tries no more where nobody wants a better one, or once it is closed, and dro
   const { socket, heard } = opened();
   await pass(10);
   FakeWebTransport.fate = "silence";
+  // A minute after the failure the next attempt begins, and is still silent when the socket is closed.
   await pass(61_000);
   expect(FakeWebTransport.made).toHaveLength(3);
   socket.close();
@@ -122,6 +126,7 @@ it("tries no more where nobody wants a better one, or once it is closed, and dro
 it("falls back within 3 s where nothing answers, and at once where the server has none", async () => {
   FakeWebTransport.fate = "silence";
   const { socket } = opened();
+  // Just before the 3 s are over (kWebTransportMs) no WebSocket is made yet, and just after them there is one.
   await pass(2900);
   expect([FakeWebTransport.made.length, sockets.length]).toEqual([1, 0]);
   await pass(200);

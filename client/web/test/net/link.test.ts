@@ -38,6 +38,7 @@ describe("a first attempt fails in one line", () => {
     const peer = new WebSocketServer({ port: 0, host: "127.0.0.1" });
     await once(peer, "listening");
     const { port } = peer.address() as AddressInfo;
+    // The default is 5 s (kClientDefaults), which would make the silent server's part long.
     const options: RoomOptions = { makeSocket: (url) => like(openSocket(url)), connectTimeoutS: 0.3 };
     const answers: [string | Uint8Array | null, RegExp][] = [
       [null, /^unreachable: no welcome from the server within the time-out$/],
@@ -76,12 +77,14 @@ describe("with a server", () => {
     buffered = 1 << 20;
     const { bytesSent } = person.room.counters;
     person.own = person.room.addCharacter(await strandsFile(20, 6), { tag: "Ann" });
+    // Without the limit this turn would send the new character.
     person.room.link.turn();
     expect(person.room.counters.bytesSent).toBe(bytesSent);
     buffered = 0;
     await person.meets("Ann");
   });
 
+  // The session must go on over the new socket: with a new session everyone would see the person leave and join again.
   it("moves to a socket that is better, and the session goes on", async () => {
     const sockets: WebSocket[] = [];
     const makeSocket = (url: string): WebSocketLike => {
@@ -122,6 +125,7 @@ describe("with a server", () => {
     expect(person.room.members.size).toBe(0);
     expect(person.own.member).toBeNull();
     expect(person.room.sample(0)).toEqual([]);
+    // Calls after the end must not throw: a render loop may still be running.
     person.own.push(rigidPose());
     await until("the other sees it leave", () => other.named("Ben") === undefined);
     await until("its socket is closed", () => person.socket.readyState === person.socket.CLOSED);

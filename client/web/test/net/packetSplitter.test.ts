@@ -12,6 +12,7 @@ describe("packet splitter", () => {
   it("gives the same packets however the bytes arrive", () => {
     const packets = [packet(16, 1), packet(5000, 2), packet(16, 3), packet(20_000, 4)];
     const stream = Uint8Array.from(packets.flatMap((each) => [...each]));
+    // Pieces may cut a size in the middle, end with a packet, or hold several packets.
     for (const piece of [1, 3, 16, 999, 4096, stream.length]) {
       const splitter = new PacketSplitter();
       const found: Uint8Array[] = [];
@@ -22,7 +23,8 @@ describe("packet splitter", () => {
   });
 
   it("ends at a size that no packet has, and stays ended", () => {
-    // The sizes are below the smallest packet, kPacketBytesMin, or above the largest, kPacketBytesMax.
+    // The field counts the bytes after itself. With its 4 bytes the sizes are 4 and 15, below the smallest packet of 16
+    // (kPacketBytesMin), or above the largest of 4 MiB (kPacketBytesMax).
     for (const size of [0, 11, 4_194_304, 0xffffffff]) {
       const splitter = new PacketSplitter();
       const bytes = packet(16, 0);

@@ -39,6 +39,8 @@ describe("page about WebTransport", () => {
   });
 
   it("is refused when it is damaged", () => {
+    // After what is no JSON object come a port above 65535, a path without a slash, no hashes, a hash of 3 bytes, and
+    // one that is no base64.
     for (const text of [
       "",
       "null",
@@ -86,7 +88,8 @@ describe("socket over WebTransport", () => {
     socket.send(packet(5000, 1));
     expect(socket.bufferedAmount).toBe(5000);
     expect(socket.sendDatagram(packet(900, 2))).toBe(true);
-    // A datagram has at most 1024 bytes (kDatagramBytesMax), although the session would take 1200.
+    // A datagram has at most 1024 bytes (kDatagramBytesMax), although the session would take 1200. A larger packet must
+    // go over the stream.
     expect(socket.sendDatagram(packet(1100, 3))).toBe(false);
     await until("both have left", () => session.sent.length === 1 && session.datagramsSent.length === 1);
     expect([session.sent[0], session.datagramsSent[0]]).toEqual([packet(5000, 1), packet(900, 2)]);
@@ -101,7 +104,7 @@ describe("socket over WebTransport", () => {
   it("hears downloads that hold up neither others nor the channel, and outlives those that the server gives up", async () => {
     const { session, heard, endReason } = await opened();
     const stalled = session.openStream();
-    // A download stops in the middle of a packet.
+    // A download stops in the middle of a packet. Its rest comes after everything else has been heard.
     stalled.enqueue(packet(1000, 1).subarray(0, 700));
     session.openStream().enqueue(packet(500, 2));
     await until("the other is heard", () => heard.length === 1);
@@ -131,6 +134,7 @@ describe("socket over WebTransport", () => {
     expect(endReason()).toMatch(/^the server (sent|ended) a /);
   });
 
+  // The session may end before `onclose` is set. A user who never heard of the end would never reconnect.
   it("tells of the session's end, also to who listens later", async () => {
     const { socket, session, endReason } = await opened();
     session.end("the server stops");
@@ -140,6 +144,8 @@ describe("socket over WebTransport", () => {
   });
 });
 
+// A lost pose is replaced by the next one, so poses may travel in datagrams. A teleport that got lost would leave hair
+// that swings after the jump, so it must arrive (`OwnCharacter.push`).
 it("a room over WebTransport sends poses as datagrams, and jumps and all else in order", async () => {
   const server = new Server();
   await server.start();

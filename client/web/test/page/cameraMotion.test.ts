@@ -17,6 +17,7 @@ function begin() {
   const motion = new CameraMotion(camera, controls as unknown as OrbitControls);
   // A bearing of 3 is almost behind the person; `there` has -3, which is 0.28 rad further that way and 6 rad the other
   // way.
+  // `bearing` is about +Y from +Z and `height` above the horizontal, both in rad; `distance` is in m.
   motion.set({ target: new Vector3(0, 1.6, 0), bearing: 3, height: 0.1, distance: 4 });
   const run = (seconds: number, each = () => {}) => {
     for (let n = 0; n < 60 * seconds; ++n) {
@@ -39,7 +40,7 @@ test("a flight goes the shorter way around, smoothly, and arrives", () => {
   run(3, () => {
     // The flight has 78 pictures (1.3 s at 60 Hz), so 0.2 m in one of them would be a jump.
     expect(camera.position.distanceTo(before)).toBeLessThan(0.2);
-    // Never in front of the faces, which the longer way would pass.
+    // The camera never comes in front of the faces (z above 0), which the longer way around would pass.
     expect(camera.position.z).toBeLessThan(0);
     before = camera.position.clone();
   });
@@ -53,6 +54,7 @@ test("the user interrupts a flight and the slow orbit", () => {
   const { camera, controls, motion, run } = begin();
   motion.flyTo(there);
   motion.orbitSlowly(0.5);
+  // After 0.5 s the flight of 1.3 s is under way. OrbitControls says "start" when the user drags.
   run(0.5);
   controls.dispatchEvent({ type: "start" });
   const stopped = camera.position.clone();
@@ -67,11 +69,13 @@ test("the slow orbit stays within its swing, or goes all around", () => {
   motion.orbitSlowly(0.5);
   // In 60 s the orbit covers 5.4 rad (kOrbitRadPerS is 0.09), enough to reach both ends.
   run(60, () => (most = Math.max(most, Math.acos(Math.cos(motion.view.bearing - bearing)))));
+  // The orbit has come near its end of 0.5 rad, and has not passed it.
   expect(most).toBeGreaterThan(0.45);
   expect(most).toBeLessThanOrEqual(0.5 + 1e-6);
   motion.orbitSlowly(Infinity);
   most = 0;
   run(60, () => (most = Math.max(most, Math.acos(Math.cos(motion.view.bearing - bearing)))));
+  // Half a turn (pi) is the largest angle from the first bearing, so 3 rad mean that the orbit passes behind.
   expect(most).toBeGreaterThan(3);
 });
 
@@ -93,6 +97,7 @@ test("keys zoom and turn; it ignores others", () => {
   const { bearing } = motion.view;
   expect(motion.onKey("ArrowRight")).toBe(true);
   expect(motion.view.bearing).not.toBeCloseTo(bearing, 3);
+  // 100 presses of 0.12 rad (kKeyTurnRad) would be two turns without a limit.
   for (let n = 0; n < 100; ++n) motion.onKey("ArrowUp");
   // Beyond the zenith the picture would turn over.
   expect(motion.view.height).toBeLessThan(Math.PI / 2);
@@ -104,6 +109,7 @@ test("it follows a target that moves, also during a flight", () => {
   motion.flyTo(there);
   const moved = new Vector3(-2, 1.4, 0);
   run(3, () => motion.follow(moved, 1 / 60));
+  // The distance to a target decays by 2.5 a second (kFollow), so after some seconds less than 1 cm is left.
   expect(motion.view.target.distanceTo(moved)).toBeLessThan(0.01);
   const { distance, bearing } = motion.view;
   const further = new Vector3(-1, 1.4, 1);

@@ -1,6 +1,8 @@
 import { expect, test } from "vitest";
 import { FirstPictures } from "../../page/firstPictures";
 
+// What a picture shows: members, hair, and whether the page still waits for somebody's hair. `add` takes the time since
+// the picture before, ms, and this.
 const nothing = { hasPeople: false, hasHair: false, isWaiting: true };
 const hair = { hasPeople: true, hasHair: true, isWaiting: true };
 const desktop = { width: 1280, height: 720 };

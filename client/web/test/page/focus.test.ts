@@ -5,7 +5,10 @@ import { Focus, type Shown } from "../../page/focus";
 import type { Stage } from "../../page/stage";
 import { rigidPose } from "../../src/hair/pose";
 
-/** Records how the camera would move. */
+/**
+ * Stands for the stage, and records how the camera would move. The free part of the view is a window of 1280 x 720
+ * pixels without the panel of 312.
+ */
 class FakeStage {
   isMoved = false;
   free = { width: 968, height: 720 };
@@ -28,6 +31,8 @@ const person = (number: number, x: number, isReady = true, own = false) =>
     character: { isReady, position: new Vector3(x, 1.6, 0), quaternion: new Quaternion(), scale: new Vector3(1, 1, 1) },
   }) as unknown as Shown;
 
+// `focus.update` takes the people with a pose, the number of those whose pose is on its way, and the time since the
+// picture before, s.
 function begin() {
   const stage = new FakeStage();
   const heard: (number | null)[] = [];
@@ -51,6 +56,7 @@ test("at first it shows the most central person, and waits a while for that pers
   // The central person's hair arrives too late: the camera must not turn away again.
   focus.update([person(1, -1), person(2, 0), person(3, 0.9)], 0, 0.1);
   expect(focus.person).toBe(1);
+  // The orbit has begun for the first choice and for the second one.
   expect(stage.orbits).toBe(2);
 });
 
@@ -79,6 +85,7 @@ test("it shows a calm person first rather than one who dances in the middle", ()
   expect(focus.person).toBe(2);
 });
 
+// The groom of such a person cannot be shown (`Member.error`), so the first view would stay without hair.
 test("whose hair cannot be had is not the first", () => {
   const { focus } = begin();
   const broken = person(1, 0, false);
@@ -141,5 +148,6 @@ test("it frames a head anew when an avatar makes it larger", () => {
   focus.update([one], 0, 0.1);
   const [before, after] = stage.flights as CameraView[];
   expect(stage.flights.length).toBe(2);
+  // A head of three times the size needs almost three times the distance, or the picture would cut it off.
   expect(after.distance).toBeGreaterThan(1.5 * before.distance);
 });

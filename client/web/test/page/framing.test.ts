@@ -53,6 +53,7 @@ describe("a portrait", () => {
 
   test("has the hair's width and height, but cuts hair below the chest", () => {
     const groom = madeGroom(40, 12);
+    // The portrait is cut at -0.34 m (kBottomMinM of framing.ts): with hair to the knees the face would be tiny.
     // One point is the widest, another one hangs 2 m down, and a third is the highest.
     groom.points[0] = 0.31;
     groom.points[1] = -2;
@@ -97,7 +98,9 @@ describe("the camera's bearing", () => {
   test("swings until another person would hide this one", () => {
     const other = { x: 0.55, z: 0 };
     const bearing = clearBearing(me, 0, [other], 1.7);
+    // 1.7 m is the distance of the camera, and 1.5 rad the largest swing that is asked for.
     const swing = clearSwing(me, bearing, [other], 1.7, 1.5);
+    // Any swing that is visible will do: without one the picture would stand still.
     expect(swing).toBeGreaterThan(0.2);
     for (let turn = -swing; turn <= swing; turn += 0.01) expect(hides(bearing + turn, other)).toBe(false);
     expect(clearSwing(me, bearing, [], 1.7, 0.6)).toBe(0.6);

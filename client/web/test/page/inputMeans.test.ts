@@ -21,6 +21,7 @@ function device(hasMouse: boolean) {
 test("a phone shows no hints of keys, also while its user types a name, until a keyboard is used", () => {
   const phone = device(false);
   expect(phone.isTouchOnly()).toBe(true);
+  // Keyboards on a screen send letters, or "Unidentified" in place of them. No such keyboard has arrow keys.
   for (const key of ["a", "Unidentified", "Backspace", "Enter"]) phone.press(key);
   expect(phone.isTouchOnly()).toBe(true);
   phone.press("ArrowLeft");

@@ -3,6 +3,8 @@ import { foreignFileWords, refusedWords } from "../../page/errorWords";
 import { isolated } from "../../page/isolated";
 import { hairstyleName, personName } from "../../page/roomDetails";
 
+// Control characters of Unicode that change the direction of the text after them. kOverride writes all letters from
+// right to left.
 const kOverride = "\u202e";
 const kEmbeddings = ["\u202a", "\u202b", "\u202d", kOverride, "\u2066", "\u2067", "\u2068", "\u2069"];
 
@@ -14,7 +16,10 @@ function outside(text: string): string {
 }
 const person = (tagText: string) => personName({ tagText, groom: null, member: 4, own: true });
 
+// A person may choose a name that turns the page's own words around, so that they say something else.
 test("a name turns nothing around it round, whatever directs inside it", () => {
+  // After the names with one control character come a Hebrew name, and two that end an isolate which they did not
+  // begin.
   for (const name of [
     ...kEmbeddings.map((one) => `An${one}n`),
     "\u05d3\u05d5\u05d3",
@@ -33,6 +38,7 @@ test("a name that goes the page's way is as it is, and one of nothing but direct
 
 test("so it is with hairstyles, files and what a moderator writes", () => {
   expect(outside(`${hairstyleName(`a${kOverride}b`)} (in the room)`)).toBe("NAME (in the room)");
+  // This name looks as if it ended in ".hair": the override turns its letters around.
   const scene = `a${kOverride}riah.fbx`;
   expect(outside(foreignFileWords([scene], `${scene}: strands are read from …`))).toMatch(
     /^The page does not read NAME: /,

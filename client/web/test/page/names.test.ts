@@ -1,7 +1,8 @@
 import { expect, test } from "vitest";
-import { leastUsed, pickName } from "../../page/names";
+import { pickName } from "../../page/names";
 
 test("a picked name is nobody's in the room, for any choice of chance", () => {
+  // There are 100 names: ten first ones, each with ten last ones.
   const taken = new Set<string>();
   for (let n = 0; n < 100; ++n) {
     // The factor makes a sequence of numbers from 0 to 1 that stand for chance.
@@ -9,11 +10,6 @@ test("a picked name is nobody's in the room, for any choice of chance", () => {
     expect(taken.has(name)).toBe(false);
     taken.add(name);
   }
+  // Every name is taken by now.
   expect(pickName(taken)).toBe("Guest");
-});
-
-test("the hairstyle that the fewest have is picked, the first of them", () => {
-  const used: Record<string, number> = { bob: 2, curls: 1, plait: 1 };
-  expect(leastUsed(Object.keys(used), (style) => used[style])).toBe("curls");
-  expect(leastUsed([], () => 0)).toBeNull();
 });

@@ -36,6 +36,7 @@ afterEach(() => void vi.unstubAllGlobals());
 afterAll(() => server.dispose());
 
 test("a server that is not there is tried again until it is; a permanent refusal is not", async () => {
+  // The server has chosen its port at the first start. After its end nothing listens there until the second one.
   await server.start();
   await server.kill();
   const page = new Page({ token: server.token("--subject", "eve") });
@@ -46,6 +47,7 @@ test("a server that is not there is tried again until it is; a permanent refusal
   await until("it is there", () => page.session.room !== null);
   expect(page.states).toEqual(["connecting", "closed", "connecting", "connected"]);
 
+  // A room's name has no spaces, and "none" is no token: the next attempt would be refused as well.
   for (const query of [{ room: "no such name" }, { token: "none" }]) {
     const refused = new Page(query);
     await refused.session.start();
@@ -53,6 +55,7 @@ test("a server that is not there is tried again until it is; a permanent refusal
     expect(refused.session.room).toBeNull();
   }
 
+  // A moderator removes Eve for 60 s. A page that came back by itself would make that pointless.
   const moderator = await Person.join(server.address, { room: "hall", token: server.token("--moderate") });
   const room = page.session.room!;
   room.addCharacter(await strandsFile(20, 6), { tag: "Eve" });

@@ -4,6 +4,8 @@ import { ShaderWarmUp } from "../../page/shaderWarmUp";
 import { idleRenderer } from "../support/idleRenderer";
 import { until } from "../support/until";
 
+// Software takes seconds to compile the shaders of hair. The page compiles them while the first hair is on its way, by
+// drawing a tiny hairstyle. Hair that stayed in the scene would be drawn in every picture.
 test("a hair and a body are drawn once, and leave the scene", async () => {
   const scene = new Scene();
   const drawn: string[][] = [];

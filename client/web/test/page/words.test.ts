@@ -7,6 +7,7 @@ import { HairnetError } from "../../src/index";
 import { objText } from "../support/objText";
 
 test("a server that does not answer is named with its address and the next attempt", () => {
+  // The last argument is the time until the next attempt, s. The page rounds it up.
   const words = closedWords("ws://127.0.0.1:9/ws", "no WebSocket at ws://127.0.0.1:9/ws", 1.6);
   expect(words).toBe("The server does not answer at 127.0.0.1:9. The page tries again in 2 s.");
   expect(closedWords("https://hair.example", "", 1)).toContain("at hair.example.");
@@ -16,6 +17,8 @@ test("a server that does not answer is named with its address and the next attem
 });
 
 test("each refusal of a token says what is wrong and whom to ask", () => {
+  // A server's refusal is a short reason such as "wrong_room", or a whole line. `hasToken`: the page's address has a
+  // token.
   const refused = (error: string, hasToken = true) => refusedWords(`the server says goodbye: ${error}`, hasToken);
   expect(refused("malformed", false)).toMatch(/^This room needs a token\. Ask /);
   expect(refused("this room needs a token; ask the operator for one", false)).toMatch(
@@ -52,6 +55,7 @@ test("files that make no hairstyle are named, with what helps", async () => {
   };
   expect(await refusal(["braid.hair", "HAIR"])).toMatch(/^braid\.hair: /);
   expect(await refusal(["photo.png", "PNG"])).toMatch(/^photo\.png: strands are read from .*\.abc/);
+  // The importer's line names its flag --unit, which the page does not have.
   expect(await refusal(["one.obj", "v 0 0 0\nv 0 1 0\nl 1 2\n"])).toMatch(/--unit \(flags of hairnet-groom import/);
   expect(await refusal(["licence.groom", "MIT Licence"])).toMatch(/^licence\.groom is no whole hairstyle file: /);
   expect(await refusal(["a.groom", ""], ["b.abc", ""])).toMatch(/^a\.groom is a whole hairstyle: give it without/);
@@ -66,6 +70,7 @@ test("files of another program make a hairstyle with their name, and lines that 
 
 test("the loading line says what the page waits for, with bytes", () => {
   const downloads = { bytes: 1_234_000, byteCount: 2_400_000 };
+  // Of three people one has a groom, and no hair can be drawn yet. The first step that is missing is named.
   const waiting = { isConnected: true, people: 3, withGroom: 1, ready: 0, downloads, building: null };
   expect(loadingWords({ ...waiting, isConnected: false })?.text).toBe("Connecting to the room");
   expect(loadingWords(waiting)).toEqual({

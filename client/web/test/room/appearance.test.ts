@@ -13,6 +13,7 @@ import { waitingRoom } from "../support/waitingRoom";
 const kRed: Appearance = { hairRoot: 0x9e5930, hairTip: 0xb07040, skin: 0xe0c0b0, roughness: 77 / 255 };
 
 const many = (count: number) => new Uint8Array(count);
+// A colour is a whole number from 0 to 0xffffff. Other libraries take some of these.
 const colours: unknown[] = [
   -1,
   0x1000000,
@@ -48,6 +49,7 @@ const kBadTags: unknown[] = [
   null,
   () => "Ann",
 ];
+// The roughness is 0 to 1. The last ones have names that an appearance lacks, or are no objects of numbers.
 const kBadAppearances: unknown[] = [
   ...["hairRoot", "hairTip", "skin"].flatMap((name) => colours.map((colour) => ({ [name]: colour }))),
   { roughness: -0.01 },
@@ -88,6 +90,8 @@ describe("tags and appearances that are not valid", () => {
       refused(() => room.addCharacter(file, { tag: bad as string }));
     }
     for (const bad of kBadAppearances) {
+      // A number that is not finite may come from a computation in a render loop: `setAppearance` drops and counts it.
+      // `addCharacter` is called once, and refuses it.
       if (notFinite(bad ?? {})) own.setAppearance(bad as Partial<Appearance>);
       else refused(() => own.setAppearance(bad as Partial<Appearance>));
       refused(() => room.addCharacter(file, { appearance: bad as Partial<Appearance> }));
@@ -135,6 +139,7 @@ describe("with a server", () => {
     const ben = await join();
     const seen = await ben.meets("Ann");
     expect(seen.appearance).toEqual(kRed);
+    // These bytes are no UTF-8.
     ben.own = ben.room.addCharacter(file, { tag: new Uint8Array([0, 255, 7]) });
     const bens = () => ann.room.memberOf(ben.room.session, ben.own!.character);
     await until("she meets him", () => bens() !== null);
@@ -142,13 +147,15 @@ describe("with a server", () => {
     expect(bens()!.appearance).toEqual(defaultAppearance(bens()!.member));
     await until("both know their own", () => ann.own!.member !== null && ben.own!.member !== null);
 
-    // At once for herself, within a moment for others.
+    // Changes are there at once for herself. Others hear of them at most four times a second, so both changes may come
+    // as one.
     ann.own.setAppearance({ skin: 0x010203 });
     ann.own.setAppearance({ hairRoot: 0x00ff00 }, "Anna");
     const newest = { hairRoot: 0x00ff00, hairTip: 0x00ff00, skin: 0x010203, roughness: kRed.roughness };
     expect(ann.own.member).toMatchObject({ tagText: "Anna", appearance: newest });
     await until("he is told", () => ben.heard.includes("changed Anna"));
     expect(seen).toMatchObject({ tagText: "Anna", appearance: newest });
+    // A tag is any bytes, but a text with a line break is no name: `tagText` is empty.
     ann.own.setAppearance({}, "a\nb");
     await until("he is told again", () => ben.heard.includes("changed "));
     expect(seen).toMatchObject({ tagText: "", tag: new TextEncoder().encode("a\nb") });

@@ -20,6 +20,8 @@ const any = (value: unknown) => value as never;
 
 describe("addresses and options of connect", () => {
   test("that are none are refused with a HairnetError", async () => {
+    // After an empty text and what is no text come addresses with a space, another scheme, no host, and a port above
+    // 65535.
     for (const bad of ["", undefined, null, 7420, {}, "a b", "ftp://a", "ws://", "localhost:99999", "http://["]) {
       const error = await connect(any(bad)).catch((thrown: unknown) => thrown);
       expect(error, String(bad)).toBeInstanceOf(HairnetError);
@@ -54,6 +56,7 @@ describe("addresses and options of connect", () => {
 describe("arguments of a room", () => {
   test("that are no groom are refused, and the message says what to give", async () => {
     const room = await waitingRoom();
+    // A web server that lacks the file often answers with a page, and a program that does not look passes it on.
     const page = new TextEncoder().encode("<!DOCTYPE html><title>404</title>");
     for (const [bad, pattern] of [
       [undefined, /not undefined; give the bytes of a \.groom file/],
@@ -112,6 +115,8 @@ describe("winds", () => {
 
   test("that are none are refused", async () => {
     const room = await waitingRoom();
+    // Each wind has one fault: a misspelt name, a text, a negative speed, names of both kinds, a mean that is not 3
+    // numbers, a seed that is no bigint, or it is no object.
     for (const [bad, pattern] of [
       [{ sped: 3 }, /no option 'sped'; did you mean 'speed'/],
       [{ speed: "3" }, /speed is not a number/],
@@ -167,7 +172,8 @@ describe("numbers that a moment's computation has corrupted", () => {
     const good = rigidPose([0, 0, 0, 1], [1, 2, 3]);
     me.push(good);
     const turned = (...rotation: number[]) => rigidPose(rotation, [1, 2, 3]);
-    // Each call has one damaged number: not finite, a rotation whose length is not 1, or a place beyond 10 km.
+    // Each call has one damaged number: not finite, a rotation whose length is not 1, or a place beyond 10 km
+    // (kPositionMaxM). A page that threw here would stop drawing for good.
     const calls: (() => void)[] = [
       () => me.push(turned(0, 0, 0, NaN)),
       () => me.push(turned(0, 0, 0, 0)),

@@ -34,6 +34,8 @@ test("two people see each other: head, hairstyle, and hair that moves", async ()
   const ann = await wearer("two", "Ann", 20, 6);
   const ben = await wearer("two", "Ben", 20, 6);
   const seen = await ben.meets("Ann");
+  // Hair is rigid, with displacements of 0, until the server has built its levels. A millimetre means that it is
+  // simulated.
   await until("her hair moves", () => swing(seen) > 1e-3);
   expect(seen).toMatchObject({ own: false, character: 0, ownerCharacter: ann.own!.character, error: "" });
   expect(seen.session).toBe(ann.room.session);
@@ -47,7 +49,8 @@ test("two people see each other: head, hairstyle, and hair that moves", async ()
   expect(lattice!.grid).toHaveLength(3 * nodeCount(lattice!.lattice));
   expect(lattice!.modes!.coefficients.length).toBeGreaterThan(0);
   expect(lattice!.modes!.coefficients.length).toBeLessThanOrEqual(lattice!.modes!.basis.modeCount);
-  // What a GPU sums up is what the grid has.
+  // A GPU sums up the modes by their coefficients. The sum must be what the grid has, here along x for the first 10
+  // nodes. The texels have 4 numbers for each node, and modes of zeros at the end (`Basis.texels`).
   const { basis, coefficients } = lattice!.modes!;
   const texels = basis.texels();
   const modeFloats = texels.length / (4 * Math.ceil(basis.modeCount / 4));
@@ -63,7 +66,9 @@ test("two people see each other: head, hairstyle, and hair that moves", async ()
   expect(far(points)).toBeLessThan(2);
   expect(seen.points(points)).toBe(points);
 
-  // A head that is small on the screen needs few coefficients, and gets them.
+  // The server may send a larger error for a head that is small on the screen (`RoomOptions.errorM`): at a thousandth
+  // of the screen's height a thousand times as much. Then a few coefficients are enough, where a head that fills the
+  // screen has more than 60.
   const sent = () => seen.lattice!.modes!.coefficients.filter((c) => c !== 0).length;
   await until("many are sent", () => sent() > 60);
   ben.room.reportImportance([
@@ -75,7 +80,7 @@ test("two people see each other: head, hairstyle, and hair that moves", async ()
   ben.room.reportImportance([{ member: seen.member, screenHeight: 1, inView: true }]);
   await until("many are sent again", () => sent() > 60);
 
-  // Her own picture has her newest pose, and what is hers.
+  // Her own picture has her newest pose at once, without the way to the server and back.
   const mine = ann.own!.member!;
   expect(mine).toMatchObject({ own: true, character: ann.own!.character, groom: { key: seen.groomKey } });
   ann.moves = false;
@@ -104,6 +109,7 @@ test("what an owner changes of its character reaches everyone, and its removal",
   await until("its level is another", () => seen.level === LevelIndex.low);
   ann.own!.setMaterial(materials.gel);
   const other = ann.room.addCharacterLike(ann.own!.member!, { tag: "Anna", level: LevelIndex.rigid });
+  // A character is visible after its first pose.
   other.push(rigidPose([0, 0, 0, 1], [5, 1.6, 0]));
   const second = await ben.meets("Anna");
   await until("it stands there", () => second.pose !== null && second.groom !== null);
@@ -127,6 +133,7 @@ test("what an owner changes of its character reaches everyone, and its removal",
 });
 
 test("of grooms the one that is named is fetched first, and no other until that is allowed", async () => {
+  // Strands of 6 and of 8 points make two grooms, so that there are two files to fetch.
   const ann = await wearer("grooms", "Ann", 20, 6);
   const ben = await wearer("grooms", "Ben", 20, 8);
   for (const { own } of [ann, ben]) await until("the server has their hair", () => own!.member !== null);

@@ -19,6 +19,7 @@ import { waitingRoom } from "../support/waitingRoom";
 
 // What TypeScript would refuse, as JavaScript passes it.
 const any = (value: unknown) => value as never;
+/** A hand at (x, 1.6, 0), with a finger of 8 cm as shape `firstNumber`, and a ball of 4 cm as the next one. */
 const hand = (x: number, firstNumber = 0): Hand => ({
   firstNumber,
   rotation: [0, 0, 0, 1],
@@ -36,6 +37,7 @@ const box: Prop = {
   position: [0, 2, 0],
 };
 const me = { character: 1 } as OwnCharacter;
+/** A member whom the room does not have. */
 const nobody = { member: 3 } as Member;
 
 afterEach(() => vi.restoreAllMocks());
@@ -67,6 +69,7 @@ describe("arguments", () => {
   test("that are out of range are dropped, counted and reported, and the render loop goes on", async () => {
     const announced = vi.spyOn(console, "warn").mockImplementation(() => {});
     const room = await waitingRoom();
+    // The same line three times is reported once. Props have numbers below 128.
     for (let i = 0; i < 3; ++i) room.pushHands([hand(NaN)]);
     room.setProps([{ ...box, number: 200 }]);
     expect(room.counters.inputsDropped).toBe(4);
@@ -108,6 +111,7 @@ test("a hand that may touch takes hold of another's hair, and others see it", as
   await server.start();
   const ann = await Person.join(server.address);
   ann.own = ann.room.addCharacter(await strandsFile(200, 8), { tag: "Ann" });
+  // Her head rests, so that his hand stays at her hair.
   ann.moves = false;
   const ben = await Person.join(server.address);
   const seen = await ben.meets("Ann");
@@ -117,9 +121,11 @@ test("a hand that may touch takes hold of another's hair, and others see it", as
 
   const held: number[] = [];
   ben.room.on("held", ({ member, pointCount }) => member === seen && held.push(pointCount));
+  // A server forgets a hand half a second after its last message, so it is sent all the time.
   const reaching = setInterval(() => ben.room.pushHands([hand(0)]), 10);
   await until("her hair is held", () => {
     if (held.at(-1)) return true;
+    // Shape 1 is the ball, at her head joint. It takes all hair within 0.3 m of its middle, the most that is allowed.
     ben.room.takeHold(seen, 1, [0, 0, 0], 0.3);
     return false;
   });

@@ -31,7 +31,11 @@ describe("draw calls", async () => {
   const uniforms = new SceneUniforms(new Texture(), new Texture(), new Texture());
   const materials: RawShaderMaterial[] = [];
   const drawing = new GroomDrawing(made, group, uniforms, (material) => materials.push(material));
-  /** A character whose head is `px` pixels high, with the detail and the list of strands that belong to that size. */
+  /**
+   * A character whose head is `px` pixels high, with the detail and the list of strands that belong to that size
+   * (detail_for of client/draw/draw_detail.cpp). At 400 pixels each strand has two follow hairs and a tolerance of 0.2
+   * mm; at 30 pixels it has none and 2.8 mm.
+   */
   const at = (px: number) => {
     const detail = detailFor(px, 1, drawing.strandCount);
     return { detail, list: drawing.listFor(detail.toleranceM) };
@@ -40,7 +44,7 @@ describe("draw calls", async () => {
   test("characters of one groom and one drawing level share one", () => {
     const drawn = counts();
     drawing.show(
-      // The 20 characters have the records from 5 on.
+      // The 20 characters have the records from 5 on, as if another groom had those from 0 to 4.
       Array.from({ length: 20 }, () => at(400)),
       5,
       drawn,
@@ -60,12 +64,25 @@ describe("draw calls", async () => {
 
   // Each character's points get rows of a texture (`StrandDeformPass`). Too few rows would let characters overwrite
   // each other's hair.
-  test("strands and rows for their points are as many as their share needs", () => {
-    const near = at(400);
-    expect(drawing.pointRowsOf(near)).toBeGreaterThan(0);
-    expect(drawing.strandsOf(near)).toBe(Math.ceil(near.detail.strandShare * drawing.strandCount));
-    const none = { ...near, detail: { ...near.detail, strandShare: 0 } };
-    expect(drawing.pointRowsOf(none)).toBe(0);
+  test("strands and rows for their points are as many as their share needs", async () => {
+    // Each strand has 12 points (madeGroom.ts), at distances over 1.2 cm: strand_geometry.cpp puts one between any two,
+    // which makes 23. A row of the texture has 1024.
+    const large = new GroomDrawing(await geometryOf(await strandsFile(2000)), new Group(), uniforms, () => {});
+    const of = (strandShare: number) => {
+      const drawn = { detail: { ...detailFor(400, 1, 2000), strandShare }, list: 0 };
+      return { strands: large.strandsOf(drawn), rows: large.pointRowsOf(drawn) };
+    };
+    expect(of(0)).toEqual({ strands: 0, rows: 0 });
+    // A part of a strand is drawn as a whole one, and a part of a row is a row.
+    expect(of(1e-6)).toEqual({ strands: 1, rows: 1 });
+    // 0.1236 * 2000 is 247.2; the points of 248 strands are 5704, or 5.6 rows.
+    expect(of(0.1236)).toEqual({ strands: 248, rows: 6 });
+    // The points of half of the strands fill 22.5 rows, and those of all 44.9.
+    expect(of(0.5)).toEqual({ strands: 1000, rows: 23 });
+    expect(of(1)).toEqual({ strands: 2000, rows: 45 });
+    // At 100 pixels the share is 10 000 * (100 / 350)^1.3 of 2000 strands (draw_detail.cpp), which are 1962.06 of them.
+    const detail = detailFor(100, 1, 2000);
+    expect(large.strandsOf({ detail, list: 0 })).toBe(1963);
   });
 
   test("points that have no room take strands from all alike", async () => {
@@ -77,12 +94,14 @@ describe("draw calls", async () => {
     const wanted = shown.map(({ detail }) => detail.strandShare);
     const rows = () => shown.reduce((sum, each) => sum + many.pointRowsOf(each), 0);
     expect(rows()).toBeGreaterThan(8);
+    // With 1000 rows there is room for all, so nothing may change.
     fitShares([{ drawing: many, shown }], 1000);
     expect(shown.map(({ detail }) => detail.strandShare)).toEqual(wanted);
     // Two rows less than both need: the strands of both must be cut by the same factor.
     const most = rows() - 2;
     fitShares([{ drawing: many, shown }], most);
     expect(rows()).toBeLessThanOrEqual(most);
+    // Two rows and one for each character are four of about twenty, so most strands must be left.
     expect(shown[0].detail.strandShare).toBeGreaterThan(0.5 * wanted[0]);
     expect(shown[0].detail.strandShare / wanted[0]).toBeCloseTo(shown[1].detail.strandShare / wanted[1], 6);
   });
@@ -100,6 +119,8 @@ describe("draw calls", async () => {
     expect(firsts.sort((a, b) => a - b)).toEqual([0, 2]);
   });
 
+  // A program may set the detail of a character (`HairCharacter.detail`). Characters that are sorted by anything but
+  // their list would need more draw calls than a mesh has, and some would not be drawn.
   test("with details of their own, too, all are drawn: those of one list together", () => {
     const hall = new Group();
     const mixed = new GroomDrawing(made, hall, uniforms, () => {});
@@ -149,6 +170,7 @@ describe("placement", () => {
       .add(new Vector3().fromArray(at, kNumbersPerBone * bone + 4));
 
   test("the room's matrix moves, turns and scales all characters", () => {
+    // The arguments are the member's number, whether it is an own one, and the key of its groom.
     const character = new HairCharacter(1, false, "");
     const room = new Group();
     room.position.set(0, 0, 10);
@@ -247,6 +269,7 @@ describe("placement", () => {
     expect(at(1, 0, 1)).toMatch(/scaled unevenly/);
     expect(at(1, NaN, 1)).toMatch(/not finite/);
     expect(at(1, Infinity, 1)).toMatch(/not finite/);
+    // A shear keeps the lengths of some axes, but not their angles: no rotation with one scale equals it.
     const sheared = new Group();
     sheared.matrixWorld.makeShear(0, 0, 0.5, 0, 0, 0);
     expect(place(new HairCharacter(1, false, ""), pose, sheared.matrixWorld)).toMatch(/scaled unevenly/);
@@ -278,6 +301,7 @@ describe("how a head is seen", () => {
   });
 });
 
+// three.js writes the version line itself, and a second one, or a name that is declared twice, would not compile.
 test("shaders contain each included file once, and no version line", () => {
   for (const name of [
     "strand.vert",
@@ -291,6 +315,7 @@ test("shaders contain each included file once, and no version line", () => {
   ]) {
     const text = shader(name);
     expect(text).not.toMatch(/^#(include|version)/m);
+    // viewMatrix is declared in scene.glsl, which several other files include.
     expect(text.match(/uniform mat4 viewMatrix/g)).toHaveLength(1);
     expect(text.startsWith("precision")).toBe(true);
   }

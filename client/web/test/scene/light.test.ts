@@ -206,7 +206,7 @@ describe("shadow maps", async () => {
     expect(strands.material.uniforms.copies.value).toBe(3);
   });
 
-  // A program that wants no shadows of hair must not pay for them: a shadow map takes a third of a picture's strands.
+  // A program that wants no shadows of hair must not pay for them: each shadow map draws every strand once more.
   test("stay empty unless they are asked for", () => {
     for (const mesh of drawingWith(false).group.children) expect(mesh.castShadow).toBe(false);
   });

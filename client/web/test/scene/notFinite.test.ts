@@ -33,7 +33,7 @@ describe("numbers of a program that are not finite, or scales that hair cannot f
     hair.updateAt(nowMs, camera);
   }
 
-  // Each function spoils one input of the scene. None of them may throw in the program's render loop.
+  // Each function makes one input of the scene not finite. None of them may throw in the program's render loop.
   const corruptions: Record<string, () => void> = {
     "a camera": () => camera.position.setX(NaN),
     "a camera's projection": () => {

@@ -156,7 +156,8 @@ describe("lattices", () => {
   test("of a scene are read where they are, and those of another module are copied", async () => {
     const groom = module.makeOf("hairnet_groom_load", await strandsFile(20, 6));
     const levels = module.make("hairnet_build_finish", module.make("hairnet_build_begin", groom));
-    // A world of 60 ticks a second has one character, whose head turns for 0.3 s.
+    // A world of 60 ticks a second has one character, whose head turns for 0.3 s: long enough for its hair to lag
+    // behind.
     const world = module.make("hairnet_world_make", 60);
     const poseAt = (s: number) => new Uint8Array(rigidPose([0, Math.sin(s), 0, Math.cos(s)]).buffer);
     const own = module.with(poseAt(0), (at) => module.made("", "hairnet_world_add", world, groom, levels, 0, at));
@@ -169,6 +170,7 @@ describe("lattices", () => {
     const lattice = new ModuleLattice(scene, scene.at(0), 0);
     const count = nodeCount(lattice.lattice);
     // The hair must have moved, or a comparison of zeros would prove nothing.
+    // A centimetre is far above any rounding.
     expect(Math.max(...lattice.grid)).toBeGreaterThan(0.01);
     expect(lattice.modes).toBeUndefined();
     // The first picture is of the module that has the scene, the second of another module.
@@ -210,11 +212,12 @@ test("the detail is chosen for all by their sizes", async () => {
   // At a quality of 0.5 a head of 700 pixels counts as 350. A head of that size has all of 300 strands, two follow
   // hairs and the quadratic FFD.
   expect(detail).toMatchObject({ strandShare: 1, followHairCount: 2, quadratic: 1 });
-  // The strand may be a third of such a pixel off (tolerance_m
-  // of client/draw/draw_detail.cpp).
+  // A head of 0.24 m (kHeadM) has 350 pixels here. The strand may be 0.35 of such a pixel off (tolerance_m of
+  // client/draw/draw_detail.cpp).
   expect(detail.toleranceM).toBeCloseTo((0.35 * 0.24) / 350, 9);
 });
 
+// Such software takes longer for the sum than the processor by itself, so pictures would take longer, too.
 test("software that plays a GPU leaves the sum of nodes to the processor", () => {
   // The names are what Chromium gives as UNMASKED_RENDERER_WEBGL. SwiftShader plays a GPU on the processor.
   expect(nodeSumFor(module, "ANGLE (Google, Vulkan 1.3.0 (SwiftShader Device), SwiftShader driver)")).toBe(

@@ -30,6 +30,7 @@ describe("compress.mjs", () => {
   });
 
   it("writes none that gains less than a tenth, and none of pictures", () => {
+    // Random bytes do not shrink, and a picture is compressed already: its ending is not in the list of the script.
     writeFileSync(join(folder, "noise.groom"), randomBytes(5000));
     writeFileSync(join(folder, "empty.js"), "");
     writeFileSync(join(folder, "picture.png"), Buffer.alloc(5000));
@@ -37,6 +38,7 @@ describe("compress.mjs", () => {
     expect(names()).toEqual(["empty.js", "grooms", "noise.groom", "picture.png"]);
   });
 
+  // A web server hands out the copy in place of the file, so an old copy would be an old page.
   it("removes copies of files that have changed or gone", () => {
     writeFileSync(join(folder, "gone.js.br"), "old");
     writeFileSync(join(folder, "now.css"), randomBytes(100));

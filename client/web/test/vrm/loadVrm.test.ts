@@ -13,6 +13,7 @@ import { madeGroom } from "../support/madeGroom";
 const text = (words: string) => new TextEncoder().encode(words);
 const model = makeAvatar();
 
+/** The error with which a file is refused: a `HairnetError` of one line, as the page shows it to people. */
 async function refusal(bytes: Uint8Array): Promise<HairnetError> {
   const error: unknown = await loadVrm(bytes).then(
     () => "loaded",
@@ -42,6 +43,7 @@ function described(change: (json: Record<string, unknown>) => void, file: Uint8A
 }
 
 describe("what is no VRM model is refused in plain words", () => {
+  // A user may drop any file. Each line has a name, the file, and what the refusal must say: what it is, or what helps.
   test.each([
     ["an empty file", new Uint8Array(0), /it is empty/],
     ["a licence", text("MIT License\n\nCopyright (c)"), /it is a text/],
@@ -73,6 +75,7 @@ describe("what is no VRM model is refused in plain words", () => {
   });
 
   test("more vertices than the limit, whatever the file's own size", async () => {
+    // The limit is 64 Mi numbers in all arrays (kVrmNumbersMax of loadVrm.ts). The small file claims 3e9 vertices.
     const bytes = described((json) => ((json.accessors as { count: number }[])[0].count = 3e9));
     const error = await refusal(bytes);
     expect(error.code).toBe("too_large");
@@ -88,9 +91,9 @@ describe("what is no VRM model is refused in plain words", () => {
     expect(error.message).toMatch(/129 MB; a VRM file may have 128 MB/);
   });
 
-  test("every 97th truncation", async () => {
-    for (let length = 0; length < model.length; length += Math.ceil(model.length / 97))
-      await refusal(model.subarray(0, length));
+  // A download that breaks off leaves a file of any length, from none to all but one byte.
+  test("truncations to 97 lengths", async () => {
+    for (let n = 0; n < 97; ++n) await refusal(model.subarray(0, Math.round((n / 96) * (model.length - 1))));
   });
 });
 
@@ -112,13 +115,16 @@ describe.skipIf(files.length === 0)("models of others", () => {
     lowerArms(vrm);
     const vrmHair = new VrmHair(vrm);
     vrmHair.fit(madeGroom());
-    // Heads of comic figures are several times as large as a real head.
+    // The size is that of the model's head over the groom's. Heads of comic figures are several times as large as a
+    // real head.
     expect(vrmHair.size).toBeGreaterThan(0.8);
     expect(vrmHair.size).toBeLessThan(7);
     vrm.update(0.1);
     vrm.scene.updateMatrixWorld(true);
     const height = (bone: "leftHand" | "rightHand" | "leftUpperArm" | "rightUpperArm") =>
       vrm.humanoid.getRawBoneNode(bone)!.getWorldPosition(new Vector3()).y;
+    // A model stands with its arms spread, and its hands are then about as high as its upper arms. Lowered hands must
+    // be at least 10 cm lower.
     expect(height("leftHand")).toBeLessThan(height("leftUpperArm") - 0.1);
     expect(height("rightHand")).toBeLessThan(height("rightUpperArm") - 0.1);
   });

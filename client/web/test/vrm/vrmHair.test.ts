@@ -38,6 +38,8 @@ test("the made model is a VRM with the bones that hair needs, and its own hair",
   expect(findHairMeshes(vrm).map((mesh) => mesh.name)).toEqual(["Hair"]);
 });
 
+// The page hides the hair that a model comes with. A mesh that is missed shows two hairstyles at once, and one that is
+// taken for hair leaves the model without its hat or face.
 describe("a model's own hair is found", () => {
   // Gives the hair mesh this name and its material one that says nothing, so that names alone cannot identify it.
   const rename = (name: string) => {
@@ -172,6 +174,7 @@ describe("a model's skeleton as a pose", () => {
     }
   });
 
+  // A page may put the hair on a model that is in the middle of an animation.
   test("is the same whatever the model did before", () => {
     vrm.humanoid.getRawBoneNode("neck")!.rotation.set(0.4, 0.6, 0.1);
     vrm.humanoid.getRawBoneNode("head")!.rotation.set(-0.3, 0.2, 0.5);
@@ -194,6 +197,7 @@ describe("a model's skeleton as a pose", () => {
     const pose = skeleton.pose();
     expect(moved(pose, Bone.neck, neckJoint).distanceTo(neckJoint.clone().add(headJoint))).toBeLessThan(1e-5);
     expect(pose[Bone.upperTrunk * kNumbersPerBone + 1]).toBeCloseTo(0, 6);
+    // The quaternion of a turn by 0.5 rad about +Y has sin(0.25) as its second number. The head turns with the neck.
     expect(pose[Bone.head * kNumbersPerBone + 1]).toBeCloseTo(Math.sin(0.25), 5);
   });
 
@@ -235,6 +239,8 @@ describe("a model's skeleton as a pose", () => {
   });
 });
 
+// The four scales are a larger model, two that are mirrored in one axis, and one that is mirrored in all three.
+// `attach` draws the hair at the head bone, while the pose for the server has no scale.
 describe("hair on a model", () => {
   for (const scale of [
     [2, 2, 2],
@@ -264,7 +270,8 @@ describe("hair on a model", () => {
         const point = new Vector3(0.05, 0.1, 0.03);
         const wanted = point.clone().applyMatrix4(vrmHair.skeleton.anchor.matrixWorld);
         expect(drawn(Bone.head, point).distanceTo(wanted)).toBeLessThan(1e-5);
-        // Bones keep their places too: the skin that the hair is kept out of.
+        // The other bones keep their places, too. The skin of the shoulders moves with them, and hair must stay out of
+        // it.
         const { size, offset } = vrmHair.headFit;
         for (const [bone, name] of [
           [Bone.leftShoulder, "leftShoulder"],
@@ -327,8 +334,8 @@ describe("hair on a model", () => {
         .add(new Vector3(0, 0.08, 0.02));
       const at = onEgg.sub(surface.middle);
       const above = size * (at.length() - surface.radius(at));
-      // The fit weighs hair inside the head six times as much as hair above it (kBuriedWeight of headFit.ts), so the
-      // bound inside is the narrower one.
+      // The bounds are in m: hair is at most 12 mm inside the head, and 25 mm above it. The fit weighs hair inside the
+      // head six times as much as hair above it (kBuriedWeight of headFit.ts), so the bound inside is the narrower one.
       expect(above).toBeGreaterThan(-0.012);
       expect(above).toBeLessThan(0.025);
     }

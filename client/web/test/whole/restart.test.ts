@@ -24,7 +24,8 @@ test("everyone and everything is there again after a broken line, and on a new s
   await until("her hair moves", () => seen.lattice !== null && seen.groom !== null);
   const { groom } = seen;
 
-  // The line breaks: the session goes on, with what was changed meanwhile.
+  // Her line breaks without a goodbye. The session goes on over a new connection, with what she has changed meanwhile:
+  // to him she has never left.
   const { session } = ann.room;
   ann.socket.terminate();
   ann.own.setAppearance({ skin: 0x0a0b0c }, "Annabel");
@@ -36,7 +37,8 @@ test("everyone and everything is there again after a broken line, and on a new s
   expect(ben.named("Annabel")).toBe(seen);
   expect(ben.heard.filter((line) => line.startsWith("left"))).toEqual([]);
 
-  // The server dies, and a new one is there on its port.
+  // The server dies, and a new one starts on its port. It knows nobody, so both clients must bring their characters
+  // again, and he meets her as a new member.
   await server.kill();
   await until("both notice", () => [ann, ben].every(({ room }) => room.state === "reconnecting"));
   expect(ann.heard.at(-1)).toMatch(/^reconnecting: [^\n]+$/);
@@ -57,6 +59,7 @@ test("everyone and everything is there again after a broken line, and on a new s
 
 test("a room that may not reconnect, or has tried long enough, is closed with the reason", async () => {
   const ann = await Person.join(server.address, { reconnect: false });
+  // He tries to reconnect for 0.2 s, and she not at all.
   const ben = await Person.join(server.address, { giveUpAfterS: 0.2 });
   people.push(ann, ben);
   await server.kill();

@@ -4,6 +4,7 @@ import { Server } from "../support/server";
 import { until } from "../support/until";
 
 test("a server that is stopped is heard of, and returned to when it goes on; an idle one is not taken for it", async () => {
+  // A connection can die without a word, as when a laptop changes its network. The client notices it after 10 s.
   // The first server is stopped by a signal: its sockets stay open and silent. The second one has nothing to send but
   // signs of life.
   const servers = [new Server(), new Server()];

@@ -34,7 +34,7 @@ const kBody: Layout = { rest: ["float", 3], normal: ["half", 4], ...kLight, shar
 
 /**
  * The geometry of a groom of the module, as C++ makes it (client/draw). `isCoarse`: the body and about 500 strands
- * alone; null when the whole takes no longer than a moment.
+ * alone; null when the whole geometry is made so quickly that no coarse one is needed.
  */
 export function readGeometry(instance: Instance, groom: number, isCoarse: boolean): GroomGeometry | null {
   let geometry: number;
@@ -101,6 +101,7 @@ function attributesOf(vertices: ArrayBuffer, layout: Layout): Attributes {
   for (const [name, [type, size]] of Object.entries(layout)) {
     const from = new kTypes[type](vertices);
     const array = new kTypes[type](size * count);
+    // The module has vertex after vertex. `stride` and `begin` count numbers of this type, not bytes.
     const stride = vertexBytes / from.BYTES_PER_ELEMENT;
     const begin = first / from.BYTES_PER_ELEMENT;
     for (let v = 0; v < count; ++v) for (let i = 0; i < size; ++i) array[size * v + i] = from[stride * v + begin + i];

@@ -3,20 +3,24 @@ import { expect, test } from "vitest";
 import { headAngles, rotationOfDevice } from "../../../page/head/gyroscope";
 import { rotationOf } from "../../../page/head/headPose";
 
-/** The rotation of a device with the angles of a DeviceOrientationEvent, in degrees. */
+/**
+ * The rotation of a device with the angles of a DeviceOrientationEvent, degrees: `alpha` about the vertical, `beta` the
+ * tilt to the front, and `gamma` the tilt to the side. `screenDeg`: by how much the picture is turned on the device.
+ */
 const held = (alpha: number, beta: number, gamma: number, screenDeg = 0) =>
   rotationOfDevice({ alpha, beta, gamma }, screenDeg)!;
 
 test("a device that lies on a table has the world's axes: x east, y north, z up", () => {
   const flat = held(0, 0, 0);
   expect(new Vector3(0, 0, 1).applyQuaternion(flat).z).toBeCloseTo(1);
-  // Upright before the user, its screen faces backwards from where it points: south.
+  // A device that is held upright points north, and its screen faces the user in the south: its z is -y.
   const upright = held(0, 90, 0);
   expect(new Vector3(0, 0, 1).applyQuaternion(upright).y).toBeCloseTo(-1);
   expect(new Vector3(0, 1, 0).applyQuaternion(upright).z).toBeCloseTo(1);
 });
 
 test("turned about the vertical, the head turns about its own", () => {
+  // Held upright, the device turns by 30 degrees, which is pi / 6.
   const turned = headAngles(held(0, 90, 0), held(30, 90, 0));
   expect(turned.yawRad).toBeCloseTo(Math.PI / 6);
   expect(turned.pitchRad).toBeCloseTo(0);
@@ -52,6 +56,7 @@ test("on a device held sideways the picture's axes count, not the device's", () 
   expect(turned.rollRad).toBeCloseTo(0);
 });
 
+// Browsers without a sensor may send one event with null in place of the angles.
 test("a device that does not know how it is held gives no rotation", () => {
   expect(rotationOfDevice({ alpha: null, beta: 1, gamma: 1 }, 0)).toBeNull();
 });

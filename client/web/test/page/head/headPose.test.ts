@@ -13,6 +13,7 @@ describe("a pose from a head alone", () => {
   });
 
   test("is valid however the head lies, and the trunk stays upright", () => {
+    // The angles go all around in yaw, and in pitch almost to straight up and down.
     for (let yawRad = -3; yawRad < 3; yawRad += 0.7)
       for (let pitchRad = -1.5; pitchRad < 1.5; pitchRad += 0.4) {
         const pose = poseOf(rotationOf({ yawRad, pitchRad, rollRad: 0.3 }), [0, 1.6, 0], 0.2);
@@ -44,6 +45,7 @@ describe("a pose from a head alone", () => {
       expect(Math.abs(body - before)).toBeLessThan(0.011);
       before = body;
     }
+    // The head ends at 7 rad, so a trunk that stays within 0.6 rad of it ends above 6.
     expect(body).toBeGreaterThan(6);
     expect(yawOf(rotationOf({ yawRad: 1.1, pitchRad: 0.3, rollRad: 0 }))).toBeCloseTo(1.1, 6);
   });
@@ -60,11 +62,13 @@ test("reads room, server, token and role from the page's address", () => {
     local: false,
   });
   expect(here("?observe=0").observe).toBe(false);
+  // A page that another web server hands out names its server in its head (`pageServer`).
   const elsewhere = (search: string) =>
     readQuery(new URL(`https://pages.example/hair/${search}`), "wss://hair.example");
   expect(elsewhere("").server).toBe("wss://hair.example");
   expect(elsewhere("?server=ws://other:1").server).toBe("ws://other:1");
   expect(here("?local&observe")).toMatchObject({ local: true, observe: false });
+  // Such a page names "none" where it has no server and simulates the hair itself.
   const alone = (search: string) => readQuery(new URL(`https://pages.example/hair/${search}`), "none");
   expect(alone("")).toMatchObject({ local: true, server: "https://pages.example" });
   expect(alone("?server=ws://other:1")).toMatchObject({ local: false, server: "ws://other:1" });

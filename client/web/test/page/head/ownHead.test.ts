@@ -13,7 +13,8 @@ test("a dragged head follows the mouse, and returns smoothly after its release",
   const head = new OwnHead();
   head.placeAt(new Vector3(0, 1.6, 0), 0);
   head.grab();
-  // 80 pixels turn the head by 0.56 rad (kRadPerPx of ownHead.ts).
+  // 80 pixels turn the head by 0.56 rad (kRadPerPx of ownHead.ts). The other arguments are the pixels downwards, and
+  // whether the drag moves the head instead of turning it.
   head.drag(80, 0, false, camera);
   let before = 0;
   for (let n = 0; n < 60; ++n) {
@@ -25,6 +26,7 @@ test("a dragged head follows the mouse, and returns smoothly after its release",
   }
   expect(before).toBeGreaterThan(0.5);
   head.release();
+  // Within 1.5 s the difference decays by a factor of e^18 (kEagerness).
   for (let n = 0; n < 90; ++n) before = yawOf(head.update(1 / 60, camera));
   expect(Math.abs(before)).toBeLessThan(0.01);
 });
@@ -48,6 +50,8 @@ test("keys turn it until their release; it ignores other keys", () => {
   expect(head.onKey("ArrowLeft")).toBe(true);
   let yaw = 0;
   for (let n = 0; n < 30; ++n) yaw = yawOf(head.update(1 / 60, camera));
+  // In half a second the key turns the head by 2 rad (kKeyRadPerS), that is to its limit, and the head follows
+  // smoothly.
   expect(yaw).toBeLessThan(-0.3);
   head.onKeyUp();
   for (let n = 0; n < 90; ++n) yaw = yawOf(head.update(1 / 60, camera));
@@ -61,7 +65,7 @@ test("moved with Shift it stays where it was put", () => {
   head.drag(100, 0, true, camera);
   head.release();
   const pose = head.update(1, camera);
-  // 100 pixels move the head by 0.15 m (kMPerPx).
+  // The camera is 2 m away, so 100 pixels move the head by 100 * 0.0009 * 2 = 0.18 m (kMPerPx of ownHead.ts).
   expect(pose[4]).toBeGreaterThan(0.05);
   expect(pose[5]).toBeCloseTo(1.6);
 });
@@ -71,6 +75,7 @@ test("a headset's eyes are where the pose has them, and its trunk stays upright"
   const look = new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), 0.4);
   const matrix = new Matrix4().compose(eye, look, new Vector3(1, 1, 1));
   const rig = new Matrix4().makeTranslation(1, -1.6, 0);
+  // A headset that loses its tracking gives no viewer's pose. The head must then stay where it was.
   const seen = (tracked: boolean): HeadsetView => ({
     getReferenceSpace: () => ({}) as XRReferenceSpace,
     getFrame: () => ({

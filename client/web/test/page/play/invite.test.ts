@@ -8,6 +8,7 @@ const invite = (address: string) => {
   return { link: link.href, note: inviteNote(link, readQuery(page)) };
 };
 
+// Anyone who has the link may pass it on, so it must not carry the user's own token.
 test("a link leads to the same room and server, and gives away no token", () => {
   expect(invite("https://hair.example/?room=hall&token=secret&observe").link).toBe("https://hair.example/?room=hall");
   expect(invite("https://hair.example/").link).toBe("https://hair.example/");
@@ -17,6 +18,7 @@ test("a link leads to the same room and server, and gives away no token", () => 
 });
 
 test("it says when the link works here only, or needs a token", () => {
+  // A loopback address works on this machine alone; --bind is the server's flag that lets others in.
   expect(invite("http://localhost:7420/").note).toContain("--bind");
   expect(invite("http://127.0.0.1:7420/").note).toContain("--bind");
   expect(invite("https://hair.example/?token=secret").note).toContain("token");

@@ -19,5 +19,6 @@ test("each preset changes something, and Calm undoes them all", () => {
   for (const preset of kPresets) expect(preset.material ?? preset.wind).toBeDefined();
   const [calm] = kPresets;
   expect(windOf(calm.wind!).meanMPerS.map(Math.abs)).toEqual([0, 0, 0]);
+  // The values of a normal material: factors of 1, and no gel (`materials.normal`).
   expect(Object.values(calm.material!)).toEqual([1, 1, 1, 1, 1, 0]);
 });

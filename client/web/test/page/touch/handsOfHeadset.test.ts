@@ -27,6 +27,8 @@ test("two hands are seven capsules each, in the world, with the numbers of their
     [0, 7],
     [16, 7],
   ]);
+  // The tip of the forefinger is 3 cm beside the wrist and 17 cm before it (headset.ts). The rig adds 0.5 m to its
+  // height.
   const [tip, base] = endsOf(hands[1].hand, hands[1].number - 16);
   expect(tip.distanceTo(new Vector3(0.23, 1.5, -0.47))).toBeLessThan(1e-6);
   expect(base.distanceTo(new Vector3(0.23, 1.5, -0.39))).toBeLessThan(1e-6);
@@ -45,8 +47,10 @@ test("a hand of which a joint is lost is not there, and the other is", () => {
 
 test("a pinch is between the tips, closes below 15 mm and opens above 25 mm", () => {
   const [{ place, openM }] = tracked(new FakeHeadset().addHand("left", new Vector3(), 0.02));
+  // The tip of the thumb is 2 cm below that of the forefinger, so the pinch is 1 cm below it.
   expect(place.distanceTo(new Vector3(0.03, 0.49, -0.17))).toBeLessThan(1e-6);
   expect(openM).toBeCloseTo(0.02, 6);
+  // The limits are kClosesM and kOpensM of handsOfHeadset.ts.
   const closed = [false];
   // At 20 mm the pinch stays as it was: open on the way in, closed on the way out.
   for (const apartM of [0.03, 0.02, 0.014, 0.02, 0.026]) closed.push(isClosed(apartM, closed.at(-1)!));
@@ -56,6 +60,7 @@ test("a pinch is between the tips, closes below 15 mm and opens above 25 mm", ()
 test("a controller is a capsule along its handle; the trigger closes, squeezed it pins, and it holds at its front", () => {
   const turned = new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI / 2);
   const at = new Vector3(0.1, 1, 0);
+  // The list says whether the trigger and the squeeze button are pressed.
   const [open] = tracked(new FakeHeadset().addController("left", at, turned, [false, false]));
   expect(isClosed(open.openM, true)).toBe(false);
   const [front, back] = [...endsOf(open.hand, 0)].reverse();

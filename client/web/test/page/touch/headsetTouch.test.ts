@@ -9,6 +9,7 @@ import { FakeRoom } from "./fakeRoom";
 import { FakeHeadset } from "./headset";
 import { personAt } from "./people";
 
+/** A hand with a sphere, number 16, and a capsule from 10 to 30 cm along its own x, number 17. */
 const hand: Hand = {
   firstNumber: 16,
   rotation: [0, 0, Math.SQRT1_2, Math.SQRT1_2],
@@ -45,7 +46,8 @@ test("a pinch takes hold of the nearest hair at the forefinger, and lets go when
   expect(holds.hasTouched).toBe(false);
   for (const pinchM of [0.01, 0.02, 0.01]) touch.update(handsAt(pinchM), room);
   expect(room.calls).toEqual(["take 2 16"]);
-  // 5 mm below the tip of a capsule of 8 cm.
+  // The pinch is 5 mm below the tip of the forefinger, whose capsule is 8 cm long. `takeHold` wants its place from the
+  // middle of the capsule, 4 cm from the tip.
   expect(new Vector3().fromArray(room.place).length()).toBeCloseTo(Math.hypot(0.005, 0.04), 5);
   touch.update(handsAt(0.03), room);
   touch.update(handsAt(0.05), room);
@@ -63,13 +65,20 @@ test("a hand that was lost begins anew: the server has let its hair go", () => {
 });
 
 test("a pinch takes no hair that it may not touch, or that is out of reach, also when it comes near later", () => {
-  const room = new FakeRoom(people, 2);
+  // The user may not touch the hair of member 2, which the pinch meets. In the far room all hair is out of reach.
+  const forbidden = new FakeRoom(people, 2);
   const touch = new HeadsetTouch(new Holds());
-  touch.update(handsAt(0.01), room);
-  touch.update(handsAt(0.05), room);
-  expect(room.calls).toEqual([]);
+  touch.update(handsAt(0.01), forbidden);
+  touch.update(handsAt(0.05), forbidden);
+  expect(forbidden.calls).toEqual([]);
   const far = new FakeRoom([personAt(1, [1, 1.55, 0])]);
   touch.update(handsAt(0.01), far);
-  touch.update(handsAt(0.01), room);
   expect(far.calls).toEqual([]);
+  // Hair comes near the hand that is closed by now: only a new pinch takes it.
+  const near = new FakeRoom(people);
+  touch.update(handsAt(0.01), near);
+  expect(near.calls).toEqual([]);
+  touch.update(handsAt(0.05), near);
+  touch.update(handsAt(0.01), near);
+  expect(near.calls).toEqual(["take 2 16"]);
 });

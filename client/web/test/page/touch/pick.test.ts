@@ -26,6 +26,8 @@ test("beside all hair, and behind the eye, there is none", () => {
 });
 
 test("a face hides the hair behind it, of oneself and of others, and turns with its head", () => {
+  // The ray is 8 cm above the head joint, at the height of the egg's middle. There the egg reaches 0.12 m forward,
+  // beyond the hair at 0.09 m, and not as far as the hair to the sides and at the back.
   const ray = rayFrom([0, 1.68, 3], [0, 1.68, 0]);
   expect(pickHair(ray, kWithinRad, [personAt(1, [0, 1.6, 0])])).toBeNull();
   expect(pickHair(ray, kWithinRad, [personAt(1, [0, 1.6, 0], Math.PI)])?.member.member).toBe(1);
@@ -42,6 +44,8 @@ test("the own skull hides nothing from an eye in it", () => {
 
 test("a hand finds whose hair is nearest, and nobody's out of reach", () => {
   const people = [personAt(1, [0, 1.6, 0]), personAt(2, [0.25, 1.6, 0])];
+  // The hair of the two begins 0.09 m from their axes, at x = 0.09 and x = 0.16. The first two places are 1 cm from it,
+  // and the third one is 0.3 m in front of both.
   expect(nearestHair(new Vector3(0.1, 1.6, 0), 0.03, people)?.member).toBe(1);
   expect(nearestHair(new Vector3(0.15, 1.6, 0), 0.03, people)?.member).toBe(2);
   expect(nearestHair(new Vector3(0.125, 1.6, 0.3), 0.03, people)).toBeNull();

@@ -11,6 +11,7 @@ const rotation = new Quaternion().setFromAxisAngle(new Vector3(0, 1, 0), Math.PI
 const eye = new Vector3(2, 1.5, 0.2);
 const rayTo = (x: number, y: number, z: number) => new Ray(eye, new Vector3(x, y, z).sub(eye).normalize());
 
+// `onHeld` takes the member, the number of the hand, the count of held points, and the time, ms.
 function begin(strokes = false) {
   const room = new FakeRoom([{ member: 1 }]);
   const member = room.members.get(1)!;
@@ -23,6 +24,7 @@ function begin(strokes = false) {
 test("a press takes hold with a ball at the hair, which then follows the pointer in the plane of the picture", () => {
   const { room, member, touch, at } = begin();
   expect(room.calls).toEqual(["hands 1", "take 1 0"]);
+  // The ball has kBallRadiusM of pointerTouch.ts.
   expect(touch.hands(0)[0].shapes).toMatchObject([{ radiusM: 0.012 }]);
   expect(at(0).distanceTo(place)).toBeLessThan(1e-9);
   touch.onHeld(member, 0, 12, 40);
@@ -74,6 +76,7 @@ test("until it holds, the ball waits at the hair and asks again, for half a seco
   expect(room.calls).toHaveLength(3);
 });
 
+// A second request would take hold of other hair, which then hangs at the hand without the user's wish.
 test("hair that is pulled out of the hand is not taken again", () => {
   const { room, member, touch } = begin();
   touch.onHeld(member, 0, 12, 40);
@@ -109,6 +112,7 @@ test("a stroke moves a palm across the picture and holds nothing", () => {
   const { room, holds, touch, at } = begin(true);
   const [{ shapes }] = touch.hands(0);
   const along = new Vector3().fromArray(shapes[0].to).sub(new Vector3().fromArray(shapes[0].from));
+  // The palm is 8 cm long (kPalmHalfLengthM), and lies across the picture of a camera that looks along -x.
   expect(along.length()).toBeGreaterThan(0.05);
   expect(Math.abs(along.applyQuaternion(rotation).x)).toBeLessThan(1e-9);
   touch.move(rayTo(0, 1.2, 0.5));

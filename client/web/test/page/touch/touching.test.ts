@@ -6,7 +6,9 @@ import type { Room } from "../../../src/index";
 import { FakeRoom } from "./fakeRoom";
 import { personAt } from "./people";
 
-/** Values of clientX whose ray meets the hair of the person, and misses it: see rayAt. */
+/**
+ * Values of clientX whose ray meets the hair of the person, and misses it: `rayAt` below looks at z = clientX / 100, m.
+ */
 const kHair = 1;
 const kBeside = 900;
 const eye = new Vector3(3, 1.6, 0);
@@ -25,6 +27,10 @@ class FakeServed extends FakeRoom {
   }
 }
 
+/**
+ * A page with one person at the origin. `scale`: of the drawn head; `untouchable`: a member whom the user may not
+ * touch.
+ */
 function makePage({ observes = false, scale = 1, untouchable = -1 } = {}) {
   const person = { ...personAt(1, [0, 1.6, 0]), own: true };
   const room = new FakeServed([person], untouchable);
@@ -72,6 +78,7 @@ test("a press on hair takes hold of it and keeps the camera still; releasing let
   expect(room.calls.at(-1)).toBe("let go 1 0 drop");
   draw();
   draw();
+  // After a hand has gone one empty message says so, and no further one.
   expect(room.calls.slice(3)).toEqual(["hands 0"]);
 });
 

@@ -29,6 +29,7 @@ test("the default needs no word, and a change back to it does", () => {
   const { whoMay, room, announced } = begin("");
   const one = own(1);
   whoMay.tell(room, one);
+  // A server's own default is "oneself", so there is nothing to announce.
   expect(announced).toEqual([]);
   whoMay.audience = "nobody";
   whoMay.tell(room, one);
