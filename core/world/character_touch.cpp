@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "core/assert.hpp"
@@ -47,16 +47,23 @@ double sway_m(const Character& c, double tick_s) {
   return std::sqrt(static_cast<double>(farthest2_m2)) + tick_s * static_cast<double>(c.state.speed_max_m_per_s);
 }
 
-// A lower bound of the distance between the body and the ball within the tick, m; exact for bodies that stay. It is
-// infinite, without the costly part, for most bodies that are farther than `reach_m`.
-double distance_m(const RoomBody& b, const Ball& ball, const Character& c, double reach_m) {
-  const Vec3 from = c.from.head().point(ball.centre), to = c.to.head().point(ball.centre);
-  const RigidTransform& place = b.body.place;
-  const double moved_m = (to - from).norm() + (place.position - b.from.position).norm();
+// The ball's centre in the world at the start of the tick and at its end, m.
+struct Way {
+  Vec3 from, to;
+};
+
+// Whether the body is surely farther than `reach_m` from the ball all through the tick: a quick test that most bodies
+// pass.
+bool is_far(const RoomBody& b, const Ball& ball, const Way& way, double reach_m) {
+  if (b.body.shape.is_inside_out) return false;
+  const double moved_m = (way.to - way.from).norm() + (b.body.place.position - b.from.position).norm();
   const double farthest_m = reach_m + ball.radius_m + b.bounding_radius_m + moved_m;
-  const bool is_far = (to - place.position).squaredNorm() > farthest_m * farthest_m;
-  if (is_far && !b.body.shape.is_inside_out) return std::numeric_limits<double>::infinity();
-  const Vec3 own_from = b.from.inverse().point(from), own_to = place.inverse().point(to);
+  return (way.to - b.body.place.position).squaredNorm() > farthest_m * farthest_m;
+}
+
+// A lower bound of the distance between the body and the ball within the tick, m; exact for bodies that stay.
+double distance_m(const RoomBody& b, const Ball& ball, const Way& way) {
+  const Vec3 own_from = b.from.inverse().point(way.from), own_to = b.body.place.inverse().point(way.to);
   // A distance changes by at most the way that is travelled. So on a way of length w no point is nearer than (d_0 + d_1
   // - w) / 2, where d_0 and d_1 are the distances at its ends.
   const double distances_m = shape_distance(b.body.shape, own_from) + shape_distance(b.body.shape, own_to);
@@ -104,19 +111,21 @@ std::vector<const RoomBody*> near_bodies(const RoomBodies& room, double tick_s, 
   const Level& level = c.model() ? *c.model() : c.levels->levels.front();
   if (level.rest.empty()) return bodies;
   const Ball ball = ball_of(level.geometry.lattice);
+  const Way way{c.from.head().point(ball.centre), c.to.head().point(ball.centre)};
   const double coarse_m = std::max<double>(level.displacement_max_m, kUnknownSway_m) + kTouchReach_m;
+  // The exact reach takes a pass over all nodes. Most characters have no body within the coarse one.
+  std::optional<double> reach_m;
   std::vector<Near> near;
   // Bodies that the rule excludes are never looked at, so they are counted by subtraction.
   counts.bodies_refused = static_cast<std::uint32_t>(room.size());
   visit_allowed(room, c, [&](const RoomBody& body) {
     --counts.bodies_refused;
-    const double away_m = distance_m(body, ball, c, coarse_m);
-    if (away_m <= coarse_m) near.push_back({away_m, &body});
+    if (is_far(body, ball, way, coarse_m)) return;
+    if (!reach_m) reach_m = sway_m(c, tick_s) + kTouchReach_m;
+    if (is_far(body, ball, way, *reach_m)) return;
+    const double away_m = distance_m(body, ball, way);
+    if (away_m <= *reach_m) near.push_back({away_m, &body});
   });
-  if (near.empty()) return bodies;
-  // The exact bound takes a pass over all nodes. The coarse bound came first, since most characters have no body near.
-  const double reach_m = sway_m(c, tick_s) + kTouchReach_m;
-  std::erase_if(near, [&](const Near& n) { return n.distance_m > reach_m; });
   if (near.size() > kStepBodiesMax) {
     std::ranges::sort(near, {}, &Near::rank);
     counts.bodies_left_out += static_cast<std::uint32_t>(near.size() - kStepBodiesMax);

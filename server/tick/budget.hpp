@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/levels/level.hpp"
-#include "server/tick/budget_cost.hpp"
+#include "server/tick/cost_estimate.hpp"
 #include "server/tick/budget_fill.hpp"
 
 namespace hairnet::server {

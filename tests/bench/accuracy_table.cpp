@@ -21,10 +21,8 @@ struct Rate {
 constexpr std::array<Rate, 4> kRates{{{25, 1}, {25, 2}, {60, 1}, {90, 1}}};
 // A step costs the same at any rate, so that times are taken at one.
 constexpr double kTimedRate_hz = 60;
-// The paper has 16 iterations of conjugate gradient, without a preconditioner.
-constexpr int kPaperIterations = 16;
 
-// Holds how long a step of one character takes, in microseconds. Steps cost the same at any length and stiffness.
+// The time that a step of one character takes, in microseconds. Steps cost the same at any length and stiffness.
 struct StepTimes {
   std::array<double, kIterations.size()> crowd{};
   double naive = 0;

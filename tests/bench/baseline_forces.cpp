@@ -9,6 +9,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+// Plain structs as Eigen's types, without a copy.
 Eigen::Map<const Matrix3d> rotation(const PlainTransform& t) {
   return Eigen::Map<const Matrix3d>(t.rotation);
 }
@@ -31,6 +32,7 @@ void scatter(const PlainStiffeners& s, std::size_t index, const Vector3d& sigma,
   }
 }
 
+// Mass, ether, gravity and drag of each node. The drag tensor is symmetric: `d` has its six numbers, row by row.
 void add_nodes(const PlainLevel& level, const PlainInput& input, const NodeVectors& P, const NodeVectors& P_dot,
                BaselineSystem& system) {
   const double h = input.step_s;
@@ -50,8 +52,10 @@ void add_nodes(const PlainLevel& level, const PlainInput& input, const NodeVecto
   }
 }
 
-// This is the law of core/solver/spring.hpp, written again. The numbers are kStiffStrain = 0.02, kStiffening = 2,
-// kBucklingStrain = 0.05 and kBuckling = 0.9 there. The lower bound of q, -h k / 3, is that of core/solver/damping.hpp.
+// This is the law of core/solver/spring.hpp, written again with its constants: this library, which is compiled for the
+// building machine, includes nothing of core. The lower bound of q, -h k / 3, is that of core/solver/damping.hpp.
+constexpr double kStiffStrain = 0.02, kStiffening = 2, kBucklingStrain = 0.05, kBuckling = 0.9;
+
 void add_springs(const PlainLevel& level, double h, const NodeVectors& P, const NodeVectors& P_dot,
                  BaselineSystem& system) {
   const PlainStiffeners& springs = level.springs;
@@ -60,8 +64,9 @@ void add_springs(const PlainLevel& level, double h, const NodeVectors& P, const 
     const double length = eps.norm(), rest_length = springs.rest_length[s], x = length - rest_length;
     if (!(length > 0)) continue;
     const Vector3d e = eps / length;
-    const double change = x > 0.02 * rest_length ? 2 : x < -0.05 * rest_length ? -0.9 : 0;
-    const double beyond = change > 0 ? x - 0.02 * rest_length : x + 0.05 * rest_length;
+    const double stiff_m = kStiffStrain * rest_length, buckling_m = kBucklingStrain * rest_length;
+    const double change = x > stiff_m ? kStiffening : x < -buckling_m ? -kBuckling : 0;
+    const double beyond = change > 0 ? x - stiff_m : x + buckling_m;
     const double k = springs.stiffness[s] * (1 + change), tension = springs.stiffness[s] * (x + change * beyond);
     const double q = std::max(springs.damping[s] - h * k, -h * k / 3);
     const double sigma = -tension - (q + h * k) * e.dot(eps_dot);
@@ -70,6 +75,7 @@ void add_springs(const PlainLevel& level, double h, const NodeVectors& P, const 
   }
 }
 
+// Attachments (eq. 4) pull to the rigid shape, which moves with the head.
 void add_attachments(const PlainLevel& level, double h, const NodeVectors& P, const NodeVectors& P_dot,
                      BaselineSystem& system) {
   const PlainStiffeners& attachments = level.attachments;
@@ -111,12 +117,14 @@ double skin_distance(const PlainSkinDistanceField& field, const Vector3d& point,
   return value + field.cell_m * (at - within).norm();
 }
 
-// This is the law of core/solver/contact.hpp, written again. The numbers are kContactDepth_m = 0.05,
-// kContactStiffnessDepth_m = 0.01 and kContactRecovery_m_per_s = 0.4.
+// This is the law of core/solver/contact.hpp, written again with its constants and those of core/levels/level.hpp.
+constexpr double kContactDepth_m = 0.05, kContactStiffnessDepth_m = 0.01, kContactRecovery_m_per_s = 0.4;
+constexpr double kContactNever_m = -1;
+
 void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVectors& P, const NodeVectors& P_dot,
                   BaselineSystem& system) {
-  // `h` is the length of the step, 0.05 is kContactDepth_m.
-  const double h = input.step_s, slope_of_u = 6 / (0.05 * 0.05 * 0.05);
+  // `h` is the length of the step.
+  const double h = input.step_s, slope_of_u = 6 / (kContactDepth_m * kContactDepth_m * kContactDepth_m);
   const PlainContactPoints& points = level.contacts;
   for (std::size_t p = 0; p < points.count; ++p) {
     Vector3d displacement = Vector3d::Zero(), velocity = Vector3d::Zero();
@@ -135,8 +143,8 @@ void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVe
       const PlainSkinDistanceField& field = level.skin[f];
       const PlainBone& bone = input.bones[f];
       const double limit = static_cast<double>(field.limit[p]);
-      // The limit kContactNever_m = -1 means that the point cannot reach this skin.
-      if (limit <= -1) continue;
+      // The point cannot reach this skin.
+      if (limit <= kContactNever_m) continue;
       const Vector3d at = point(bone.to_rest_before, from);
       const Vector3d travel = point(bone.to_rest, with_head + h * velocity) - at;
       Vector3d gradient;
@@ -147,9 +155,8 @@ void add_contacts(const PlainLevel& level, const PlainInput& input, const NodeVe
           ahead > 0 && std::min(skin_distance(field, at + travel / 2), skin_distance(field, at + travel)) < limit;
       if (!(depth > 0) && !comes_in) continue;
       const double slope = (1 - input.contact_release) * slope_of_u * static_cast<double>(points.potential[p]);
-      // 0.01 is kContactStiffnessDepth_m, 0.4 is kContactRecovery_m_per_s.
-      const double k = slope * std::clamp(std::max(depth, ahead), 0.0, 0.01);
-      const double push = depth > 0 ? std::min(slope * depth * depth / 2, k * 0.4 * h) : k * depth;
+      const double k = slope * std::clamp(std::max(depth, ahead), 0.0, kContactStiffnessDepth_m);
+      const double push = depth > 0 ? std::min(slope * depth * depth / 2, k * kContactRecovery_m_per_s * h) : k * depth;
       const Vector3d outward = rotation(bone.from_rest) * normal;
       const double force = push - k * normal.dot(point(bone.to_rest, with_head) - at);
       for (std::uint32_t e = points.begin[p]; e < points.begin[p + 1]; ++e) {

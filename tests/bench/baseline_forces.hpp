@@ -24,7 +24,7 @@ struct BaselineSystem {
   Eigen::Matrix3Xd rest, rest_dot;
   // The right side of the system, h (f + h df/dp P').
   Eigen::VectorXd load;
-  // Holds one block for each node, of mass, ether, drag and contact.
+  // One block for each node, of mass, ether, drag and contact.
   std::vector<Eigen::Matrix3d> node_blocks;
   std::vector<StiffenerBlock> springs, attachments;
 };

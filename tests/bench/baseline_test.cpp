@@ -47,6 +47,7 @@ TEST_P(Baselines, agree_with_the_reference_when_their_solver_converges) {
   ASSERT_TRUE(performer->perform());
   const std::vector<LatticeState> states = performer->states();
   for (std::size_t c = 0; c < cast.characters.size(); ++c) {
+    // The first frame, as one step.
     const StepInput input = step_input(cast, cast.characters[c], 0, 0, 1);
     WorldLattice reference = to_world(level, input.from.head(), cast.characters[c].state);
     const WorldLattice before = reference;
@@ -96,6 +97,7 @@ INSTANTIATE_TEST_SUITE_P(All, Baselines,
                                          support::Named{"fair", Baseline::fair}),
                          support::CaseName());
 
+// The kernels of a crowd step several characters at once, where a single character is stepped alone.
 TEST(Performers, crowd_and_single_give_the_same_bits) {
   const Level level = make_random_level();
   const Workload cast = random_cast(level);

@@ -23,6 +23,7 @@ constexpr double kBaselineOff_m = 1e-6, kOff_m = 2e-5;
 Workload some_of(const Workload& cast) {
   Workload some{cast.frame_s, 1, {}};
   for (std::size_t c = 0; c < std::min(kPlayers, cast.characters.size()); ++c) {
+    // The characters are spread evenly over all of them.
     BenchCharacter character = cast.characters[c * cast.characters.size() / kPlayers];
     character.poses.resize(2);
     character.state.elastic_energy_max_j = std::numeric_limits<float>::infinity();

@@ -9,6 +9,7 @@
 namespace hairnet::bench {
 namespace {
 
+// The trajectory of the hair when the naive step solves with so many iterations.
 fidelity::NodeTrajectory follow_naive(const Level& level, const Motion& motion, const fidelity::CutOff& setting,
                                       float stiffness, double duration_s) {
   const fidelity::Clip clip = fidelity::make_clip(motion, setting.rate_hz, duration_s);
@@ -73,7 +74,7 @@ int CutOffError::iterations_for(double error, int most) const {
 }
 
 int CutOffError::naive_iterations_for(double error, int most) const {
-  int iterations = 16;
+  int iterations = kPaperIterations;
   // Each try steps whole motions, so the count grows by a quarter instead of by one.
   while (iterations < most && !(of_naive(iterations) <= error)) iterations += iterations / 4;
   return std::min(iterations, most);

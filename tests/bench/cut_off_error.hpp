@@ -5,6 +5,9 @@
 
 namespace hairnet::bench {
 
+// The paper makes this many iterations of conjugate gradient in a step, without a preconditioner.
+inline constexpr int kPaperIterations = 16;
+
 // The error that comes from cutting the solver's iterations off: the distance of a trajectory from the one whose steps
 // are solved to convergence, divided by the RMS motion, and averaged over the subject's motions.
 class CutOffError {

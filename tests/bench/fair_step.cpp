@@ -9,12 +9,13 @@ namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
 
-// Where a 3x3 block lies among the matrix' values: its columns are `stride` apart, three values each.
+// Where a 3x3 block lies among the values of the sparse matrix, which stands column by column: the block's columns are
+// `stride` values apart, with three values each.
 struct BlockPlace {
   std::uint32_t begin, stride;
 };
 
-// The rows of blocks in each column of blocks, ascending: wherever two nodes share a stiffener, and the diagonal.
+// For each column of blocks the rows that have one, ascending: the diagonal, and wherever two nodes share a stiffener.
 std::vector<std::vector<std::uint32_t>> block_columns(const PlainLevel& level) {
   std::vector<std::vector<std::uint32_t>> columns(level.node_count);
   for (std::uint32_t i = 0; i < level.node_count; ++i) columns[i].push_back(i);
@@ -31,6 +32,8 @@ std::vector<std::vector<std::uint32_t>> block_columns(const PlainLevel& level) {
   return columns;
 }
 
+// The paper's step as a good engineer would write it: the pattern of the matrix is found once, and each step only adds
+// the numbers at known places. NaiveStep (naive_step.cpp) collects and sorts them in each step.
 class FairStep final : public BaselineStep {
  public:
   FairStep(const PlainLevel& level, const BaselineSettings& settings) : level_(level) {
@@ -72,12 +75,15 @@ class FairStep final : public BaselineStep {
   }
 
  private:
-  // One for each pair of a stiffener's nodes.
+  // The places of one kind of stiffener: `blocks` has one for each pair of a stiffener's nodes, and those of stiffener
+  // s begin at `begin[s]`.
   struct Places {
     std::vector<std::size_t> begin;
     std::vector<BlockPlace> blocks;
   };
 
+  // Fills the column begins and the row numbers of the matrix, three columns for each column of blocks. The values come
+  // in each step.
   void make_pattern(const std::vector<std::vector<std::uint32_t>>& columns) {
     const auto n = static_cast<Eigen::Index>(3 * level_.node_count);
     std::size_t block_count = 0;
@@ -114,7 +120,7 @@ class FairStep final : public BaselineStep {
     }
   }
 
-  // Its block is a multiple of the identity.
+  // The block of an attachment is a multiple of the identity, so only the three numbers of its diagonal are added.
   void add_attachment(const StiffenerBlock& s) {
     const PlainStiffeners& list = *s.stiffeners;
     const BlockPlace* place = attachments_.blocks.data() + attachments_.begin[s.index];

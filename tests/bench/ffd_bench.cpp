@@ -52,6 +52,7 @@ std::vector<Vec3f> lively_displacements(const Lattice& lattice) {
   std::vector<Vec3f> displacements;
   for (std::uint32_t n = 0; n < lattice.node_count(); ++n) {
     const Vec3f x = lattice.node(n);
+    // A multiplicative hash of the node's number gives 0 to 5 mm.
     const auto rough = static_cast<float>(n * 2654435761u % 1000u) * 5e-6f;
     displacements.emplace_back(0.03f * std::sin(12 * x.y()) + rough, 0.02f * x.x() - rough,
                                0.03f * std::cos(9 * x.z()));
@@ -127,6 +128,7 @@ class FfdRun {
     std::ranges::fill(points_, Vec3f::Constant(std::numeric_limits<float>::quiet_NaN()));
     FfdTime time{(kind_ == FfdKind::quadratic ? "quadratic, " : "linear, ") + what};
     time.ns_per_point = min_ns(run) / static_cast<double>(points_.size());
+    // The first run is that of the stored weights, with which all later ones are compared.
     if (stored_ns_ == 0) stored_ns_ = time.ns_per_point;
     time.ratio_to_stored = stored_ns_ / time.ns_per_point;
     time.hash = hash_bits(points_, 14695981039346656037u);
@@ -154,6 +156,7 @@ std::vector<FfdTime> time_ffd(const Groom& groom, const Level& level, std::size_
       hwy::SetSupportedTargetsForTest(target);
       run.time_wide(hwy::TargetName(target), times);
     }
+    // Zero makes all instruction sets of the machine available again.
     hwy::SetSupportedTargetsForTest(0);
   }
   return times;

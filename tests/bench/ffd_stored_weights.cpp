@@ -14,7 +14,8 @@ void append_linear(const Lattice& lattice, const Vec3f& point, std::vector<FfdWe
   }
 }
 
-// The count is known when compiled, so that the compiler may unroll.
+// The number of weights of a point is known when compiled (8 linear, 27 quadratic), so that the compiler may unroll the
+// loop.
 template <std::size_t kCount>
 void add_displacements(std::span<const Vec3f> points, const FfdWeight* weights, const Vec3f* displacements,
                        Vec3f* points_out) {

@@ -22,6 +22,7 @@ std::int64_t best() {
   return targets & -targets;
 }
 
+// Makes Highway's kernels run on this instruction set only.
 void force(std::int64_t target) {
   hwy::SetSupportedTargetsForTest(target);
   hwy::GetChosenTarget().Update(hwy::SupportedTargets());
@@ -29,6 +30,7 @@ void force(std::int64_t target) {
 
 }  // namespace
 
+// A target of 0 means that nothing is forced. The set in use is forced again at the end.
 std::vector<std::string> isa_names() {
   const std::string in_use = isa_in_use();
   hwy::SetSupportedTargetsForTest(0);

@@ -11,6 +11,7 @@
 #include "tests/bench/instructions.hpp"
 #include "tests/bench/isa.hpp"
 #include "tests/bench/paper_table.hpp"
+#include "tests/bench/touch_instructions.hpp"
 
 namespace hairnet::bench {
 namespace {
@@ -43,6 +44,7 @@ int run(const Options& options) {
   if (const auto used = use_isa(options.isa); !used) return fail(used.error());
   const auto subject = load_subject(options);
   if (!subject) return fail(subject.error());
+  if (options.callgrind == "touch") return count_touch_instructions(*subject, options);
   if (!options.callgrind.empty()) return count_instructions(*subject, options);
 
   const Json header = header_of(options);

@@ -9,6 +9,7 @@ namespace {
 using Sparse = Eigen::SparseMatrix<double>;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
+// Adds the nine numbers of the 3x3 block of two nodes.
 void add_block(std::size_t row_node, std::size_t column_node, const Eigen::Matrix3d& block, Triplets& triplets) {
   const auto row = static_cast<int>(3 * row_node), column = static_cast<int>(3 * column_node);
   for (int c = 0; c < 3; ++c) {
@@ -16,6 +17,7 @@ void add_block(std::size_t row_node, std::size_t column_node, const Eigen::Matri
   }
 }
 
+// A stiffener adds a block for each pair of its nodes: w_i w_j times its own.
 void add_stiffener(const StiffenerBlock& s, Triplets& triplets) {
   const PlainStiffeners& list = *s.stiffeners;
   for (std::uint32_t i = list.begin[s.index]; i < list.begin[s.index + 1]; ++i) {
@@ -25,6 +27,7 @@ void add_stiffener(const StiffenerBlock& s, Triplets& triplets) {
   }
 }
 
+// The paper's step in the plainest way: the matrix is made again in each step, from a list of its numbers.
 class NaiveStep final : public BaselineStep {
  public:
   NaiveStep(const PlainLevel& level, const BaselineSettings& settings) : level_(level) {

@@ -18,6 +18,8 @@ constexpr const char* kFooter = R"(Examples:
   hairnet-bench --groom harolongo --motion dance_a,cmu_131_02,run --json bench.json --csv bench.csv
   hairnet-bench --section crowd --isa avx2 --threads 1
   valgrind --tool=callgrind --toggle-collect='*perform_steps*' hairnet-bench --callgrind high --kernel crowd
+  valgrind --tool=callgrind --toggle-collect='*perform_steps*' --dump-after='hairnet::bench::perform_steps*' \
+    --callgrind-out-file=touch.out hairnet-bench --callgrind touch --dumps touch.out --steps 30 --isa avx2
 )";
 
 constexpr std::array<std::pair<std::string_view, Section>, 5> kSections{{{"paper", Section::paper},
@@ -37,6 +39,7 @@ std::vector<Section> sections_of(const std::vector<std::string>& names) {
   return sections;
 }
 
+// Numbers so small that every row is computed once within seconds, as a test does (bench_finds_everything_right).
 void make_quick(Options& o) {
   o.repetitions = 1;
   o.characters = 16;
@@ -44,6 +47,8 @@ void make_quick(Options& o) {
   o.crowd_low = 64;
   o.memory_low = 100;
   o.duration_s = 0.5;
+  // Zero leaves out the naive and the fair solver at the error of the shipped one, for which iterations would be
+  // searched.
   o.naive_iterations_max = 0;
   o.shipped_cells_only = true;
   o.motions.resize(1);
@@ -76,11 +81,14 @@ std::variant<Options, int> parse_options(int argc, char** argv) {
   app.add_option("--json", o.json, "file for the rows");
   app.add_option("--csv", o.csv, "file for the rows");
   app.add_flag("--quick", quick, "few characters and repetitions: whether it is right, not how fast");
-  app.add_option("--callgrind", o.callgrind, "high or low: after set-up only a crowd's steps, to count instructions of")
-      ->check(CLI::IsMember({"high", "low"}));
-  app.add_option("--kernel", o.kernel, "of --callgrind: crowd or single (crowd)")
+  app.add_option("--callgrind", o.callgrind,
+                 "high or low: after set-up only a crowd's steps, to count instructions of; touch: those of a room of "
+                 "20, without hands and with them")
+      ->check(CLI::IsMember({"high", "low", "touch"}));
+  app.add_option("--kernel", o.kernel, "of --callgrind high and low: crowd or single (crowd)")
       ->check(CLI::IsMember({"crowd", "single"}));
-  app.add_option("--steps", o.callgrind_steps, "of --callgrind (4)")->check(CLI::Range(1, 100'000));
+  app.add_option("--steps", o.callgrind_steps, "of --callgrind; ticks of touch (4)")->check(CLI::Range(1, 100'000));
+  app.add_option("--dumps", o.dumps, "of --callgrind touch: valgrind's --callgrind-out-file, to print its counts");
   const auto take_sections = [&] {
     if (!sections.empty()) o.sections = sections_of(sections);
   };

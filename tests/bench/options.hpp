@@ -14,7 +14,7 @@ struct Options {
   std::vector<std::string> motions{"made:dance", "made:run", "made:look_around"};
   std::vector<Section> sections{Section::paper, Section::ffd, Section::accuracy, Section::crowd, Section::codec};
   std::string isa = "best";
-  // Counts the crowd's threads; zero takes as many as the machine has.
+  // The number of the crowd's threads; zero takes as many as the machine has.
   std::size_t threads = 0;
   // Each time is measured so often, and the shortest counts.
   int repetitions = 7;
@@ -22,7 +22,7 @@ struct Options {
   std::size_t characters = 64;
   // The numbers of characters in the crowds of the high and the low level, and in the measurement of memory.
   std::size_t crowd_high = 1024, crowd_low = 4096, memory_low = 10'000;
-  // Limits the naive solver's iterations on its way to the error of the shipped one.
+  // The most iterations of the naive solver on its way to the error of the shipped one.
   int naive_iterations_max = 1024;
   // Leaves out cells of the paper's table that are none of our levels.
   bool shipped_cells_only = false;
@@ -30,11 +30,14 @@ struct Options {
   double duration_s = 4;
   // The files for the results; no file is written for an empty name.
   std::string json, csv;
-  // The name of a level. If there is one, nothing is measured: `callgrind_steps` steps of this level run with the
-  // kernel "crowd" or "single", for valgrind to count (count_instructions).
+  // The name of a level, or "touch". If there is one, nothing is measured: `callgrind_steps` steps of this level run
+  // with the kernel "crowd" or "single", for valgrind to count (count_instructions), or as many ticks of a room
+  // (count_touch_instructions).
   std::string callgrind;
   std::string kernel = "crowd";
   int callgrind_steps = 4;
+  // Valgrind's file of output, whose dumps have the counts of "touch". They are not printed for an empty name.
+  std::string dumps;
 };
 
 // The options, or the exit code when there is nothing more to do.

@@ -37,6 +37,7 @@ PlainModel::PlainModel(const Level& level, double step_s, const MaterialScale& m
     }
     out.cell_m = field.cell_m;
     out.distance = field.distance.data();
+    // The level has the limits of all contact points for the first field, then those for the second one, and so on.
     out.limit = level.contacts.limit.data() + f++ * level.contacts.count();
   }
   plain_.rest = rest_.data();
@@ -53,6 +54,7 @@ PlainModel::PlainModel(const Level& level, double step_s, const MaterialScale& m
                      contacts.weights.data(),
                      contacts.count() > 0 ? contacts.rest.front().data() : nullptr,
                      contacts.potential.data()};
+  // PlainStiffeners gets pointers into the vectors of `springs_`, so their sizes must not change from here on.
   take(level.springs, step_s, material, springs_, plain_.springs);
   // A spring's viscosity goes with its strain.
   for (std::size_t s = 0; s < level.springs.count(); ++s)
@@ -83,6 +85,8 @@ PlainStep::PlainStep(const Level& level, const StepInput& input) : input_{} {
   input_.contact_release = input.contact_release;
   for (const SkinDistanceField& field : *level.skin) {
     const RigidTransform &from = input.from[field.bone], &to = input.to[field.bone];
+    // The two inverses take points of the world into the rest pose, with the bone at the beginning and at the end of
+    // the step. The last transform takes them back.
     bones_.push_back({plain(from.inverse()), plain(to.inverse()), plain(to)});
   }
 }

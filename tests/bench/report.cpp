@@ -5,6 +5,7 @@
 namespace hairnet::bench {
 namespace {
 
+// Commas separate cells, so those within a text become semicolons.
 std::string cell(const Json& value) {
   if (value.is_null()) return {};
   std::string text = value.is_string() ? value.get<std::string>() : value.dump();
@@ -21,6 +22,8 @@ Json Report::json() const {
   return all;
 }
 
+// Rows of different sections have different keys. The columns are those of the header, which are the same in each row,
+// and then all keys in the order in which they first come.
 std::string Report::csv() const {
   std::vector<std::string> keys;
   for (const Json& row : rows_) {

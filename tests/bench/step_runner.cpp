@@ -18,6 +18,7 @@ std::vector<StepInput> inputs_of(const Workload& cast, const BenchCharacter& cha
   return inputs;
 }
 
+// Runs a baseline, which works on lattices in the world in plain doubles.
 class BaselineRunner final : public StepRunner {
  public:
   BaselineRunner(Baseline kind, const Level& level, const Workload& cast, const StepRunnerSettings& settings)
@@ -68,7 +69,8 @@ class BaselineRunner final : public StepRunner {
   std::vector<WorldLattice> lattices_;
 };
 
-// What both of our kernels keep.
+// What both of our kernels have: the inputs of all steps, made before the time is measured, and a state for each
+// character.
 class KernelRunner : public StepRunner {
  public:
   KernelRunner(const Level& level, const Workload& cast, const StepRunnerSettings& settings)
@@ -96,6 +98,7 @@ class KernelRunner : public StepRunner {
   std::vector<LatticeState> states_;
 };
 
+// Steps one character at a time, through all its frames.
 class SingleRunner final : public KernelRunner {
  public:
   using KernelRunner::KernelRunner;
@@ -111,6 +114,7 @@ class SingleRunner final : public KernelRunner {
   StepScratch scratch_;
 };
 
+// Steps as many characters side by side as the vector width allows (crowd_width).
 class CrowdRunner final : public KernelRunner {
  public:
   CrowdRunner(const Level& level, const Workload& cast, const StepRunnerSettings& settings)

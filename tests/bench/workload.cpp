@@ -25,6 +25,7 @@ void lead(const Level& level, const Pose& from, const Pose& to, double frame_s, 
 
 }  // namespace
 
+// Characters begin at times that are spread evenly over the motion, such that each has `span_s` left.
 double start_time_s(const Motion& motion, std::size_t index, std::size_t count, double span_s) {
   const double free_s = std::max(0.0, motion.duration_s() - span_s);
   return free_s * static_cast<double>(index) / static_cast<double>(count);

@@ -10,7 +10,7 @@ namespace hairnet::bench {
 // One character in the middle of a lively motion: its lattice after one second of the motion, and the frames to come.
 struct BenchCharacter {
   LatticeState state;
-  // Holds the poses at the start of the first frame and at the end of each.
+  // The poses at the start of the first frame and at the end of each.
   std::vector<Pose> poses;
 };
 

@@ -137,6 +137,8 @@ void AttackHands::send_bad(std::int64_t now_ns) {
       byte = static_cast<std::uint8_t>(random_.next());
     return connection().send(packet);
   }
+  // These three messages can be decoded, but their values must be refused: a place that is no number, a hand that does
+  // not exist with a negative radius, and a character and a session that do not exist.
   const float nan = std::numeric_limits<float>::quiet_NaN();
   if (turn % 4 == 1)
     send(wire::TakeHold{1, 0, {nan, 0, 0}, 0.1f}, now_ns);

@@ -114,6 +114,7 @@ void AttackSession::send_bad_appearance(std::int64_t now_ns) {
   if (turn % kDamagedEvery == kDamagedEvery - 1) {
     std::vector<std::uint8_t> packet =
         wire::encode_packet({now_ns, wire::SetAppearance{first_, random_tag(wire::kTagBytesMax), wire::Appearance{}}});
+    // The first four bytes are the packet's size. They stay, so that the server finds the next packet.
     for (std::size_t i = 4; i < packet.size(); ++i) packet[i] ^= static_cast<std::uint8_t>(random_.next());
     return connection().send(packet);
   }
@@ -146,6 +147,8 @@ void AttackSession::send_poses(std::int64_t captured_ns, std::int64_t now_ns) {
   sample.capture_time_ns = captured_ns;
   RigidTransform head;
   head.rotation = Quat(std::cos(angle / 2), 0, std::sin(angle / 2), 0);
+  // A riding head moves along a circle for three of every four seconds and stands in the fourth, so that it starts and
+  // stops again and again.
   constexpr double kRideRadius_m = 50;
   const double t = static_cast<double>(captured_ns) * 1e-9,
                ridden_s = 3 * std::floor(t / 4) + std::min(3.0, std::fmod(t, 4.0));

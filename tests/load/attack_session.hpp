@@ -61,7 +61,7 @@ class AttackSession final : public Attacker {
   wire::SessionSecret secret_{};
   // The session has the characters from first_ to end_ - 1.
   std::uint32_t first_ = 1, end_ = 1;
-  // Counts messages of all kinds, so that each differs from the one before.
+  // The number of messages of all kinds, so that each differs from the one before.
   std::uint32_t turn_ = 0;
 };
 

@@ -12,8 +12,10 @@
 namespace hairnet::load {
 namespace {
 
+// An uploader that the server has sent away comes back after this time.
 constexpr std::int64_t kUploadRedial_ns = 250'000'000;
 constexpr std::int64_t kUploadAgain_ns = 1'000'000'000;  // after an error that leaves the groom's state open
+// The uploader waits while this many bytes are not sent. A chunk is far below the largest packet, 4 MiB.
 constexpr std::size_t kUploadUnsentBytesMax = 512u << 10;
 constexpr std::size_t kUploadChunkBytes = 128u << 10;
 
@@ -41,6 +43,7 @@ void AttackUpload::begin(std::int64_t now_ns) {
   send(uploader_hello(), now_ns);
 }
 
+// Writes another name into the groom's bytes, so that the hash is new and the server must build it again.
 void AttackUpload::offer(std::int64_t now_ns) {
   const std::string name = fmt::format("attack-{:08x}", number_++);
   std::ranges::copy(name, bytes_.begin() + static_cast<std::ptrdiff_t>(name_at_));

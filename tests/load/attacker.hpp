@@ -19,7 +19,7 @@ struct AttackContext {
   // The groom that the late joiner of this stage will upload, and its size.
   wire::GroomHash late_joiner_groom{};
   std::uint64_t late_joiner_groom_bytes = 0;
-  // Counts what attackers did and what the server answered.
+  // The numbers of what attackers did and what the server answered.
   std::map<std::string, std::uint64_t, std::less<>>* events = nullptr;
 };
 
@@ -48,11 +48,11 @@ class Attacker : private ConnectionEvents {
   void act(std::int64_t now_ns);
 
  protected:
-  // Is called when the connection is open.
+  // This is called when the connection is open.
   virtual void begin(std::int64_t now_ns) = 0;
-  // Is called at each act() while the connection is open.
+  // This is called at each act() while the connection is open.
   virtual void proceed(std::int64_t now_ns) = 0;
-  // Is called for each message from the server, except those of more than 2 kB, which carry frames.
+  // This is called for each message from the server, except those of more than 2 kB, which carry frames.
   virtual void hear(const wire::Message& message, std::int64_t now_ns);
   void send(wire::Message message, std::int64_t now_ns);
   void close(std::int64_t now_ns);

@@ -136,6 +136,8 @@ std::vector<std::unique_ptr<Attacker>> make_attackers(Attack attack, const Attac
   Cast cast(attack, context);
   SessionAttack session;
   session.room = "attack";
+  // The numbers of each attack are those that attack_meanings() tells a user. They are such that a server without its
+  // defence would be short of time or memory.
   switch (attack) {
     case Attack::zigzag:
       cast.add_uploads(4, 1, make_zigzag_groom());

@@ -31,7 +31,7 @@ class CapacitySearch {
   explicit CapacitySearch(const Limits& limits);
   // How many characters to try next; none when the search is over.
   [[nodiscard]] std::optional<Probe> next() const { return next_; }
-  // Says how the probe of next() ended.
+  // Tells the search how the probe of next() ended.
   void report(bool passed);
   // Returns the largest confirmed number. 0 means that even the smallest number fails, or that none was confirmed
   // within probe_count_max probes.

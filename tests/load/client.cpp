@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "schema/limits.hpp"
+
 namespace hairnet::load {
 namespace {
 
@@ -34,9 +36,19 @@ Client::Client(const ClientContext& context, std::uint32_t number, std::uint32_t
       slow_(slow),
       random_(context.seed, number),
       clock_{0, 1e9 / context.pose_hz} {
-  // The clients with hands are spread evenly: with a share of a half, each second client has them.
-  const auto with_hands = [&](std::uint32_t places) { return std::floor(places * context.touch_share); };
-  if (!slow && with_hands(place + 1) > with_hands(place)) toucher_.emplace(number);
+  // The clients with hands are spread evenly: with a share of a half, each second client has them. Among these the
+  // clients with props are spread in the same way.
+  const auto part_of = [](std::uint32_t all, double share) {
+    return static_cast<std::uint32_t>(std::floor(all * share));
+  };
+  const std::uint32_t touchers_before = part_of(place, context.touch_share);
+  if (slow || part_of(place + 1, context.touch_share) == touchers_before) return;
+  toucher_.emplace(number);
+  const std::uint32_t prop = context.place_in_room(place);
+  // A room has no numbers for the props of further clients.
+  if (prop >= wire::kPropsMax) return;
+  if (part_of(touchers_before + 1, context.props_share) > part_of(touchers_before, context.props_share))
+    prop_setter_.emplace(number, static_cast<std::uint8_t>(prop));
 }
 
 void Client::join(std::uint32_t characters, const std::vector<LevelIndex>& levels, std::int64_t intended_ns,
@@ -59,7 +71,7 @@ Client::Character Client::make_character(std::uint32_t number, const std::vector
   character.motion_step = random.next() >> 32;
   character.level = levels[turn % levels.size()];
   // Clients of a room stand in rows, each client's further characters behind it.
-  const std::uint32_t place = context_->room_size > 0 ? place_ % context_->room_size : place_;
+  const std::uint32_t place = context_->place_in_room(place_);
   character.place = kPlaceSpacing_m * Vec3(place % kPlacesInARow, 0, place / kPlacesInARow + 0.1 * (number - 1));
   return character;
 }
@@ -138,13 +150,17 @@ void Client::on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) {
     if (!welcome.resumed) toucher_->begin();
     (*context_->hand_clocks)[welcome.session] = clock_;
   }
+  if (prop_setter_ && !welcome.resumed) prop_setter_->begin();
+  may_set_props_ = welcome.may_set_props;
   hands_ns_.clear();
+  seen_props_ = context_->sent_props->until_now(context_->room_of(place_));
   tick_ns_ = 1'000'000'000 / std::max(1u, welcome.tick_rate_hz);
   tick_ = 0;
   for (auto& [member, other] : others_) other.arrival_ns = 0;
   for (Character& character : characters_) {
     character.tick = 0;
     character.asleep = false;
+    // Only poses from now on belong to this session. Earlier ones were counted when the connection was lost.
     character.answered = next_pose_ - 1;
   }
   if (slow_) {
@@ -214,6 +230,7 @@ void Client::pass_poses(std::int64_t now_ns) {
     if (can_send) {
       protocol_->push_poses(make_poses(next_pose_));
       pass_hands(next_pose_);
+      pass_props(next_pose_);
     }
     ++next_pose_;
   }
@@ -228,6 +245,19 @@ void Client::pass_hands(std::int64_t pose) {
   context_->tally->count(captured_ns, &Counts::hands_sent);
 }
 
+// The prop is where hair falls on it: at the head that the hands touch.
+void Client::pass_props(std::int64_t pose) {
+  if (!prop_setter_ || !may_set_props_) return;
+  const std::optional<Vec3> head = toucher_->touched_head();
+  if (!head) return;
+  const std::int64_t captured_ns = clock_.time_ns(pose);
+  std::optional<wire::SetProps> change = prop_setter_->move(captured_ns, *head);
+  if (!change) return;
+  context_->sent_props->add(context_->room_of(place_), number_, captured_ns, *change);
+  context_->tally->count(captured_ns, &Counts::props_sent);
+  protocol_->set_props(std::move(*change));
+}
+
 // Records the latency of each pose of the hands that this message is the first to show: those captured after the last
 // message's sample time and up to this one's.
 void Client::on_hands(const HandsSeen& hands, std::int64_t now_ns) {
@@ -239,6 +269,12 @@ void Client::on_hands(const HandsSeen& hands, std::int64_t now_ns) {
   for (std::int64_t pose = clock->second.newest_at(seen_ns) + 1; pose <= newest; ++pose)
     context_->tally->record_hands(clock->second.time_ns(pose), now_ns);
   seen_ns = std::max(seen_ns, hands.sample_time_local_ns);
+}
+
+void Client::on_props(const wire::RoomProps& props, std::int64_t now_ns) {
+  if (slow_) return;
+  for (const std::int64_t sent_ns : context_->sent_props->show(context_->room_of(place_), number_, props, seen_props_))
+    context_->tally->record_props(sent_ns, now_ns);
 }
 
 void Client::on_held(std::uint32_t points, std::int64_t now_ns) {
@@ -296,6 +332,7 @@ void Client::on_frame(const FrameSeen& frame, std::int64_t now_ns) {
       toucher_->see(frame.member, frame.pose->bones[static_cast<std::size_t>(Bone::head)].position);
     return watch_other(frame, now_ns);
   }
+  // The frame was under way when the client removed the character.
   if (frame.character > characters_.size()) return;
   Character& character = characters_[frame.character - 1];
   answer(character, frame, now_ns);
@@ -407,6 +444,7 @@ std::int64_t PoseClock::time_ns(std::int64_t pose) const {
 }
 
 std::int64_t PoseClock::newest_at(std::int64_t at_ns) const {
+  // The quotient may be off by one after rounding, so the two loops correct it.
   auto pose = static_cast<std::int64_t>(std::floor(static_cast<double>(at_ns - phase_ns) / interval_ns));
   pose = std::max<std::int64_t>(pose, -1);
   while (pose >= 0 && time_ns(pose) > at_ns) --pose;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/random.hpp"
+#include "tests/load/prop_setter.hpp"
 #include "tests/load/toucher.hpp"
 #include "tests/load/virtual_client.hpp"
 
@@ -73,6 +74,7 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   void on_refusal(std::string_view reason, std::int64_t now_ns) override;
   void on_frame(const FrameSeen& frame, std::int64_t now_ns) override;
   void on_hands(const HandsSeen& hands, std::int64_t now_ns) override;
+  void on_props(const wire::RoomProps& props, std::int64_t now_ns) override;
   void on_held(std::uint32_t points, std::int64_t now_ns) override;
 
   void begin(std::int64_t now_ns);
@@ -84,6 +86,7 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   Character make_character(std::uint32_t number, const std::vector<LevelIndex>& levels) const;
   void pass_poses(std::int64_t now_ns);
   void pass_hands(std::int64_t pose);
+  void pass_props(std::int64_t pose);
   [[nodiscard]] std::vector<wire::PoseSample> make_poses(std::int64_t pose);
   void answer(Character& character, const FrameSeen& frame, std::int64_t now_ns);
   void watch_other(const FrameSeen& frame, std::int64_t now_ns);
@@ -107,6 +110,10 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   std::int64_t next_pose_ = 0;
   // It is there for a client with hands (ClientContext::touch_share).
   std::optional<Toucher> toucher_;
+  // It is there for a client that sets props (ClientContext::props_share), which also has hands.
+  std::optional<PropSetter> prop_setter_;
+  // The server permits this session to set props.
+  bool may_set_props_ = false;
   // It stays true after the first welcome. Poses count from then on.
   bool started_ = false;
   // The time at which a client whose session has ended begins another one, and at which a slow client reads again.
@@ -123,6 +130,8 @@ class Client final : public VirtualClient, private ConnectionEvents, private Pro
   std::unordered_map<std::uint32_t, Other> others_;
   // The sample time of the newest hands that were seen of each other session.
   std::unordered_map<std::uint64_t, std::int64_t> hands_ns_;
+  // The changes of the room's props that this client has seen, or that were sent before its session began.
+  SentProps::Seen seen_props_;
 };
 
 }  // namespace hairnet::load

@@ -16,8 +16,8 @@ class ConnectionEvents {
   virtual void on_open(std::int64_t now_ns) = 0;
   // `arrival_ns`: when it was read.
   virtual void on_packet(std::span<const std::uint8_t> packet, std::int64_t arrival_ns) = 0;
-  // Is the last call. It does not come once the ClientConnection is destroyed. Over plain TCP `reason` is a word such
-  // as "refused" or "reset"; over other transports it is one line of their library.
+  // This is the last call. It does not come once the ClientConnection is destroyed. Over plain TCP `reason` is a word
+  // such as "refused" or "reset"; over other transports it is one line of their library.
   virtual void on_closed(std::string_view reason, std::int64_t now_ns) = 0;
 
  protected:

@@ -46,6 +46,7 @@ class FakeServer final : public Connector {
         ++tick_;
         continue;
       }
+      announced_ = std::exchange(pending_, {});
       // The bytes mean nothing: FakeProtocolClient makes the events of a tick itself.
       const std::uint8_t tick_packet[16] = {};
       for (FakeClientConnection* line : lines)
@@ -62,12 +63,15 @@ class FakeServer final : public Connector {
 
   bool stalled = false;
   std::size_t connect_count = 0;
-  // Holds the hosts that clients connected from, in the order of their connections.
+  // The hosts that clients connected from, in the order of their connections.
   std::vector<std::uint32_t> hosts;
-  // Holds which sessions have pushed hands, and the kinds of requests about holds: take, drop, pin, unpin.
+  // The sessions that have pushed hands, and the kinds of requests about holds: take, drop, pin, unpin.
   std::vector<std::uint64_t> with_hands;
   std::vector<std::string> holds;
-  // Holds for each pose when it was captured, and when it was pushed.
+  // Whether clients may set props, and the changes that they have asked for.
+  bool may_set_props = true;
+  std::vector<wire::SetProps> props_set;
+  // For each pose: when it was captured, and when it was pushed.
   std::vector<std::pair<std::int64_t, std::int64_t>> poses;
 
  private:
@@ -107,6 +111,7 @@ class FakeServer final : public Connector {
     void let_go(const wire::LetGo& hold) override {
       server->holds.emplace_back(std::array{"drop", "pin", "unpin"}[static_cast<std::size_t>(hold.release)]);
     }
+    void set_props(wire::SetProps change) override { server->change_props(std::move(change)); }
     void leave(std::int64_t) override { state = State::ended; }
     void poll(std::int64_t) override {}
     [[nodiscard]] std::int64_t next_deadline_ns() const override { return connected ? kNever_ns : retry_ns; }
@@ -116,6 +121,7 @@ class FakeServer final : public Connector {
       welcome.session = session;
       welcome.tick_rate_hz = 30;
       welcome.resumed = true;
+      welcome.may_set_props = server->may_set_props;
       if (state == State::welcomed) events.on_welcome(welcome, now_ns);
       if (state == State::lost) events.on_lost("", now_ns);
       if (state == State::ended) events.on_end("", now_ns);
@@ -141,6 +147,8 @@ class FakeServer final : public Connector {
         frame.character = character;
         events.on_frame(frame, now_ns);
       }
+      if (!server->announced_.props.empty() || !server->announced_.removed.empty())
+        events.on_props(server->announced_, now_ns);
       if (held > 0) events.on_held(std::exchange(held, 0), now_ns);
       for (const std::uint64_t other : server->with_hands) {
         if (other == session) continue;
@@ -174,7 +182,26 @@ class FakeServer final : public Connector {
     return std::find(lines_.begin(), lines_.end(), line) != lines_.end();
   }
 
+  // Everyone is in one room. The newest change of each prop is announced at the next tick, to the sender too.
+  void change_props(wire::SetProps change) {
+    const auto replace = [this](std::uint8_t number) {
+      std::erase_if(pending_.props, [&](const wire::Prop& prop) { return prop.number == number; });
+      std::erase(pending_.removed, number);
+    };
+    for (const std::uint8_t number : change.removed) {
+      replace(number);
+      pending_.removed.push_back(number);
+    }
+    for (const wire::Prop& prop : change.props) {
+      replace(prop.number);
+      pending_.props.push_back(prop);
+    }
+    props_set.push_back(std::move(change));
+  }
+
   std::vector<FakeClientConnection*> lines_;
+  // The changes of props since the last tick, and those that this tick announces.
+  wire::RoomProps pending_, announced_;
   std::uint64_t session_count_ = 0;
   std::int64_t next_tick_ns_ = 0;
   std::uint64_t tick_ = 100;

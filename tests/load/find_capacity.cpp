@@ -7,6 +7,8 @@ namespace hairnet::load {
 
 namespace {
 
+// With one client the search changes its number of characters. With several it changes the number of clients, and each
+// keeps its characters.
 bool is_one_client(const Plan& plan) {
   return plan.stages.back().clients == 1;
 }
@@ -49,6 +51,8 @@ Result<void> find_capacity(const Options& options, const Prober& run, Report& re
     const bool trusted = result->generator_lag_p99_ms <= options.lag_p99_max_ms;
     std::vector<Verdict> verdicts = judge_run(options.requirements, *result);
     const bool met = std::ranges::all_of(verdicts, &Verdict::met);
+    // The server has held the thresholds, but the generator was too late to be sure. The search treats this as a
+    // failure.
     if (complete && met && !trusted) found.limited_by_generator = true;
     search.report(complete && met && trusted);
     found.points.push_back({search.probes().back(), complete ? result->stages.back().figures : Figures()});

@@ -11,6 +11,7 @@ namespace hairnet::load {
 Fleet::Fleet(const Plan& plan, ClientContext context, std::int64_t begin_ns)
     : plan_(&plan), context_(std::move(context)), begin_ns_(begin_ns), schedule_(make_schedule(plan)) {
   context_.hand_clocks = &hand_clocks_;
+  context_.sent_props = &sent_props_;
   context_.wake = [this](std::uint32_t client, std::int64_t at_ns) { wake(client, at_ns); };
 }
 
@@ -27,6 +28,7 @@ void Fleet::advance(std::int64_t now_ns) {
 }
 
 void Fleet::act(const Due& due, std::int64_t now_ns) {
+  // Skips an outdated entry: its client is gone, or the client's entry with the time due_ns counts instead.
   const auto found = virtual_clients_.find(due.client);
   if (found == virtual_clients_.end() || found->second.due_ns != due.at_ns) return;
   found->second.due_ns = kNever_ns;
@@ -43,12 +45,16 @@ void Fleet::wake(std::uint32_t client, std::int64_t at_ns) {
 }
 
 void Fleet::perform(const Action& action, std::int64_t now_ns) {
+  // Joins and lost connections are timed from the intended time, not from the time at which this thread gets to them. A
+  // late generator would otherwise hide a part of its clients' wait.
   const std::int64_t intended_ns = begin_ns_ + action.at_ns;
   context_.tally->record_lag(intended_ns, now_ns);
   if (action.kind == Action::Kind::join) return join(action, now_ns);
   const auto found = virtual_clients_.find(action.client);
   if (found == virtual_clients_.end()) return;
   VirtualClient& virtual_client = *found->second.virtual_client;
+  // The action may change the number of this client's characters, so they are counted again behind the switch. A client
+  // that leaves is not counted any more, although it still waits for the end of its connection.
   characters_ -= virtual_client.character_count();
   switch (action.kind) {
     case Action::Kind::join:
@@ -72,6 +78,7 @@ void Fleet::perform(const Action& action, std::int64_t now_ns) {
 
 void Fleet::join(const Action& action, std::int64_t now_ns) {
   Member& member = virtual_clients_[action.client];
+  // A slow client is an ordinary client that reads too little. Each other kind of misbehaviour is a BadClient.
   const bool is_client = !action.misbehaviour || *action.misbehaviour == Misbehaviour::slow;
   if (is_client) {
     auto client = std::make_unique<Client>(context_, action.client, action.place, action.misbehaviour.has_value());

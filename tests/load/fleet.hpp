@@ -15,7 +15,7 @@ namespace hairnet::load {
 // Use it on one thread.
 class Fleet {
  public:
-  // Sets `context.wake` and `context.hand_clocks` itself. `plan` must outlive the fleet.
+  // Sets `wake`, `hand_clocks` and `sent_props` of the context itself. `plan` must outlive the fleet.
   Fleet(const Plan& plan, ClientContext context, std::int64_t begin_ns);
   Fleet(const Fleet&) = delete;
   Fleet& operator=(const Fleet&) = delete;
@@ -32,7 +32,8 @@ class Fleet {
   // Count well-behaved clients that have not left, and their characters.
   [[nodiscard]] std::size_t client_count() const { return counted_clients_; }
   [[nodiscard]] std::size_t character_count() const { return characters_; }
-  // Counts misbehaving clients, and well-behaved ones that have left but still wait for the end of their connection.
+  // The number of misbehaving clients, and of well-behaved ones that have left but still wait for the end of their
+  // connection.
   [[nodiscard]] std::size_t bad_client_count() const { return virtual_clients_.size() - counted_clients_; }
 
  private:
@@ -57,6 +58,8 @@ class Fleet {
   ClientContext context_;
   // The capture times of the clients' hands, by session. The clients that see the hands compute latencies with them.
   std::unordered_map<std::uint64_t, PoseClock> hand_clocks_;
+  // The changes of props that clients have sent. The clients that see the props compute latencies with them.
+  SentProps sent_props_;
   std::int64_t begin_ns_;
   std::vector<Action> schedule_;
   std::size_t next_action_ = 0;

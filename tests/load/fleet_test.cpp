@@ -32,6 +32,7 @@ class FleetTest : public testing::Test {
     context.grooms = &grooms_;
     context.motions = &motions_;
     context.touch_share = plan_.touch_share;
+    context.props_share = plan_.props_share;
     context.connector = &server_;
     context.first_host = first_host_;
     context.make_protocol_client = [this](std::uint32_t, std::uint32_t) { return server_.make_protocol_client(); };
@@ -115,6 +116,60 @@ TEST_F(FleetTest, a_share_of_the_clients_has_hands_which_hold_hair_and_are_timed
   EXPECT_EQ(counts.held_points, 20 * counts.holds);
   for (const char* kind : {"take", "pin", "unpin", "drop"})
     EXPECT_GE(std::ranges::count(server_.holds, kind), 1) << kind;
+}
+
+TEST_F(FleetTest, a_share_of_the_clients_with_hands_sets_props_which_are_timed_at_the_others) {
+  plan({"steady:12s:clients=4,characters=1"});
+  plan_.touch_share = 0.5;
+  run();
+  EXPECT_THAT(server_.props_set, testing::IsEmpty());
+  EXPECT_EQ(stage(0).props_latency.count(), 0u);
+
+  plan_.props_share = 0.5;
+  run();
+  // One of the two clients with hands sets a prop. It is the last of the four, whose number is 3.
+  std::size_t removed = 0;
+  for (const wire::SetProps& set : server_.props_set) {
+    removed += set.removed.size();
+    for (const wire::Prop& prop : set.props) {
+      EXPECT_EQ(prop.number, 3);
+      EXPECT_EQ(wire::validate(prop), "");
+    }
+  }
+  EXPECT_GE(removed, 1u);
+  const Counts& counts = stage(0).counts;
+  EXPECT_EQ(counts.props_sent, server_.props_set.size());
+  // The prop moves for 2 s of 6 s, at each of 72 poses a second. A pose may be more or less at each edge.
+  EXPECT_NEAR(static_cast<double>(counts.props_sent - removed), 12. / 6 * 2 * 72, 4);
+  // The three others see each change, although a tick announces the newest one alone.
+  EXPECT_EQ(stage(0).props_latency.count(), 3 * counts.props_sent);
+  // A change waits for the next tick at most, and a step of 1 ms before it and after it.
+  EXPECT_GT(stage(0).props_latency.min_ms(), 0);
+  EXPECT_LE(stage(0).props_latency.max_ms(), 33.4 + 2.1);
+  // Five poses come in the time of two ticks, so their places within a tick, 6.7 ms apart, shift the mean by 3.4 ms at
+  // most.
+  EXPECT_NEAR(stage(0).props_latency.mean_ms(), 33.3 / 2 + 1, 3.4 + 1);
+}
+
+TEST_F(FleetTest, clients_set_no_props_where_the_server_does_not_permit_it) {
+  plan({"steady:8s:clients=4,characters=1"});
+  plan_.touch_share = plan_.props_share = 1;
+  run([this](std::int64_t) { server_.may_set_props = false; });
+  EXPECT_EQ(server_.with_hands.size(), 4u);
+  EXPECT_THAT(server_.props_set, testing::IsEmpty());
+  EXPECT_EQ(stage(0).counts.props_sent, 0u);
+}
+
+// Changes that wait during a stall must not get lost in the figure.
+TEST_F(FleetTest, stall_of_the_server_counts_as_latency_of_props) {
+  // At the end, after 11 s, no prop is moved, so no change waits for a tick any more.
+  plan({"steady:11s:clients=2,characters=1"});
+  plan_.touch_share = plan_.props_share = 1;
+  // The first client moves its prop from 6 s to 8 s.
+  run([this](std::int64_t now_ns) { server_.stalled = now_ns >= 6'500'000'000 && now_ns < 7'500'000'000; });
+  EXPECT_EQ(stage(0).props_latency.count(), stage(0).counts.props_sent);
+  // The stall is 1 s, and a tick and steps come on top.
+  EXPECT_NEAR(stage(0).props_latency.max_ms(), 1000, 40);
 }
 
 // A generator that waits for a stalled server would send fewer poses during the stall and so measure hardly any of it

@@ -16,6 +16,7 @@ GroomUploader::GroomUploader(Connector& connector, std::unique_ptr<ProtocolClien
 void GroomUploader::poll(std::int64_t now_ns) {
   protocol_->poll(now_ns);
   protocol_->tell(*this, now_ns);
+  // The protocol holds no connection of its own: it only says when it wants one and when it wants it closed.
   if (connection_ && protocol_->wants_close()) {
     connection_.reset();
     protocol_->on_closed(now_ns);
@@ -62,6 +63,7 @@ void GroomUploader::on_groom_state(const wire::GroomHash& groom, wire::GroomStat
 }
 
 void GroomUploader::on_refusal(std::string_view reason, std::int64_t) {
+  // The text of the server's refusal, for the messages of on_groom_state() and on_end(), which get no such text.
   last_word_ = reason;
 }
 

@@ -38,6 +38,7 @@ class GroomUploader final : private ConnectionEvents, private ProtocolEvents {
   void on_refusal(std::string_view reason, std::int64_t now_ns) override;
   void on_frame(const FrameSeen&, std::int64_t) override {}
   void on_hands(const HandsSeen&, std::int64_t) override {}
+  void on_props(const wire::RoomProps&, std::int64_t) override {}
   void on_held(std::uint32_t, std::int64_t) override {}
 
   std::unique_ptr<ProtocolClient> protocol_;

@@ -18,6 +18,7 @@ const Axis& axis() {
 }
 
 std::size_t bin_of(std::int64_t time_ns) {
+  // The axis has no bins for times outside of it, so such a time counts as one just within the nearer end.
   const double inside = std::clamp(static_cast<double>(time_ns), kLeast_ns, kMost_ns * (1 - 1e-9));
   return static_cast<std::size_t>(std::clamp(axis().index(inside), 0, kBins - 1));
 }
@@ -67,6 +68,7 @@ double LatencyHistogram::quantile_ms(double share) const {
   std::uint64_t seen = 0;
   for (std::size_t i = 0; i < bins_.size(); ++i) {
     seen += bins_[i];
+    // All later bins are empty, and the maximum is exact, unlike the bin's upper end.
     if (seen == count_) return max_ms();
     if (seen >= std::max<std::uint64_t>(wanted, 1)) {
       const double upper_ns = axis().value(static_cast<double>(i) + 1);
@@ -87,7 +89,8 @@ std::vector<std::pair<double, double>> LatencyHistogram::tail(std::size_t points
     points.emplace_back(upper_ms, static_cast<double>(count_ - seen) / static_cast<double>(count_));
   }
   if (points.size() <= points_max) return points;
-  // The far tail whole, the rest thinned.
+  // The half with the longest times stays whole, since rare long times are what the plot is for. Of the rest, equally
+  // spaced points remain.
   std::vector<std::pair<double, double>> thin;
   const std::size_t kept = points_max / 2, rest = points.size() - kept;
   for (std::size_t i = 0; i < points_max - kept; ++i) thin.push_back(points[i * rest / (points_max - kept)]);

@@ -19,6 +19,8 @@ link::LinkCoreOptions core_options(ProtocolOptions& options) {
   return core;
 }
 
+// A plan's `observe` is "all", or a number of nearest characters; 0 is an empty list, so that the client sees only its
+// own.
 wire::Observe observe_of(const ProtocolOptions& options) {
   const std::string& text = options.observe;
   wire::Observe observe;
@@ -56,6 +58,7 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
   }
   void take_hold(const wire::TakeHold& hold) override { core_.send(hold); }
   void let_go(const wire::LetGo& hold) override { core_.send(hold); }
+  void set_props(wire::SetProps change) override { core_.send(std::move(change)); }
   void leave(std::int64_t now_ns) override { core_.leave(now_ns); }
 
   void poll(std::int64_t now_ns) override { core_.poll(now_ns); }
@@ -74,6 +77,8 @@ class LinkProtocolClient final : public ProtocolClient, private link::FrameSink 
         events.on_refusal(wire::to_string(error->reason), now_ns);
       else if (const auto* held = std::get_if<wire::Held>(&event))
         events.on_held(held->point_count, now_ns);
+      else if (const auto* props = std::get_if<wire::RoomProps>(&event))
+        events.on_props(*props, now_ns);
       else if (const auto* room = std::get_if<wire::RoomHands>(&event)) {
         for (const wire::RoomHands::Person& person : room->people)
           events.on_hands({person.session, core_.to_local_ns(room->sample_time_ns)}, now_ns);

@@ -8,6 +8,7 @@
 namespace hairnet::load {
 namespace {
 
+// Output that is no terminal gets a line every two seconds of the run, so that a log of an hour stays readable.
 constexpr double kLineInterval_s = 2;
 constexpr int kBarWidth = 50;
 
@@ -59,6 +60,7 @@ std::string to_screen(const RunProgress& p) {
 
 void LiveView::show(const RunProgress& progress) {
   if (!is_terminal_) {
+    // A time before the last one belongs to the next run of a search for capacity, whose line is shown at once.
     if (progress.time_s - shown_s_ < kLineInterval_s && progress.time_s >= shown_s_) return;
     shown_s_ = progress.time_s;
     std::fputs(to_line(progress).c_str(), out_);
@@ -66,6 +68,8 @@ void LiveView::show(const RunProgress& progress) {
     return;
   }
   const std::string screen = to_screen(progress);
+  // The sequence moves the cursor up to the first line of the screen that was drawn last, and the new one overwrites
+  // it.
   std::string drawn = lines_ > 0 ? fmt::format("\x1b[{}A", lines_) : "";
   for (const char c : screen) drawn += c == '\n' ? "\x1b[K\n" : std::string(1, c);  // clears to the end of the line
   lines_ = static_cast<int>(std::ranges::count(screen, '\n'));

@@ -18,7 +18,7 @@ class LiveView {
  private:
   std::FILE* out_;
   bool is_terminal_;
-  // Counts the lines of the last drawing.
+  // The number of lines of the last drawing.
   int lines_ = 0;
   double shown_s_ = -1e9;
 };

@@ -21,6 +21,7 @@
 namespace hairnet::load {
 namespace {
 
+// A signal sets this flag, and the run that is under way then ends early.
 std::atomic<bool> stop_asked{false};
 
 int fail(const std::string& error) {
@@ -36,6 +37,8 @@ void raise_descriptor_limit() {
   setrlimit(RLIMIT_NOFILE, &limit);
 }
 
+// The first of these facts that holds decides: the run is not complete, the generator itself was late, no load passes,
+// a threshold is not met.
 void judge(const Options& options, Report& report) {
   const RunResult& run = report.runs.back();
   const bool complete = !run.ended_early && !run.server_died;
@@ -74,7 +77,8 @@ Result<void> write(const std::string& path, const std::string& text) {
 
 int perform(const Options& options) {
   if (const auto possible =
-          check_can_write({options.json, options.html, options.spawn.empty() ? "" : options.server_log});
+          // A file that cannot be written is found before the run, not after an hour of it.
+      check_can_write({options.json, options.html, options.spawn.empty() ? "" : options.server_log});
       !possible)
     return fail(possible.error());
   auto assets = load_assets(options.plan);

@@ -45,7 +45,7 @@ struct Given {
   std::optional<double> pose_hz;
   std::optional<std::uint32_t> room_size;
   std::optional<std::string> observe;
-  std::optional<double> touch_share, hair_error_mm, frame_bytes_per_s;
+  std::optional<double> touch_share, props_share, hair_error_mm, frame_bytes_per_s;
   std::string token_file;
   bool find_capacity = false, list = false;
   CapacityOptions capacity;
@@ -72,6 +72,9 @@ void add_options(CLI::App& app, Options& o, Given& g) {
       ->check(CLI::Range(0u, kClientCountMax));
   app.add_option("--touch-share", g.touch_share,
                  "of the clients have hands, which stroke, hold and pin the hair of others; 0 to 1 (0)")
+      ->check(in_range(0, 1));
+  app.add_option("--props-share", g.props_share,
+                 "of the clients with hands also set, move and remove props, if the server permits it; 0 to 1 (0)")
       ->check(in_range(0, 1));
   app.add_option("--observe", g.observe, "all, or a number of nearest; 0: itself alone (all)");
   app.add_option("--hair-error", g.hair_error_mm,
@@ -161,6 +164,7 @@ Result<Plan> make_plan(const Given& g) {
   if (!g.motions.empty()) plan.motions = g.motions;
   if (g.room_size) plan.room_size = *g.room_size;
   if (g.touch_share) plan.touch_share = *g.touch_share;
+  if (g.props_share) plan.props_share = *g.props_share;
   if (g.observe) plan.observe = *g.observe;
   if (g.hair_error_mm) plan.hair_error_mm = *g.hair_error_mm;
   if (g.frame_bytes_per_s) plan.frame_bytes_per_s = *g.frame_bytes_per_s;

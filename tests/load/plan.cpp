@@ -55,6 +55,9 @@ Result<void> read(const std::string& key, const Json& value, Plan& plan) {
   } else if (key == "touch_share") {
     if (!value.is_number()) return Refusal("is not a number");
     plan.touch_share = value.get<double>();
+  } else if (key == "props_share") {
+    if (!value.is_number()) return Refusal("is not a number");
+    plan.props_share = value.get<double>();
   } else if (key == "observe") {
     if (!value.is_string()) return Refusal("is not a text");
     plan.observe = value.get<std::string>();
@@ -62,12 +65,12 @@ Result<void> read(const std::string& key, const Json& value, Plan& plan) {
     if (!value.is_number()) return Refusal("is not a number");
     plan.hair_error_mm = value.get<double>();
   } else if (key == "frame_bytes_per_s") {
+    if (!value.is_number()) return Refusal("is not a number");
     plan.frame_bytes_per_s = value.get<double>();
   } else {
     return Refusal(
-        "unknown key; there are seed, pose_hz, grooms, motions, room_size, touch_share, observe, hair_error_mm, "
-        "frame_bytes_per_s, "
-        "stages, require");
+        "unknown key; there are seed, pose_hz, grooms, motions, room_size, touch_share, props_share, observe, "
+        "hair_error_mm, frame_bytes_per_s, stages, require");
   }
   return {};
 }
@@ -97,16 +100,19 @@ std::int64_t Plan::stage_begin_ns(std::size_t stage) const {
   return std::llround(sum_s * 1e9);
 }
 
+// Stages of one name get a number behind it, since thresholds and reports name stages.
 std::string settle(Plan& plan) {
   if (plan.stages.empty()) return "a plan needs a stage: give --stage, --plan or --preset";
   if (plan.stages.size() > 1000) return "a plan has at most 1000 stages";
   if (plan.grooms.empty() || plan.motions.empty()) return "a plan needs a groom and a motion";
   if (!(plan.pose_hz >= 1 && plan.pose_hz <= 1000)) return "pose_hz is not in 1 to 1000";
   if (!(plan.touch_share >= 0 && plan.touch_share <= 1)) return "touch_share is not in 0 to 1";
+  if (!(plan.props_share >= 0 && plan.props_share <= 1)) return "props_share is not in 0 to 1";
   if (!is_observe(plan.observe)) return "observe is neither 'all' nor a number of nearest characters";
   if (!(plan.hair_error_mm >= 0 && plan.hair_error_mm <= 1000)) return "hair_error_mm is not in 0 to 1000";
   if (!(plan.frame_bytes_per_s >= 0 && plan.frame_bytes_per_s <= 1e9)) return "frame_bytes_per_s is not in 0 to 1e9";
   for (std::size_t i = 0; i < plan.stages.size(); ++i) {
+    // The figures of an attack are compared with those of the stages before and after it.
     const bool calm_about =
         i > 0 && i + 1 < plan.stages.size() && !plan.stages[i - 1].attack && !plan.stages[i + 1].attack;
     if (plan.stages[i].attack && !calm_about) return "a stage with an attack needs one without before it and after it";
@@ -122,6 +128,7 @@ std::string settle(Plan& plan) {
 }
 
 Result<Plan> parse_plan(std::string_view json) {
+  // The arguments say: no callback, no exceptions, and comments are allowed. A report has its plan under "plan".
   const Json root = Json::parse(json, nullptr, false, true);
   if (root.is_discarded()) return Refusal("is not JSON");
   if (!root.is_object()) return Refusal("is not a JSON object");
@@ -144,6 +151,7 @@ std::string to_json_text(const Plan& plan) {
                   {"motions", plan.motions},
                   {"room_size", plan.room_size},
                   {"touch_share", plan.touch_share},
+                  {"props_share", plan.props_share},
                   {"observe", plan.observe},
                   {"hair_error_mm", plan.hair_error_mm},
                   {"frame_bytes_per_s", plan.frame_bytes_per_s},
@@ -152,6 +160,8 @@ std::string to_json_text(const Plan& plan) {
   return json.dump(1);
 }
 
+// The text of each preset is a plan as in a file of --plan. A run takes a minute at most, and `hostile` some nine
+// minutes.
 const std::vector<Preset>& presets() {
   static const std::vector<Preset> all{
       {"smoke", "two clients for two seconds: does it work at all", R"({
@@ -168,8 +178,11 @@ const std::vector<Preset>& presets() {
         "room_size": 32,
         "stages": ["ramp:8s:clients=64,characters=1,level=high", "steady:15s",
                    "steady:15s:name=bad,slow=2,flood=1,malformed=2,silent=2,half_open=2"]})"},
-      {"touch", "rooms of 8 people, half of whom stroke, hold, pull and pin the hair of another, at 30 Hz", R"({
-        "room_size": 8, "pose_hz": 30, "touch_share": 0.5,
+      {"touch",
+       "rooms of 8 people, half of whom stroke, hold, pull and pin the hair of another, at 30 Hz; half of these also "
+       "set, move and remove props where the server permits it (-- --props-from-clients participants)",
+       R"({
+        "room_size": 8, "pose_hz": 30, "touch_share": 0.5, "props_share": 0.5,
         "stages": ["ramp:4s:clients=16,characters=1,level=high", "steady:20s:warm=2s"],
         "require": ["errors==0", "holds>0", "frames_missed_share<0.01", "hands_latency_p99_ms<100"]})"},
       {"hostile",

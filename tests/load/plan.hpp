@@ -22,14 +22,16 @@ struct Plan {
   std::uint32_t room_size = 0;
   // This share of the clients has hands, which touch and hold the hair of other clients' characters.
   double touch_share = 0;
+  // This share of the clients with hands also sets, moves and removes props of its room, if the server permits it.
+  double props_share = 0;
   // Which members each client observes: "all", or the number of nearest ones, where "0" means its own characters alone.
   std::string observe = "all";
   // The permitted error of hair, as in wire::Observe::error_m but in millimetres.
   double hair_error_mm = 1;
-  // Limits the bytes of frames for a client, as in wire::Observe::bytes_per_s.
+  // The most bytes of frames for a client, as in wire::Observe::bytes_per_s.
   double frame_bytes_per_s = 0;
   std::vector<Stage> stages;
-  // Holds thresholds of the plan itself, beside those of the command line.
+  // Thresholds of the plan itself, beside those of the command line.
   std::vector<std::string> requirements;
 
   [[nodiscard]] double duration_s() const;

@@ -97,10 +97,11 @@ TEST(Stage, refuses_invalid_text_with_one_line) {
 
 TEST(Plan, reads_back_what_it_writes) {
   auto plan = parse_plan(R"({"seed": 7, "pose_hz": 90, "grooms": ["made:bob"], "motions": ["made:nod"], "room_size": 8,
-    "touch_share": 0.5, "observe": "4", /* a comment */ "stages": ["ramp:1s:clients=3", "steady:2s", "steady:2s"], "require": ["errors==0"]})");
+    "touch_share": 0.5, "props_share": 0.25, "observe": "4", /* a comment */ "stages": ["ramp:1s:clients=3", "steady:2s", "steady:2s"], "require": ["errors==0"]})");
   ASSERT_TRUE(plan) << plan.error();
   EXPECT_EQ(plan->seed, 7u);
   EXPECT_DOUBLE_EQ(plan->touch_share, 0.5);
+  EXPECT_DOUBLE_EQ(plan->props_share, 0.25);
   EXPECT_EQ(plan->stages[2].clients, 3u);
   // The second stage of the name "steady" gets a number, since names must be unique.
   EXPECT_EQ(plan->stages[2].name, "steady2");
@@ -132,6 +133,10 @@ TEST(Plan, refuses_bad_json_and_names_the_key) {
       {R"({"grooms": [], "stages": ["steady:1s"]})", "needs a groom"},
       {R"({"observe": "some", "stages": ["steady:1s"]})", "observe"},
       {R"({"touch_share": 2, "stages": ["steady:1s"]})", "touch_share is not in 0 to 1"},
+      {R"({"props_share": -1, "stages": ["steady:1s"]})", "props_share is not in 0 to 1"},
+      {R"({"props_share": "x", "stages": ["steady:1s"]})", "props_share: is not a number"},
+      {R"({"hair_error_mm": "x", "stages": ["steady:1s"]})", "hair_error_mm: is not a number"},
+      {R"({"frame_bytes_per_s": "x", "stages": ["steady:1s"]})", "frame_bytes_per_s: is not a number"},
       {R"({"room_size": -2, "stages": ["steady:1s"]})", "room_size"},
       {R"({"stages": ["steady:1s"], "require": ["errors"]})", "requirement 'errors'"},
       {R"({"stages": ["steady:1s:attack=big", "steady:1s"]})", "a stage with an attack needs"},

@@ -30,6 +30,7 @@ std::optional<double> field(std::string_view words, int index) {
 }
 
 double resident_mib_of(const std::string& folder) {
+  // The second field of statm is the number of pages in memory (proc(5)).
   const auto pages = field(content_of(folder + "/statm"), 1);
   return pages ? *pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20) : 0;
 }
@@ -42,6 +43,7 @@ std::optional<StatLine> parse_stat_line(std::string_view line, double ticks_per_
   if (open == std::string_view::npos || close == std::string_view::npos || close < open || close + 2 > line.size())
     return std::nullopt;
   const std::string_view rest = line.substr(close + 2);
+  // A process in these states has ended, and only its parent has not noticed it yet.
   if (rest.starts_with('Z') || rest.starts_with('X')) return std::nullopt;
   // These are the fields 4, 14 and 15 of proc(5). `rest` begins at field 3.
   const auto parent = field(rest, 1), user = field(rest, 11), system = field(rest, 12);
@@ -62,6 +64,7 @@ std::optional<ProcessUse> sample_process(pid_t pid) {
   for (std::filesystem::directory_iterator task(folder + "/task", error), end; !error && task != end;
        task.increment(error)) {
     if (const auto thread = parse_stat_line(content_of(task->path() / "stat"), ticks_per_s))
+      // The times of all threads of one name are added, for example those of all workers.
       use.thread_cpu_s[thread->name] += thread->cpu_s;
   }
   return use;
@@ -84,6 +87,7 @@ ProcessUse use_between(const ProcessUse& from, const ProcessUse& to) {
   ProcessUse use{to.cpu_s - from.cpu_s, to.resident_mib, to.thread_cpu_s};
   for (auto& [name, cpu_s] : use.thread_cpu_s) {
     const auto before = from.thread_cpu_s.find(name);
+    // Where one of several threads of a name has ended in between, their sum may have fallen.
     if (before != from.thread_cpu_s.end()) cpu_s = std::max(0.0, cpu_s - before->second);
   }
   return use;

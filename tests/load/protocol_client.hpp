@@ -51,12 +51,14 @@ class ProtocolEvents {
   virtual void on_welcome(const wire::Welcome& welcome, std::int64_t now_ns) = 0;
   // The connection is lost and will be made again. `reason`: from the Goodbye; empty when there was none.
   virtual void on_lost(std::string_view reason, std::int64_t now_ns) = 0;
-  // Is the last call: the session has ended and will not be resumed.
+  // This is the last call: the session has ended and will not be resumed.
   virtual void on_end(std::string_view reason, std::int64_t now_ns) = 0;
   virtual void on_groom_state(const wire::GroomHash& groom, wire::GroomState state) = 0;
   virtual void on_refusal(std::string_view reason, std::int64_t now_ns) = 0;
   virtual void on_frame(const FrameSeen& frame, std::int64_t now_ns) = 0;
   virtual void on_hands(const HandsSeen& hands, std::int64_t now_ns) = 0;
+  // Props of the room have changed, or the client has come into a room with props.
+  virtual void on_props(const wire::RoomProps& props, std::int64_t now_ns) = 0;
   // Answers take_hold(): `points` points of hair are held. With 0 points nothing was there to hold, or a hold has ended
   // that the client had not let go of.
   virtual void on_held(std::uint32_t points, std::int64_t now_ns) = 0;
@@ -80,6 +82,7 @@ class ProtocolClient {
   virtual void allow_touch(std::uint32_t character) = 0;
   virtual void take_hold(const wire::TakeHold& hold) = 0;
   virtual void let_go(const wire::LetGo& hold) = 0;
+  virtual void set_props(wire::SetProps change) = 0;
   virtual void leave(std::int64_t now_ns) = 0;
 
   // Handles time-outs. Call it again at next_deadline_ns().

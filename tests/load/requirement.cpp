@@ -12,6 +12,7 @@ namespace hairnet::load {
 namespace {
 
 using Relation = Requirement::Relation;
+// The longer signs stand first, since the search takes the first one that fits: "<=" also begins with "<".
 constexpr std::array<std::pair<std::string_view, Relation>, 5> kRelations{{{"<=", Relation::less_equal},
                                                                            {">=", Relation::greater_equal},
                                                                            {"==", Relation::equal},
@@ -82,6 +83,8 @@ std::vector<Verdict> judge(const std::vector<Requirement>& requirements, const s
   for (const Requirement& requirement : requirements) {
     bool judged = false;
     for (const NamedFigures& stage : stages) {
+      // A threshold without a stage holds for all measured stages. One with a stage also holds for a stage that is not
+      // measured.
       if (requirement.stage.empty() ? !stage.measured : requirement.stage != stage.stage) continue;
       judged = true;
       Verdict verdict{requirement.text, stage.stage, std::nullopt, false};
@@ -91,6 +94,7 @@ std::vector<Verdict> judge(const std::vector<Requirement>& requirements, const s
       }
       verdicts.push_back(std::move(verdict));
     }
+    // No stage has the name, for example after a typing error. A threshold that is never checked must not pass.
     if (!judged) verdicts.push_back({requirement.text, requirement.stage, std::nullopt, false});
   }
   return verdicts;

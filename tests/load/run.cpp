@@ -68,6 +68,7 @@ class Run {
     context_.pose_hz = plan.pose_hz;
     context_.room_size = plan.room_size;
     context_.touch_share = plan.touch_share;
+    context_.props_share = plan.props_share;
     context_.grooms = &assets.grooms;
     context_.motions = &assets.motions;
     context_.connector = connector_.get();
@@ -111,8 +112,8 @@ class Run {
 
  private:
   std::unique_ptr<ProtocolClient> make_protocol_client(std::uint32_t client, std::uint32_t place) {
-    const std::uint32_t room = plan_->room_size > 0 ? place / plan_->room_size : 0;
-    ProtocolOptions protocol = peer_options("load-" + std::to_string(client), "load-" + std::to_string(room));
+    ProtocolOptions protocol =
+        peer_options("load-" + std::to_string(client), "load-" + std::to_string(context_.room_of(place)));
     protocol.seed = plan_->seed + client;
     return make_link_protocol_client(std::move(protocol));
   }
@@ -177,6 +178,7 @@ class Run {
     }
     if (late_joiner_) late_joiner_->poll(now_ns);
   }
+  // The error counts just before now, so that it belongs to the stage that ends.
   void dismiss_late_joiner(std::int64_t now_ns) {
     if (!late_joiner_) return;
     late_joiner_figures_[next_late_joiner_ - 1] = late_joiner_->figures(now_ns);
@@ -190,6 +192,7 @@ class Run {
   }
   [[nodiscard]] std::int64_t next_sample_ns() const { return begin_ns_ + sample_count_ * kSampleInterval_ns; }
 
+  // Takes the marks that are due.
   void pass_marks(std::int64_t now_ns) {
     for (; next_mark_ < marks_.size() && marks_[next_mark_].at_ns <= now_ns; ++next_mark_) take_mark(next_mark_);
   }
@@ -242,6 +245,7 @@ class Run {
   }
 
   void conclude() {
+    // The marks of stage i are 2 i, at the end of its warm-up, and 2 i + 1, at its end.
     LatencyHistogram lag;
     for (std::size_t i = 0; i < plan_->stages.size(); ++i) {
       const Mark &from = marks_[2 * i], &to = marks_[2 * i + 1];

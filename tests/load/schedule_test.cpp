@@ -8,6 +8,7 @@
 namespace hairnet::load {
 namespace {
 
+// Makes a plan of stages in the words of --stage. A stage takes from the one before what it does not name.
 Plan plan_of(const std::vector<std::string>& stages, std::uint64_t seed = 1) {
   Plan plan;
   plan.seed = seed;

@@ -20,6 +20,7 @@ namespace hairnet::load {
 namespace {
 
 using std::chrono::milliseconds;
+// A server that starts has 20 s until it must listen. A server that is told to stop has 5 s before it is killed.
 constexpr milliseconds kStartWait{20'000}, kStopWait{5'000}, kPollInterval{20};
 
 // The program itself when `name` has a slash; else the one beside this program, or the first in PATH.
@@ -34,12 +35,14 @@ Result<std::unique_ptr<SpawnedServer>> SpawnedServer::start(const std::string& p
                                                             const std::vector<std::string>& arguments,
                                                             const std::string& log) {
   std::error_code ignored;
+  // The server picks a free port and writes its number to this file, which is therefore also the sign that it listens.
   const std::string port_file =
       std::filesystem::temp_directory_path(ignored) / fmt::format("hairnet-load-{}.port", getpid());
   std::filesystem::remove(port_file, ignored);
   const std::filesystem::path own_folder = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
   std::vector<std::string> words{program_path(program, own_folder)};
   words.insert(words.end(), arguments.begin(), arguments.end());
+  // The server refuses a flag that is given twice, so the caller's arguments cannot set these.
   for (const char* word : {"--bind", "127.0.0.1", "--port", "0", "--port-file"}) words.emplace_back(word);
   words.push_back(port_file);
   std::vector<char*> argv;
@@ -72,6 +75,7 @@ Result<std::unique_ptr<SpawnedServer>> SpawnedServer::start(const std::string& p
 }
 
 bool SpawnedServer::running() {
+  // waitpid returns 0 while the process runs, its number when it has ended, and -1 when there is none.
   if (!ended_) ended_ = waitpid(pid_, nullptr, WNOHANG) != 0;
   return !ended_;
 }

@@ -11,6 +11,7 @@
 namespace hairnet::load {
 namespace {
 
+// The whole text must be a finite number.
 std::optional<double> number(std::string_view text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -50,6 +51,7 @@ Result<double> share(std::string_view text) {
   return *percent / 100;
 }
 
+// A number of clients, or a share of the well-behaved ones such as 10%.
 Result<Headcount> headcount(std::string_view text) {
   if (text.ends_with('%')) {
     const auto value = share(text);
@@ -79,6 +81,7 @@ Result<void> assign(const Result<T>& value, U& to) {
   return {};
 }
 
+// Sets one KEY=VALUE of a stage (kFooter in options.cpp explains the keys).
 Result<void> set(Stage& stage, std::string_view key, std::string_view value) {
   if (key == "clients") return assign(count_within(value, 0, kClientCountMax), stage.clients);
   if (key == "characters") return assign(count_within(value, 1, kCharactersPerClientMax), stage.characters);
@@ -145,11 +148,13 @@ Result<Stage> parse_stage(std::string_view text, const Stage* before) {
   stage.kind = static_cast<StageKind>(kind - kStageKindNames.begin());
   stage.name = parts[0];
   stage.measured = stage.kind != StageKind::ramp;
+  // These describe one stage; all other keys go on from the stage before.
   stage.warm_s = stage.churn_hz = stage.storm_share = 0;
   stage.attack.reset();
   const auto duration = parse_duration_s(parts[1]);
   if (!duration) return wrong(duration.error());
   stage.duration_s = *duration;
+  // The warm-up, the churn and the figures need a tenth of a second at least.
   if (stage.duration_s < 0.1) return wrong("lasts less than 100ms");
   if (parts.size() == 3 && !parts[2].empty()) {
     std::vector<std::string_view> seen;
@@ -167,6 +172,7 @@ Result<Stage> parse_stage(std::string_view text, const Stage* before) {
   return stage;
 }
 
+// Writes every key, so that parse_stage() reads the same stage whatever stage comes before it.
 std::string to_text(const Stage& stage) {
   std::string levels;
   for (const LevelIndex level : stage.levels)

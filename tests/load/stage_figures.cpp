@@ -7,12 +7,14 @@
 namespace hairnet::load {
 namespace {
 
+// Each distribution of times has these quantiles as figures, such as latency_p99_ms; p999 is that of 99.9 %.
 struct Quantile {
   std::string_view name;
   double share;
 };
 constexpr std::array<Quantile, 4> kQuantiles{{{"p50", 0.5}, {"p90", 0.9}, {"p99", 0.99}, {"p999", 0.999}}};
 
+// A stage without a value has no such figure, so a threshold on it fails instead of passing by a zero.
 void put_times(Figures& figures, const std::string& name, const LatencyHistogram& times) {
   if (times.count() == 0) return;
   for (const Quantile& q : kQuantiles) figures[name + "_" + std::string(q.name) + "_ms"] = times.quantile_ms(q.share);
@@ -20,10 +22,12 @@ void put_times(Figures& figures, const std::string& name, const LatencyHistogram
   figures[name + "_mean_ms"] = times.mean_ms();
 }
 
+// Sets part / whole, or nothing where there is no whole.
 void put_share(Figures& figures, const std::string& name, double part, double whole) {
   if (whole > 0) figures[name] = part / whole;
 }
 
+// `own` counts the frames of a client's own characters, `all` also those of others.
 void put_frames(Figures& figures, const Counts& counts) {
   const double own = static_cast<double>(counts.frames), missed = static_cast<double>(counts.frames_missed);
   const double all = own + static_cast<double>(counts.frames_of_others);
@@ -53,6 +57,8 @@ void put_poses(Figures& figures, const Counts& counts) {
   put_share(figures, "poses_asleep_share", static_cast<double>(counts.poses_asleep), intended);
 }
 
+// The server's own counters, and what the system says of its process. Only a run with --spawn or --server-pid knows the
+// process.
 void put_server(Figures& figures, const StageInputs& inputs) {
   if (inputs.server_metrics) {
     for (const char* name : {"ticks_late", "ticks_overrun", "ticks_skipped"}) {
@@ -72,6 +78,7 @@ void put_server(Figures& figures, const StageInputs& inputs) {
 }  // namespace
 
 void compare_with_calm(Figures& stage, const Figures& before, const Figures& after) {
+  // `before` and `after` are the stages without an attack around `stage`. A difference needs the figure in both.
   const auto put_difference = [&](const std::string& name, const Figures& of, const std::string& figure) {
     const auto value = of.find(figure), calm = before.find(figure);
     if (value != of.end() && calm != before.end()) stage[name] = value->second - calm->second;
@@ -93,8 +100,10 @@ Figures make_figures(const StageInputs& inputs) {
   put_times(figures, "others_age", tally.others_age);
   put_times(figures, "others_interval", tally.others_interval);
   put_times(figures, "hands_latency", tally.hands_latency);
+  put_times(figures, "props_latency", tally.props_latency);
   if (counts.hands_sent > 0) {
     figures["hands_sent"] = static_cast<double>(counts.hands_sent);
+    figures["props_sent"] = static_cast<double>(counts.props_sent);
     figures["holds"] = static_cast<double>(counts.holds);
     figures["holds_empty"] = static_cast<double>(counts.holds_empty);
     put_share(figures, "points_per_hold", static_cast<double>(counts.held_points), static_cast<double>(counts.holds));
@@ -133,6 +142,7 @@ Figures make_figures(const StageInputs& inputs) {
   return figures;
 }
 
+// What --list prints, and the page explains. An entry stands for the whole family of figures that its text names.
 const std::vector<FigureName>& figure_names() {
   static const std::vector<FigureName> names{
       {"latency_p50_ms",
@@ -146,6 +156,9 @@ const std::vector<FigureName>& figure_names() {
        "with touch_share: a hand's intended capture to the arrival at another client of hands sampled at or after it, "
        "and with them of the hair that they move"},
       {"hands_sent", "samples of all hands of a client; holds of hair, holds_empty, points_per_hold"},
+      {"props_latency_p50_ms",
+       "with props_share: a client's intended change of a prop to its arrival at another client of the room"},
+      {"props_sent", "changes of props by clients with hands; 0 also where the server permits none"},
       {"jitter_p99_ms", "how far arrivals are from being as far apart as their ticks"},
       {"join_p99_ms", "from a client's intended arrival, or lost connection, to a character's first frame"},
       {"generator_lag_p99_ms", "from an intended time to the generator's doing it: above a bound nothing here counts"},

@@ -180,6 +180,27 @@ TEST(StageFigures, are_rates_of_counts) {
   EXPECT_EQ(figures.count("server_cpu_cores"), 0u);
 }
 
+TEST(StageFigures, tell_props_of_clients_with_hands) {
+  StageTally tally;
+  StageInputs inputs;
+  inputs.tally = &tally;
+  EXPECT_FALSE(make_figures(inputs).contains("props_sent"));
+  // A server that permits no props must show as zero, so that a threshold on it fails.
+  tally.counts.hands_sent = 10;
+  EXPECT_DOUBLE_EQ(make_figures(inputs).at("props_sent"), 0);
+  EXPECT_FALSE(make_figures(inputs).contains("props_latency_p50_ms"));
+  tally.counts.props_sent = 3;
+  tally.props_latency.record(20 * kMs, 98);
+  tally.props_latency.record(60 * kMs, 2);
+  const Figures figures = make_figures(inputs);
+  EXPECT_DOUBLE_EQ(figures.at("props_sent"), 3);
+  // Quantiles are exact to one bin of the histogram, 0.51 %.
+  EXPECT_NEAR(figures.at("props_latency_p50_ms"), 20, 0.2);
+  EXPECT_NEAR(figures.at("props_latency_p99_ms"), 60, 0.4);
+  for (const char* name : {"props_latency_p50_ms", "props_sent"})
+    EXPECT_EQ(std::ranges::count(figure_names(), name, &FigureName::name), 1) << name;
+}
+
 TEST(Requirement, reads_every_relation) {
   const auto holds_for = [](const char* text, double value) {
     const auto requirement = parse_requirement(text);

@@ -175,12 +175,15 @@ class StreamConnector final : public Connector {
     options_.server.transport = transport == Transport::tls  ? link::Transport::tls
                                 : transport == Transport::ws ? link::Transport::ws
                                                              : link::Transport::tcp;
+    // A load test takes any certificate, such as one that was made for the test.
     options_.tls.insecure = true;
   }
   std::unique_ptr<ClientConnection> connect(ConnectionEvents& events, std::uint32_t host) override {
     link::StreamOptions options = options_;
     error_code no_address;
     const auto server = asio::ip::make_address(options.server.host, no_address);
+    // On the loopback every client may have an address of its own in 127.0.0.0/8, so that the server's limits for one
+    // address do not count all of them as one.
     if (host > 0 && !no_address && server.is_v4() && server.is_loopback())
       options.local = asio::ip::address_v4(0x7f000000u + host);
     std::shared_ptr<link::ServerStream> stream;

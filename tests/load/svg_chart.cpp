@@ -9,9 +9,13 @@
 namespace hairnet::load {
 namespace {
 
+// The size of a chart and the margins around its plot, pixels. The page has eight colours, --c0 to --c7
+// (html_page.cpp).
 constexpr double kWidth = 760, kHeight = 240, kLeft = 62, kRight = 12, kTop = 24, kBottom = 34;
 constexpr std::size_t kColourCount = 8;
 
+// One axis: values from `least` to `most` lie on the page from `begin` to `end`, pixels. On a logarithmic axis only
+// positive values are shown.
 struct Axis {
   double least = 0, most = 1;
   bool logarithmic = false;
@@ -41,6 +45,8 @@ std::vector<ChartLine> stacked(std::vector<ChartLine> lines) {
   return lines;
 }
 
+// Makes the axis that all points fit on. A linear y axis begins at 0, or below, and has 5 % of room above; a
+// logarithmic axis has whole decades.
 Axis fit(const std::vector<ChartLine>& lines, bool is_x, bool logarithmic) {
   double least = std::numeric_limits<double>::max(), most = std::numeric_limits<double>::lowest();
   for (const ChartLine& line : lines) {
@@ -66,6 +72,8 @@ Axis fit(const std::vector<ChartLine>& lines, bool is_x, bool logarithmic) {
   return axis;
 }
 
+// Returns the path of a line in SVG's letters: M moves the pen, L draws. A point that cannot be shown interrupts the
+// line.
 std::string path(const ChartLine& line, const Axis& x, const Axis& y) {
   std::string d;
   bool pen_down = false;
@@ -80,6 +88,7 @@ std::string path(const ChartLine& line, const Axis& x, const Axis& y) {
   return d;
 }
 
+// Returns the path around the area between two lines: along the upper one, and back along the lower one or the axis.
 std::string area(const ChartLine& upper, const ChartLine* lower, const Axis& x, const Axis& y) {
   std::string d = path(upper, x, y);
   if (d.empty()) return d;
@@ -99,6 +108,7 @@ std::string draw_grid(const Chart& chart, const Axis& x, const Axis& y) {
     if (std::exchange(shaded, !shaded))
       svg += fmt::format(R"(<rect class="band" x="{:.1f}" y="{}" width="{:.1f}" height="{}"/>)", from, kTop,
                          std::max(0.0, to - from), kHeight - kTop - kBottom);
+    // A letter is about 6 pixels wide; a label that does not fit its band is left out.
     if (to - from > 6.0 * static_cast<double>(band.label.size()))
       svg += fmt::format(R"(<text class="note" x="{:.1f}" y="{}">{}</text>)", from + 3, kTop - 3, escaped(band.label));
   }
@@ -148,6 +158,7 @@ std::string escaped(std::string_view text) {
   return safe;
 }
 
+// Steps are 1, 2 or 5 times a power of ten, such that about `count` fit.
 std::vector<double> ticks(double least, double most, int count, bool logarithmic) {
   std::vector<double> values;
   if (!std::isfinite(least) || !std::isfinite(most) || most <= least) return values;

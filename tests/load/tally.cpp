@@ -26,10 +26,12 @@ Tally::Tally(const Plan& plan, std::int64_t begin_ns, std::int64_t window_ns)
     ends_ns_.push_back(begin_ns + plan.stage_begin_ns(i) + std::llround(plan.stages[i].warm_s * 1e9));
     ends_ns_.push_back(begin_ns + plan.stage_begin_ns(i + 1));
   }
+  // Part 2 i is the warm-up of stage i, part 2 i + 1 the rest of it; the last part is for events after the end.
   stages_.resize(ends_ns_.size() + 1);
   window_count_max_ = (ends_ns_.back() - begin_ns + window_ns - 1) / window_ns;
 }
 
+// The part of the plan that the time lies in.
 StageTally& Tally::at(std::int64_t time_ns) {
   // Most calls are about the same part of the plan as the last call, so this one is tried first.
   const bool before = newest_ > 0 && time_ns < ends_ns_[newest_ - 1];
@@ -39,6 +41,7 @@ StageTally& Tally::at(std::int64_t time_ns) {
   return stages_[newest_];
 }
 
+// The window that the time lies in. Windows in between that nothing has happened in are made, too.
 Tally::Window& Tally::window_at(std::int64_t time_ns) {
   const auto first = static_cast<std::int64_t>(windows_.size());
   const std::int64_t index = std::max(first, (time_ns - begin_ns_) / window_ns_);
@@ -68,6 +71,7 @@ void Tally::record_answer(std::int64_t captured_ns, std::int64_t arrived_ns, std
   window_at(captured_ns).latency.record(arrived_ns - captured_ns, characters);
 }
 
+// A pose without an answer counts as a latency, or a server that answers nothing would have the best latencies.
 void Tally::record_unanswered(std::int64_t captured_ns, std::int64_t now_ns, std::uint64_t characters) {
   StageTally& stage = at(captured_ns);
   stage.latency.record(now_ns - captured_ns, characters);
@@ -103,6 +107,7 @@ void Tally::record_frame(std::int64_t now_ns, LevelIndex level, std::uint32_t st
   add(window_at(now_ns).counts);
 }
 
+// With a stride of 4, a gap of 4 ticks misses nothing and is a gap of 1; one of 8 ticks misses a frame.
 void Tally::record_gap(std::int64_t now_ns, std::uint64_t ticks, std::uint32_t stride) {
   Counts& counts = at(now_ns).counts;
   counts.gap_ticks_max = std::max(counts.gap_ticks_max, ticks > stride ? ticks - stride + 1 : 1);
@@ -123,10 +128,15 @@ void Tally::record_hands(std::int64_t captured_ns, std::int64_t arrived_ns) {
   at(captured_ns).hands_latency.record(arrived_ns - captured_ns);
 }
 
+void Tally::record_props(std::int64_t sent_ns, std::int64_t arrived_ns) {
+  at(sent_ns).props_latency.record(arrived_ns - sent_ns);
+}
+
 void Tally::record_jitter(std::int64_t now_ns, std::int64_t deviation_ns) {
   at(now_ns).jitter.record(std::abs(deviation_ns));
 }
 
+// Sums clients and characters over the time since the last call.
 void Tally::note_population(std::int64_t now_ns, std::size_t clients, std::size_t characters) {
   const double passed_s = static_cast<double>(now_ns - population_ns_) * 1e-9;
   population_ns_ = now_ns;

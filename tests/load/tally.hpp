@@ -52,6 +52,8 @@ struct Counts {
   std::uint64_t joins = 0, joins_unanswered = 0;
   // The samples of hands; both hands of a client are one sample.
   std::uint64_t hands_sent = 0;
+  // The changes of props: each sets, moves or removes one.
+  std::uint64_t props_sent = 0;
   // The holds that have caught points of hair, those that caught none or were ended by the server, and all caught
   // points.
   std::uint64_t holds = 0, holds_empty = 0, held_points = 0;
@@ -82,6 +84,8 @@ struct StageTally {
   // From the intended capture of hands to the arrival, at another client, of hands sampled at or after it. Frames of
   // the hair that these hands move arrive at the same time.
   LatencyHistogram hands_latency;
+  // From the intended time of a change of a prop to its arrival at another client of the room.
+  LatencyHistogram props_latency;
   // From the time at which the generator intended to do something to the time at which it did.
   LatencyHistogram lag;
 };
@@ -122,6 +126,7 @@ class Tally {
   // `before_ns` is the arrival of the same character's frame before; 0 when there was none or its hair was at rest.
   void record_frame_of_other(std::int64_t sampled_ns, std::int64_t arrived_ns, std::int64_t before_ns);
   void record_hands(std::int64_t captured_ns, std::int64_t arrived_ns);
+  void record_props(std::int64_t sent_ns, std::int64_t arrived_ns);
   void record_jitter(std::int64_t now_ns, std::int64_t deviation_ns);
   // So many clients and characters have been there since the last call.
   void note_population(std::int64_t now_ns, std::size_t clients, std::size_t characters);

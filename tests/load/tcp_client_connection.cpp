@@ -16,6 +16,8 @@ namespace {
 using asio::ip::tcp;
 using boost::system::error_code;
 
+// All connections read into one buffer of this size, since one thread serves them. The kernel buffer of a limited
+// reader is small.
 constexpr std::size_t kReceiveBytes = 256u << 10;
 constexpr int kLimitedReceiveBytes = 8 << 10;
 constexpr std::size_t kUnlimited = std::numeric_limits<std::size_t>::max();
@@ -57,6 +59,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void send(std::span<const std::uint8_t> bytes) {
     if (!events_ || sending_closed_) return;
+    // A socket that is ready gets the bytes at once, without a turn of the loop. Only what the kernel does not take is
+    // stored.
     if (unsent_.empty() && open_) {
       error_code error;
       const std::size_t count = socket_.write_some(asio::buffer(bytes.data(), bytes.size()), error);
@@ -75,6 +79,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (unsent_.empty() && open_) socket_.shutdown(tcp::socket::shutdown_send, ignored);
   }
 
+  // Reads so many bytes more, and then nothing until the next call.
   void limit_reading(std::size_t bytes) {
     // With its default buffer the kernel would receive megabytes, although nobody reads them.
     error_code ignored;

@@ -18,6 +18,8 @@ class Toucher {
 
   // Reports the head of another member, m, world. The first member that is reported is the one that is touched.
   void see(std::uint32_t member, const Vec3& head);
+  // Returns the last place of the touched head; nothing when no member has been reported in this session.
+  [[nodiscard]] std::optional<Vec3> touched_head() const { return member_ ? std::optional(head_) : std::nullopt; }
   // Call it when a new session begins, which has no holds.
   void begin();
   // Returns the hands at `captured_ns`, and sends the holds and releases that are due to `protocol`. `own_head` is the

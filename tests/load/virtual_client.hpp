@@ -11,6 +11,7 @@
 #include "tests/load/client_connection.hpp"
 #include "tests/load/motion_bank.hpp"
 #include "tests/load/protocol_client.hpp"
+#include "tests/load/sent_props.hpp"
 #include "tests/load/tally.hpp"
 
 namespace hairnet::load {
@@ -21,7 +22,7 @@ inline constexpr std::int64_t kNever_ns = std::numeric_limits<std::int64_t>::max
 class FrameWatcher {
  public:
   virtual ~FrameWatcher() = default;
-  // Is called at the first welcome of a client and at each later one.
+  // This is called at the first welcome of a client and at each later one.
   virtual void on_welcome(std::uint32_t client) = 0;
   virtual void on_frame(std::uint32_t client, const FrameSeen& frame) = 0;
 };
@@ -43,6 +44,8 @@ struct ClientContext {
   double pose_hz = 72;
   // This share of the clients has hands.
   double touch_share = 0;
+  // This share of the clients with hands also sets props.
+  double props_share = 0;
   // The number of clients in a room; 0 means one room for all.
   std::uint32_t room_size = 0;
   const std::vector<EncodedGroom>* grooms = nullptr;
@@ -56,11 +59,18 @@ struct ClientContext {
   Tally* tally = nullptr;
   // May be null.
   FrameWatcher* watcher = nullptr;
-  // Holds the clocks of the clients that have hands, by session. Clients that see the hands read them.
+  // The clocks of the clients that have hands, by session. Clients that see the hands read them.
   std::unordered_map<std::uint64_t, PoseClock>* hand_clocks = nullptr;
+  // The changes of props of all clients. Clients that see the props read them.
+  SentProps* sent_props = nullptr;
   // Calls the client's act() at `at_ns`, or earlier if an earlier time was asked for before.
   std::function<void(std::uint32_t client, std::int64_t at_ns)> wake;
 
+  // Return the room of a client, and its place among those of the room.
+  [[nodiscard]] std::uint32_t room_of(std::uint32_t place) const { return room_size > 0 ? place / room_size : 0; }
+  [[nodiscard]] std::uint32_t place_in_room(std::uint32_t place) const {
+    return room_size > 0 ? place % room_size : place;
+  }
   [[nodiscard]] std::uint32_t host_of(std::uint32_t client) const { return first_host > 0 ? first_host + client : 0; }
 };
 

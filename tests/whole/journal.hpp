@@ -2,9 +2,8 @@
 
 #include <bit>
 #include <cstdint>
-#include <cstring>
+#include <cstdio>
 #include <map>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -48,17 +47,5 @@ class Journal {
   std::map<std::string, std::uint64_t> events_;
   std::uint64_t hash_ = 0;
 };
-
-inline std::uint64_t hash_of(std::span<const std::int16_t> integers) {
-  std::uint64_t hash = integers.size();
-  const auto* bytes = reinterpret_cast<const unsigned char*>(integers.data());
-  for (std::size_t at = 0; at < integers.size_bytes(); at += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, bytes + at, std::min<std::size_t>(8, integers.size_bytes() - at));
-    hash = (hash ^ word) * 0x9E3779B97F4A7C15u;
-    hash ^= hash >> 32;
-  }
-  return hash;
-}
 
 }  // namespace hairnet::whole

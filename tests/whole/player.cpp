@@ -425,7 +425,6 @@ void Player::end_touch() {
 }
 
 std::string Player::known_touch() const {
-  if (!room_props_.empty()) return "knows props";
   const auto has_hands = [](const auto& person) { return person.second.second; };
   if (std::ranges::any_of(hands_of_others_, has_hands)) return "knows hands";
   const auto has_rule = [](const auto& member) { return member.second.has_touch_rule; };

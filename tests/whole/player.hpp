@@ -134,9 +134,11 @@ class Player final : public ClientEvents {
   // The keys of its characters, once the server knows them.
   [[nodiscard]] std::set<server::CharacterKey> keys() const;
   [[nodiscard]] std::uint64_t session() const { return core_ && core_->welcome() ? core_->welcome()->session : 0; }
-  // Says what of others' hands, props and rules the player still knows; empty: nothing but the defaults. A room is to
-  // come to that when all have ended their touching.
+  // Says which hands of others and which rules of touch the player still knows; empty: none but the default rule. A
+  // room is to come to that when all have ended their touching.
   [[nodiscard]] std::string known_touch() const;
+  // The numbers of the room's props, as the server tells them.
+  [[nodiscard]] const std::set<std::uint8_t>& room_props() const { return room_props_; }
   // The wind that the server says its room has.
   [[nodiscard]] const std::optional<Wind>& room_wind() const { return room_wind_; }
   // Adds what the last core has counted to the journal.
@@ -219,7 +221,6 @@ class Player final : public ClientEvents {
   std::optional<Wind> room_wind_;
   // Draws from a stream of its own, so that players without hands act as they would without it.
   Touching touching_;
-  // The numbers of the room's props, as the server tells them.
   std::set<std::uint8_t> room_props_;
   // By session: the tick of the newest word about its hands, and whether it had any.
   std::map<std::uint64_t, std::pair<std::uint64_t, bool>> hands_of_others_;

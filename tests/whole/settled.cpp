@@ -41,6 +41,11 @@ std::string unsettled(Players players, const std::map<std::string, Vec3>& winds_
       return player->name() + " does not know the wind of its room";
     if (const std::string touch = player->known_touch(); !touch.empty())
       return player->name() + " " + touch + " where all touching has ended";
+    for (const auto& other : players) {
+      // Bad clients may have set props, too.
+      if (other->plan().room == player->plan().room && other->room_props() != player->room_props())
+        return player->name() + " knows other props than " + other->name();
+    }
     const auto expected = keys_of(player->plan().room, players);
     if (seen != expected)
       return player->name() + " knows " + std::to_string(seen.size()) + " members where there are " +

@@ -7,6 +7,7 @@ import { poseOf, rotationOf } from "../page/head/headPose";
 import { connect, type CharacterOptions, type OwnCharacter, type Room, type WebSocketLike } from "../src/index";
 import { program } from "./hairnetServer";
 
+/** A pose is sent this often, some 67 times a second: a page is to send 60 to 90 (README.md). */
 const kEveryMs = 15;
 
 /** Makes a groom file with hairnet-groom; few strands, for a browser that draws in software. */
@@ -18,6 +19,7 @@ export function makeGroomFile(style: string, strands = 300): { path: string; byt
 
 /** A participant of a room, in the test's process, whose head turns on the test's command. */
 export class Actor {
+  /** The direction of the head about +Y, rad. The next pose has it. */
   yawRad = 0;
   readonly #timer: ReturnType<typeof setInterval>;
 

@@ -22,7 +22,10 @@ afterAll(async () => {
   await server.dispose();
 });
 
-/** The shares of pixels whose largest colour is clearly red, green, blue. */
+/**
+ * The shares of pixels that are clearly red, green and blue. In such a pixel one colour is 1.5 times as bright as both
+ * others, and 20 of 255 brighter: grey, skin and brown have none.
+ */
 async function shares(page: Page): Promise<number[]> {
   const { pixels } = await takePicture(page);
   const counts = [0, 0, 0];
@@ -60,8 +63,10 @@ test("everyone is drawn in the colours that they chose, from the root to the tip
   actors[0].own.setAppearance({ hairRoot: 0x10c010 });
   await until("the hair is green", async () => {
     const [red, green, blue] = await shares(page);
+    // Root and tip are green now, so twice as many pixels are green, and next to none keeps an old colour.
     return green > 0.004 && red < 0.002 && blue < 0.002;
   });
+  // A new root alone colours the whole hair, so the tip has no colour of its own (null).
   expect(await colours()).toEqual([[0x10c010, null, look.skin]]);
   await page.screenshot({ path: `${shots}/who-green.png`, timeout: 90_000 });
   expect(browser.takeErrors()).toEqual([]);

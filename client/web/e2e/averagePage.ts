@@ -61,6 +61,7 @@ export class AverageStage implements HairSource {
     return this.#read();
   }
 
+  /** Draws the next picture with `Picture`, which averages it with those before. */
   averaged(): Pixels {
     this.hair.update(this.camera);
     this.picture.render(this.scene, this.camera, this.hair);

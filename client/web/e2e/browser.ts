@@ -8,8 +8,13 @@ import { inject } from "vitest";
 const kPictureEveryMs = 200;
 
 /**
- * Pages of the run's Chromium (testRun.ts) that share nothing with those of other test files. `smooths`: with four samples
- * a pixel, as users' browsers draw, for tests of pictures; that takes software several times as long.
+ * What the browser itself logs while a server is gone, or UDP does not reach it: failed connections and downloads.
+ */
+export const kServerGone = /WebSocket connection|Failed to establish a connection|net::ERR_|status of 503/;
+
+/**
+ * Pages of the run's Chromium (testRun.ts) that share nothing with those of other test files. `smooths`: with four
+ * samples a pixel, as users' browsers draw, for tests of pictures; that takes software several times as long.
  */
 export class Browser {
   readonly errors: string[] = [];
@@ -55,9 +60,9 @@ export class Browser {
     for (const page of this.#context!.pages()) await page.close();
   }
 
-  /** The errors since the last call. */
-  takeErrors(): string[] {
-    return this.errors.splice(0);
+  /** The errors since the last call, without those that are expected. */
+  takeErrors(expected?: RegExp): string[] {
+    return this.errors.splice(0).filter((error) => !expected?.test(error));
   }
 
   async dispose(): Promise<void> {
@@ -69,7 +74,10 @@ export class Browser {
 export const drawEvery = (page: Page, everyMs: number): Promise<void> =>
   page.evaluate((ms) => (window as unknown as { drawEvery(ms: number): void }).drawEvery(ms), everyMs);
 
-/** Runs in pages, before their programs: pictures come this seldom. Callbacks for one come in the order of their requests. */
+/**
+ * Runs in pages, before their programs: pictures come this seldom. Callbacks for one come in the order of their
+ * requests.
+ */
 function drawSeldom(usualMs: number): void {
   let [everyMs, timer] = [usualMs, 0];
   const request = requestAnimationFrame.bind(window);

@@ -43,6 +43,7 @@ async function movingHair(): Promise<{ hair: HairNow; placed: Map<string, Vector
   const world = module.make("hairnet_world_make", 60);
   const bytesAt = (s: number) => new Uint8Array(poseAt(s).buffer);
   const own = module.with(bytesAt(0), (at) => module.made("", "hairnet_world_add", world, groom, levels, 0, at));
+  // After a third of a second of turning the hair lags behind the head, and some of it meets the skin.
   const endS = 1 / 3;
   for (let s = 0; s < endS; s += 1 / 60) {
     module.with(bytesAt(s), (at) => module.call("hairnet_world_push_pose", world, own, at, 0));
@@ -82,6 +83,7 @@ test("the GPU places strands where C++ does, out of the skin and no longer than 
   /** The largest distance between a point on the GPU and the same point in C++, m. */
   const furthest = async (limits: Limits) => {
     const read = await server!.page.evaluate(place, [hair, limits] as [HairNow, Limits]);
+    // Each point has 6 numbers: its place at rest, and where the GPU places it.
     expect(read.length).toBe(6 * placed.size);
     let furthestM = 0;
     for (let at = 0; at < read.length; at += 6) {

@@ -34,10 +34,12 @@ async function watch(name: string, address: URL): Promise<void> {
     async () => {
       expect(browser.errors).toEqual([]);
       before = await look(page, name);
+      // Hair and skin cover a twentieth of the picture, which an empty scene never has.
       return shareWarm(before) > 0.05;
     },
     90_000,
   );
+  // The examples' heads turn, so soon more than a hundredth of the pixels is another.
   await until("it moves", async () => shareChanged(before, await look(page, name)) > 0.01, 30_000);
   expect(browser.takeErrors()).toEqual([]);
 }

@@ -15,7 +15,10 @@ const kTypes: Readonly<Record<string, string>> = {
   ".wasm": "application/wasm",
 };
 
-/** The page as `deploy/web --static FOLDER` writes it, with one small hairstyle, behind a web server that knows files alone. */
+/**
+ * The page as `deploy/web --static FOLDER` writes it, with one small hairstyle, behind a web server that knows files
+ * alone.
+ */
 export class FileServer {
   readonly #folder = mkdtempSync(join(tmpdir(), "hairnet-static-"));
   #server: Server | null = null;
@@ -23,9 +26,11 @@ export class FileServer {
   async start(): Promise<void> {
     cpSync(kPage, this.#folder, { recursive: true });
     const page = join(this.#folder, "index.html");
+    // The page's head names no server, so the page simulates the hair itself (`pageServer` of page/query.ts).
     const named = `<head><meta name="hairnet-server" content="none" />`;
     writeFileSync(page, readFileSync(page, "utf8").replace("<head>", named));
     cpSync(makeGroomFile("bob").path, join(this.#folder, "grooms/bob.groom"));
+    // With a file of levels beside the hairstyle the hair moves at once, without a build in the page.
     execFileSync(program("hairnet-groom"), ["levels", join(this.#folder, "grooms/bob.groom")]);
     writeFileSync(join(this.#folder, "grooms/index.json"), `["bob.groom"]`);
     this.#server = createServer(({ url }, response) => {

@@ -4,6 +4,7 @@ import { Actor, makeGroomFile } from "./actor";
 import { Firefox } from "./firefox";
 import { HairnetServer } from "./hairnetServer";
 
+/** Firefox draws in software here, so it may take long for its first picture. */
 const kWaitMs = 90_000;
 
 const server = new HairnetServer([]);
@@ -42,15 +43,18 @@ test("in Firefox hair moves over WebTransport, poses and frames as datagrams", a
       const { framesReceived, framesUndecodable } = room.counters;
       return { transport: room.link.transport, yaw: other.pose![1], framesReceived, framesUndecodable };
     });
+  // The actor's head turns by 0.6 rad within 3 s, because a server does not send hair that rests.
   const before = await look();
   await actor.turnTo(0.6, 3);
   const after = await look();
   expect(after.transport).toBe("webtransport");
   expect(after.framesReceived).toBeGreaterThan(before.framesReceived);
   expect(after.framesUndecodable).toBe(0);
+  // `yaw` is the sine of half the angle, so 0.6 rad are 0.3 of it.
   expect(Math.abs(after.yaw - before.yaw)).toBeGreaterThan(0.1);
   expect(await server.metric('hairnet_connections_opened_total{transport="webtransport"}')).toBe(1);
   expect(await server.metric("hairnet_quic_datagrams_sent_total")).toBeGreaterThan(20);
+  // With hair of its own the page sends poses: the server must get them in datagrams, too.
   await page.click("#join-button");
   await expect
     .poll(() => server.metric("hairnet_quic_datagrams_received_total"), { timeout: kWaitMs })

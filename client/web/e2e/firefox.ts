@@ -11,10 +11,12 @@ export class Firefox {
     this.#display = spawn("/usr/bin/Xvfb", ["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"], {
       stdio: ["ignore", "pipe", "ignore"],
     });
+    // With -displayfd 1 Xvfb chooses a free display and writes its number to its output.
     const [number] = (await once(this.#display.stdout!, "data")) as [Buffer];
     this.#browser = await puppeteer.launch({
       browser: "firefox",
       executablePath: process.env.FIREFOX ?? "/usr/bin/firefox-esr",
+      // Firefox without a window has no WebGL, so it gets the display above.
       headless: false,
       defaultViewport: { width: 480, height: 320 },
       env: { ...process.env, DISPLAY: `:${number.toString().trim()}`, LIBGL_ALWAYS_SOFTWARE: "1" },

@@ -66,6 +66,7 @@ test("on a slow line the person of the first view has hair before anyone else's 
   const before = line.bytes;
   let groomBytes = 0;
   await page.exposeFunction("tellGroom", () => (groomBytes = line.bytes - before));
+  // Before each picture the page is asked which groom has come first, and whose hair can be drawn first.
   await page.addInitScript(() => {
     let groomOf = 0;
     const look = () => {
@@ -97,6 +98,7 @@ test("on a slow line the person of the first view has hair before anyone else's 
     `the first groom after ${(groomBytes / 1000).toFixed(0)} kB; ms from navigation: hair is ready after ` +
       `${found.hairMs.toFixed(0)}, is seen after ${seenMs.toFixed(0)}`,
   );
+  // The first hair is that of the person in the middle, whom the camera shows, and whose groom was fetched first.
   expect(found.x).toBeCloseTo(0, 1);
   expect(found.hairOf).toBe(found.shown);
   expect(found.groomOf).toBe(found.shown);

@@ -1,5 +1,6 @@
 import type { CDPSession, Page } from "playwright-core";
 import { PNG } from "pngjs";
+import { isWarm } from "./picture";
 
 /**
  * The share of the width that is looked at. The panel beside it has samples of hair colours, which are as warm as hair.
@@ -11,8 +12,8 @@ const kHairShare = 0.01;
 /** Watches what the browser shows, whatever the page's own thread does meanwhile, until there is hair or skin. */
 export class FirstSeen {
   /**
-   * When the first picture that has it has arrived here: a moment after it was on the screen. The browser's own times
-   * are those at which pictures began.
+   * The time at which the first picture with hair or skin arrives in this process, a little after it was on the screen.
+   * The browser reports only when pictures began.
    */
   readonly epochMs: Promise<number>;
 
@@ -42,10 +43,9 @@ export class FirstSeen {
   }
 }
 
-/** Whether hair or skin is in the picture: both are warm, which the backdrop's grey is not. */
+/** Whether hair or skin is in the picture: both are warm. */
 function isHair({ data, width, height }: PNG): boolean {
   let warm = 0;
-  for (let p = 0; p < data.length; p += 4)
-    if ((p / 4) % width < kPictureShare * width && data[p] > data[p + 2] + 12) ++warm;
+  for (let p = 0; p < data.length; p += 4) if ((p / 4) % width < kPictureShare * width && isWarm(data, p)) ++warm;
   return warm > kHairShare * width * height;
 }

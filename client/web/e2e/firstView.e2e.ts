@@ -2,6 +2,7 @@ import { mkdirSync, readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import type { Page } from "playwright-core";
 import { afterAll, afterEach, beforeAll, expect, test } from "vitest";
+import { kHeadMiddleM } from "../page/head/headPose";
 import type { PageViewer } from "../page/viewer";
 import { Actor, makeGroomFile } from "./actor";
 import { Browser } from "./browser";
@@ -68,6 +69,9 @@ async function portrait(page: Page) {
   return found!;
 }
 
+/**
+ * The serious findings of axe, a checker of accessibility, in the page as it is now: rule and elements, one line each.
+ */
 async function serious(page: Page) {
   await page.evaluate(axe);
   return page.evaluate(async () => {
@@ -101,6 +105,7 @@ test("one head fills the free part of a desktop and of a phone; a click and keys
   await until("both are ready", async () => (await readyCount(page)) === 2, 90_000);
   await page.selectOption("#quality", "0.3");
   const desktop = await portrait(page);
+  // A portrait fills at least 40 % of the window's height: the first look at the page must show hair, not a room.
   expect(desktop.height).toBeGreaterThanOrEqual(0.4);
   expect(desktop.top).toBeGreaterThan(0);
   // The head is in the middle of what the panel leaves free.
@@ -120,20 +125,24 @@ test("one head fills the free part of a desktop and of a phone; a click and keys
   await until("everyone is shown", async () => (await person(page)) === null);
   const place = { x: Infinity, y: 0 };
   await until("the other is in the free part of the view", async () => {
-    const at = await page.evaluate((member) => {
-      const { hair, stage } = (window as unknown as Globals).hairnet;
-      const head = hair!.characters.get(member)!.position.clone();
-      head.y += 0.03;
-      head.project(stage.camera);
-      const isStill = !stage.motion.isFlying;
-      return { x: ((head.x + 1) / 2) * innerWidth, y: ((1 - head.y) / 2) * innerHeight, isStill };
-    }, other.member);
+    const at = await page.evaluate(
+      ({ member, middleM }) => {
+        const { hair, stage } = (window as unknown as Globals).hairnet;
+        const head = hair!.characters.get(member)!.position.clone();
+        head.y += middleM;
+        head.project(stage.camera);
+        const isStill = !stage.motion.isFlying;
+        return { x: ((head.x + 1) / 2) * innerWidth, y: ((1 - head.y) / 2) * innerHeight, isStill };
+      },
+      { member: other.member, middleM: kHeadMiddleM },
+    );
     Object.assign(place, at);
     return at.isStill && at.x > 0 && at.x < desktop.free.right;
   });
   await page.mouse.click(place.x, place.y);
   await until("the camera shows whom the mouse chose", async () => (await person(page)) === other.member);
   await until("the other fills the view", async () => (await portrait(page)).height >= 0.4);
+  // In the corner at (20, 30) there is nobody.
   await page.mouse.dblclick(20, 30);
   await until("the double click goes back", async () => (await person(page)) === null);
 
@@ -155,6 +164,7 @@ test("one head fills the free part of a desktop and of a phone; a click and keys
   });
 
   // A phone: the panel is folded at first, and the head is above it.
+  // The size is that of an upright phone, in CSS pixels.
   await page.setViewportSize({ width: 390, height: 844 });
   await page.reload();
   await until("both are ready again", async () => (await readyCount(page)) === 2, 90_000);
@@ -199,6 +209,7 @@ test("the loading line is there before any hair, and the slow orbit stops for re
   await page.reload();
   await until("it orbits", turns, 90_000);
   await portrait(page);
+  // A click at the left edge hits nobody. People who touch the picture want to look by themselves.
   await page.mouse.click(30, 400);
   await until("it stops for a touch", async () => !(await turns()));
   expect(browser.takeErrors()).toEqual([]);
@@ -210,6 +221,7 @@ test("axe finds nothing serious in any state, and the keyboard alone reaches eve
   await page.selectOption("#quality", "0.3");
   expect(await serious(page)).toEqual([]);
 
+  // Every control that can be seen and used gets a number. The Tab key must reach all of them.
   const controls = await page.evaluate(() => {
     const all = [...document.querySelectorAll<HTMLElement>("button, input, select, #view")];
     const shown = all.filter((one) => one.checkVisibility()).filter((one) => !one.matches(":disabled"));
@@ -218,6 +230,7 @@ test("axe finds nothing serious in any state, and the keyboard alone reaches eve
   });
   const reached = new Set<number>();
   await page.evaluate(() => (document.activeElement as HTMLElement | null)?.blur());
+  // Some presses lead to what is no control, such as a link: 8 more than the controls leave room for these.
   for (let n = 0; n < controls.length + 8; ++n) {
     await page.keyboard.press("Tab");
     const at = await page.evaluate(() => (document.activeElement as HTMLElement | null)?.dataset.control);

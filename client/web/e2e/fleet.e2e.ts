@@ -5,11 +5,12 @@ import { join } from "node:path";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import type { PageViewer } from "../page/viewer";
 import { Actor, makeGroomFile } from "./actor";
-import { Browser } from "./browser";
+import { Browser, kServerGone } from "./browser";
 import { HairnetServer, until } from "./hairnetServer";
 import { freePort } from "./testRun";
 
 const kEtcd = "/usr/bin/etcd";
+/** The longest wait for a state of the page or of a server, which nothing reaches on an idle machine. */
 const kWaitMs = 60_000;
 
 const browser = new Browser();
@@ -63,6 +64,8 @@ afterAll(async () => {
   rmSync(folder, { recursive: true, force: true });
 });
 
+// An operator stops one server of a fleet for an update. Its people must find their room and their hair on another
+// server, without a word to the page.
 test.each(["on", "off"])("a page follows its room to another server, with WebTransport %s", async (webTransport) => {
   if (!etcd) return console.warn(`NOT TESTED: there is no ${kEtcd}; deploy/setup installs it`);
   const flags = ["--etcd", etcdUrl, "--fleet-name", `wt-${webTransport}`, "--fleet-address", "127.0.0.1"];
@@ -85,12 +88,14 @@ test.each(["on", "off"])("a page follows its room to another server, with WebTra
         { timeout: kWaitMs, polling: 100 },
       );
     await showsHair();
+    // The fleet has given the room to one of its servers, wherever the clients came in: that one has all sessions.
     const welcomed = await Promise.all(servers.map((server) => server.metric("hairnet_sessions_welcomed_total")));
     const holder = welcomed[0] > 0 ? 0 : 1;
     expect(welcomed[1 - holder]).toBe(0);
     // The head turns for 8 s, because a server does not send hair that rests.
     const turning = actor.turnTo(0.3, 8);
     const gap = longestGap(actor);
+    // Both sessions, the page's and the actor's, must then appear on the other server.
     await servers[holder].stop();
     await expect
       .poll(() => servers[1 - holder].metric("hairnet_sessions_welcomed_total"), { timeout: kWaitMs })
@@ -111,12 +116,14 @@ test.each(["on", "off"])("a page follows its room to another server, with WebTra
       });
     const before = await look();
     await actor.turnTo(0.9, 3);
+    // The head turns from 0.3 to 0.9 rad. `yaw` is the sine of half the angle: it grows by 0.29.
     await expect.poll(async () => Math.abs((await look()).yaw - before.yaw), { timeout: kWaitMs }).toBeGreaterThan(0.1);
     const after = await look();
     expect(after.redirects).toBeGreaterThan(0);
     expect(after.transport, after.reason ?? "").toBe(webTransport === "on" ? "webtransport" : "websocket");
     expect(after.framesReceived).toBeGreaterThan(before.framesReceived);
     expect(after.framesUndecodable).toBe(0);
+    expect(browser.takeErrors(kServerGone)).toEqual([]);
   } finally {
     actor.leave();
     await browser.closePages();

@@ -4,6 +4,7 @@ import { Server } from "../test/support/server";
 export { kBin, program } from "../test/support/programs";
 export { until } from "../test/support/until";
 
+/** The built page (npm run build:page). */
 export const kPage = resolve("dist-page");
 
 /** A server with its own port that serves the built page. */

@@ -47,6 +47,7 @@ function shownHair(page: Page): Promise<[name: string, strands: number][]> {
 const line = (page: Page) => page.textContent("#import-line");
 const error = (page: Page) => page.textContent("#error");
 
+// The page of a server reads the file itself, and uploads the groom that it has made.
 test("an Alembic file that is dropped is worn, and another page sees it", async () => {
   const page = await browser.open(`${server.address}/?room=import`);
   const second = await browser.open(`${server.address}/?room=import&observe`);
@@ -59,6 +60,7 @@ test("an Alembic file that is dropped is worn, and another page sees it", async 
     await until("it is ready", async () => (await readyCount(one)) === 1, 90_000);
     expect(await shownHair(one)).toEqual([["my curls", 300]]);
   }
+  // Hair and skin cover some hundredths of the picture, and the empty backdrop has no such colours.
   await until("it is in the picture", async () => shareWarm(await takePicture(second)) > 0.03);
   expect(await page.locator("#hairstyle option:checked").textContent()).toBe("My curls");
   expect(browser.takeErrors()).toEqual([]);
@@ -68,6 +70,7 @@ test("a file that cannot be read is told in one line, and the hair that is worn 
   const page = await browser.open(`${server.address}/?room=broken`);
   await page.setInputFiles("#groom-file", { name: "curls.abc", mimeType: "", buffer: Buffer.from(archive) });
   await until("it is ready", async () => (await readyCount(page)) === 1, 90_000);
+  // Half an Alembic file is a download that broke off. A picture is no hair, whatever bytes it has.
   await dropFiles(page, ["half.abc", archive.subarray(0, archive.length / 2)]);
   await until("a line says what is wrong", async () => /^half\.abc: [^\n]+$/.test((await error(page)) ?? ""));
   await dropFiles(page, ["photo.png", archive]);

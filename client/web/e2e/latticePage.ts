@@ -28,6 +28,7 @@ export async function compareNodes(server: string, room: string, heads: number, 
   const module = await startClient();
   const joined = await connect(server, { room, role: Role.observer });
   const waving = () => [...joined.members.values()].flatMap(({ lattice }) => (lattice?.modes ? [lattice] : []));
+  // A displacement of 2 cm is far above rounding, and hair of a turning head soon has it.
   const isMoving = ({ grid }: MovedLattice) => Math.max(...grid.map(Math.abs)) > 0.02;
   while (waving().length < heads || !waving().every(isMoving)) {
     await new Promise((done) => setTimeout(done, 10));
@@ -36,6 +37,7 @@ export async function compareNodes(server: string, room: string, heads: number, 
   const renderer = new WebGLRenderer();
   const records = new Records();
   const pass = new LatticePass(records.texture);
+  // The page's own lattice has 12 x 13 x 14 nodes of 3 numbers: 6552.
   const own = { lattice: latticeOf([12, 13, 14]), grid: Float32Array.from({ length: 6552 }, (_, i) => Math.sin(i)) };
   const all: MovedLattice[] = [own, ...waving()];
   const result: Comparison = { apartM: 0, movedM: 0, newCounts: [], basisBytes: 0, error: 0 };

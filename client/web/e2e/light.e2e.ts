@@ -66,6 +66,7 @@ test("the ground is darker under a head of hair that casts shadows, and elsewher
   console.log(`under the head ${shadowed.toFixed(0)}, without shadows ${lit.toFixed(0)}`);
   // Ambient light remains in the shadow, and hair lets some light through.
   expect(shadowed).toBeLessThan(0.7 * lit);
+  // The corner at the lower right is ground without any shadow.
   const away: [number, number] = [0.9, 0.9];
   expect(brightness(meanOf(with_, away, 0.03))).toBeCloseTo(brightness(meanOf(without, away, 0.03)), 0);
 });
@@ -104,6 +105,7 @@ test("a mirrored room, in mirrored light, is the mirrored picture", async () => 
   const [flipped, asItIs] = [distance(true), distance(false)];
   console.log({ flipped, asItIs });
   expect(asItIs).toBeGreaterThan(0);
+  // What is left is the grain of the hair, which differs from picture to picture.
   expect(flipped).toBeLessThan(0.1 * asItIs);
 });
 
@@ -149,6 +151,7 @@ test("a mirror, a second camera and a cube camera show hair that the main camera
   }, hair);
   console.log(shares);
   expect(shares.without).toBe(0);
+  // The head is small in the mirror and in the second picture, so few pixels are red: 0.2 % are 320 of 160 000.
   expect(shares.inMirror).toBeGreaterThan(0.002);
   expect(shares.pictureInPicture).toBeGreaterThan(0.002);
 });
@@ -232,6 +235,8 @@ test("light follows hair that is drawn aside, at rest it is the traced light, an
     return [atRest, apart];
   }, hair);
   console.log({ still, moved });
+  // The values are means over all pixels, most of which show no hair. At rest both pictures must be the same but for
+  // rounding.
   expect(still).toBeLessThan(0.05);
   expect(moved).toBeGreaterThan(0.2);
   expect(browser.takeErrors().filter((error) => !error.includes("404"))).toEqual([]);

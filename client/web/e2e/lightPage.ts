@@ -19,6 +19,7 @@ import { Groom } from "../src/hair/groom";
 import { HairScene, type HairSceneOptions, type HairSource, type MovedLattice } from "../src/scene/index";
 import { latticeOf } from "../test/support/shapes";
 
+/** The width and height of the canvas, pixels. */
 const kSize = 400;
 
 /** One head at `at`, whose hair follows `displace` (head space). */
@@ -36,6 +37,7 @@ class OneHead implements HairSource {
 
   /** Moves every point x by displace(x), approximately: through a lattice about the head. */
   move(displace: (x: number, y: number, z: number) => [number, number, number]): void {
+    // The lattice goes from -0.45 to 0.45 m in x and z and from -0.9 to 0.4 m in y: around a head with long hair.
     const lattice = latticeOf([10, 14, 10], 0.1, [-0.45, -0.9, -0.45]);
     const grid = new Float32Array(3 * 10 * 14 * 10);
     for (let n = 0; n < grid.length / 3; ++n) {
@@ -81,6 +83,7 @@ export class LightStage {
     this.sun.position.set(0.6, 4, 1);
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.set(1024, 1024);
+    // The shadow map covers 1.2 m to each side, at distances from 0.5 to 8 m from the sun: the head and its shadow.
     Object.assign(this.sun.shadow.camera, { left: -1.2, right: 1.2, top: 1.2, bottom: -1.2, near: 0.5, far: 8 });
     this.ground.rotation.x = -Math.PI / 2;
     this.ground.receiveShadow = true;
@@ -110,6 +113,7 @@ export class LightStage {
     return mirror;
   }
 
+  /** Draws the scene from the camera, and returns the picture. */
   shoot(camera: Camera = this.camera): Shot {
     this.renderer.render(this.scene, camera);
     const copy = document.createElement("canvas");

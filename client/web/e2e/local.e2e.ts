@@ -48,6 +48,7 @@ test("without a server hair is drawn and follows the head, wind and look; nothin
   expect(await page.textContent("#state")).toBe("no server");
   expect(await page.textContent("#play")).toContain("this browser alone simulates the hair");
 
+  // The limits: within 1 mm the hair is at rest, and more than 4 mm are a swing that a picture shows.
   await until("hair lies at rest", async () => (await away()) < 0.001);
   const rest = await takePicture(page);
   await page.focus("#view");
@@ -60,12 +61,14 @@ test("without a server hair is drawn and follows the head, wind and look; nothin
   await page.getByRole("button", { name: "Hurricane", exact: true }).click();
   await until("hair flies", async () => (await away()) > 0.02);
   await page.getByRole("button", { name: "Calm", exact: true }).click();
+  // The preset Hurricane moves nodes by more than 2 cm. Afterwards the hair needs time for the last millimetres.
   await until("hair hangs again", async () => (await away()) < 0.003);
 
   // A hairstyle without a file of levels: the page builds them.
   await page.setInputFiles("#groom-file", makeGroomFile("short").path);
   await until("it is rigid until then", async () => (await away()) < 0);
   await until("its levels are built", async () => (await away()) >= 0);
+  // The page must ask no other server for anything. It loads the module that simulates, and not the one for a server.
   expect(asked.filter((address) => !/^(blob|data):/.test(address) && !address.startsWith(files.address))).toEqual([]);
   expect(asked.some((address) => address.includes("hairnet_local"))).toBe(true);
   expect(asked.some((address) => /hairnet-[0-9a-f]+\.wasm/.test(address))).toBe(false);

@@ -3,6 +3,9 @@ import type { People } from "../src/index";
 import type { HairCharacter, HairScene } from "../src/scene/index";
 import type { Stage } from "../page/stage";
 
+/** The red of a warm pixel is more than this above its blue, of 255. */
+const kWarmMin = 12;
+
 /** The globals that pages put into `window` for tests. */
 export interface PageGlobals {
   stage: Stage;
@@ -17,6 +20,7 @@ export interface Picture {
   pixels: Uint8Array | Uint8ClampedArray;
 }
 
+/** How many heads the page can draw with their hair. */
 export function readyCount(page: Page): Promise<number> {
   return page.evaluate(() => {
     const { hair } = (window as unknown as { hairnet: PageGlobals }).hairnet;
@@ -60,9 +64,14 @@ export function shareChanged(a: Picture, b: Picture, margin = 24): number {
   return changed / (a.pixels.length / 4);
 }
 
-/** The share of pixels that are not the backdrop's grey: warm, as hair and skin are. */
+/** Whether the pixel at byte `p` is warm, as hair and skin are: the grey backdrop has no such pixels. */
+export function isWarm(pixels: Uint8Array | Uint8ClampedArray, p: number): boolean {
+  return pixels[p] > pixels[p + 2] + kWarmMin;
+}
+
+/** The share of pixels that are warm (`isWarm`). */
 export function shareWarm(picture: Picture): number {
   let warm = 0;
-  for (let p = 0; p < picture.pixels.length; p += 4) if (picture.pixels[p] > picture.pixels[p + 2] + 12) ++warm;
+  for (let p = 0; p < picture.pixels.length; p += 4) if (isWarm(picture.pixels, p)) ++warm;
   return warm / (picture.pixels.length / 4);
 }

@@ -27,6 +27,7 @@ afterAll(async () => {
   await server.dispose();
 });
 
+/** Opens the page in a room of its own, with hair of its own, and waits until that is in the picture. */
 async function enter(room: string): Promise<void> {
   page = await browser.open(`${server.address}/?room=${room}`);
   await page.setInputFiles("#groom-file", groom.path);
@@ -37,6 +38,7 @@ async function enter(room: string): Promise<void> {
 
 test("a hurricane blows the hair, calm lets it rest, and sliders follow the presets", async () => {
   await enter("presets");
+  // In this time the camera arrives and the hair comes to rest, so that only the wind changes the picture.
   await settle(1500);
   const calm = await takePicture(page);
   await choose("Hurricane");
@@ -44,6 +46,7 @@ test("a hurricane blows the hair, calm lets it rest, and sliders follow the pres
   await shoot("hurricane");
   await choose("Gel");
   // The slider of gel has moved: the preset Gel sets it.
+  // The preset has 800 of at most 2000 per square second: the slider, from 0 to 1, is at 0.4.
   expect(Number(await page.inputValue("input[name=gelPerS2]"))).toBeGreaterThan(0.35);
   await choose("Calm");
   expect(Number(await page.inputValue("input[name=gelPerS2]"))).toBe(0);
@@ -59,6 +62,7 @@ test("in first person the own face does not hide the room; a mirror shows it; Es
     return stage.camera.position.toArray();
   });
   await choose("First person");
+  // Out of the own head one must see the room. A face before the camera would fill more than half the picture.
   await until("the skin is out of the picture", async () => shareWarm(await takePicture(page)) < 0.5);
   await settle(500);
   await shoot("first_person");
@@ -74,6 +78,7 @@ test("in first person the own face does not hide the room; a mirror shows it; Es
     const { stage } = (window as unknown as { hairnet: PageGlobals }).hairnet;
     return stage.camera.position.toArray();
   });
+  // The camera is back within 5 cm of where it was.
   for (const axis of [0, 1, 2]) expect(after[axis]).toBeCloseTo(before[axis], 1);
   expect(browser.takeErrors()).toEqual([]);
 });

@@ -41,6 +41,7 @@ export class SlowLine {
     this.#server.close();
   }
 
+  /** Passes data on with the delay. `bitsPerS`: the rate; Infinity: this direction has no limit. */
   #relay(from: Socket, to: Socket, bitsPerS: number): void {
     let last = Promise.resolve();
     const at = (ms: number, then: () => void) => {
@@ -50,6 +51,7 @@ export class SlowLine {
       const isDown = bitsPerS < Infinity;
       if (isDown) {
         this.bytes += data.length;
+        // 8000 is 8 bits a byte and 1000 ms a second.
         this.#freeMs = Math.max(this.#freeMs, performance.now()) + (8000 * data.length) / bitsPerS;
       }
       // A sender that is faster than the line waits, as it would for a full buffer on the way.

@@ -21,7 +21,8 @@ export class StageServer {
       logLevel: "warn",
       cacheDir: mkdtempSync(join(tmpdir(), "hairnet-vite-")),
       server: { host: "127.0.0.1", port: 0, hmr: false, fs: { allow: [".", "../shaders", ...folders] } },
-      // Found before the page opens: what Vite finds later makes it load the page again.
+      // Vite looks for packages in this file before the page opens. A package that Vite finds later makes it load the
+      // page again.
       optimizeDeps: { entries: [`e2e/${name}.ts`] },
     });
     await server.listen();

@@ -6,6 +6,7 @@ import { LevelIndex } from "../src/index";
 import { makeGroomFile } from "./actor";
 import { Browser, drawEvery } from "./browser";
 import { HairnetServer, until } from "./hairnetServer";
+import { lockAt } from "./lock";
 import { cameraRests, readyCount } from "./picture";
 
 const server = new HairnetServer();
@@ -75,28 +76,6 @@ async function still(page: Page, member: number): Promise<number[]> {
   return nodes;
 }
 
-/**
- * The pixel of a lock of hair at the right of the face: among the outermost fifth on that side the point nearest to the
- * camera.
- */
-const lockAt = (page: Page, member: number) =>
-  page.evaluate((number) => {
-    const { room, stage } = (window as unknown as Globals).hairnet;
-    const one = room!.members.get(number)!;
-    const [pose, points] = [one.pose!, one.points()!];
-    const beside: { x: number; y: number; z: number }[] = [];
-    for (let i = 0; i < points.length; i += 3) {
-      const below = pose[5] - points[i + 1];
-      if (below < 0 || below > 0.12) continue;
-      const { x, y, z } = stage.camera.position.clone().fromArray(points, i).project(stage.camera);
-      beside.push({ x, y, z });
-    }
-    const middle = stage.camera.position.clone().fromArray(pose, 4).project(stage.camera).x;
-    const right = Math.max(...beside.map(({ x }) => x)) - middle;
-    const lock = beside.filter(({ x }) => x - middle > 0.8 * right).reduce((a, b) => (b.z < a.z ? b : a));
-    return { x: ((lock.x + 1) / 2) * innerWidth, y: ((1 - lock.y) / 2) * innerHeight };
-  }, member);
-
 const mayTouch = (page: Page, member: number) =>
   page.evaluate((number) => {
     const { served } = (window as unknown as Globals).hairnet;
@@ -132,7 +111,9 @@ test("hair that its owner lets everyone touch is dragged alike in both pages, an
   await other.mouse.move(at.x, at.y);
   await other.mouse.down();
   await until("the owner sees the hand", async () => (await handCount(owner)) === 1);
+  // The mouse goes 70 pixels to the right, in 8 moves as of a person's hand.
   await other.mouse.move(at.x + 70, at.y, { steps: 8 });
+  // Held hair is drawn aside by more than 3 cm, in both pages alike.
   for (const page of [other, owner])
     await until("the hair follows", async () => farthest(await nodesOf(page, member), rest) > 0.03);
   for (const page of [other, owner]) await still(page, member);
@@ -149,6 +130,8 @@ test("hair that its owner lets everyone touch is dragged alike in both pages, an
   await shoot(owner, "touch_seen");
 
   await other.mouse.up();
+  // After its release the hair swings back. Hair that lies on the shoulders may stick some millimetres from where it
+  // was.
   for (const page of [owner, other])
     await until("it is back", async () => farthest(await nodesOf(page, member), rest) < 0.01);
   await until("the hand is gone", async () => (await handCount(owner)) === 0);

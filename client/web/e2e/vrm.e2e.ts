@@ -57,6 +57,7 @@ test("the user has a VRM model with the hair of the room on its head instead of 
   const seen = await look();
   expect(seen.version).toBe("0");
   expect(seen.isOnHead).toBe(true);
+  // The model's own hair is hidden, and so is the groom's bust.
   expect(seen.hidden).toEqual([["Hair", false]]);
   expect(seen.bust).toBe(false);
   // The model's head is about as large as the groom's.
@@ -70,6 +71,7 @@ test("the user has a VRM model with the hair of the room on its head instead of 
     size.dispatchEvent(new Event("input"));
   });
   expect((await look()).size).toBeCloseTo(1.2 * seen.size, 3);
+  // A second model, without hair of its own, has the fit that was measured. The first one must get its own fit back.
   await drop("another.vrm", makeAvatar({ version: 1 }));
   await until("another model has hair", hasHair("1"), 90_000);
   await drop("person.vrm", makeAvatar({ version: 0, hairMesh: "Hair" }));

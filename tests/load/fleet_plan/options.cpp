@@ -9,6 +9,7 @@
 namespace hairnet::fleet_plan {
 namespace {
 
+// The value in parentheses at the end of each option's text is its default, which stands in Settings (settings.hpp).
 constexpr const char* kFooter = R"(Costs are measured ones of two cores of an AMD EPYC; give those of your machine.
 
 Examples:
@@ -20,6 +21,7 @@ Examples:
 
 Exit status: 0, 1 when a file cannot be written, 2 usage.)";
 
+// The people: how many come, when, for how long, and into which rooms.
 void add_people(CLI::App& app, Settings& s) {
   app.add_option("--peak", s.peak, "people at once, one character each, at the busiest minute (100000)")
       ->check(in_range(0, 1e6));
@@ -48,6 +50,7 @@ void add_people(CLI::App& app, Settings& s) {
       ->check(CLI::IsMember(std::move(names)));
 }
 
+// The servers: their size, their deaths and updates, and the autoscaler that orders and stops them.
 void add_servers(CLI::App& app, Settings& s) {
   app.add_option("--cores", s.cores, "of a server (4)")->check(in_range(0.1, 1024));
   app.add_option("--budget-share", s.budget_share, "share of the cores' time that work may take (0.7)")
@@ -87,6 +90,8 @@ std::variant<Options, int> parse_options(int argc, const char* const* argv) {
   app.add_option("--page", o.page, "file for a page with plots");
   add_people(app, o.settings);
   add_servers(app, o.settings);
+  // Each cost of a server has an option, a meaning and a source in one table (cost_figures), so that the options, the
+  // page and the JSON file name the same ones.
   for (const CostFigure& cost : cost_figures()) {
     double& value = o.settings.costs.*cost.value;
     app.add_option(std::string(cost.flag), value,

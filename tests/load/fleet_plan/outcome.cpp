@@ -25,6 +25,7 @@ void EtcdCounts::add(const EtcdCounts& other) {
 }
 
 std::vector<FigureGroup> figures(const Outcome& o) {
+  // The bound of 1 keeps an empty outcome from dividing by zero.
   const double seconds = std::max(1.0, o.seconds), days = seconds / 86'400;
   const double askers = std::max(1.0, number(o.arrived));
   std::vector<FigureGroup> groups;
@@ -46,6 +47,7 @@ std::vector<FigureGroup> figures(const Outcome& o) {
                      {"servers_needed_max", "the same, most", "", o.servers_needed_max},
                      {"servers_mean", "paid for, mean", "", o.server_seconds / seconds},
                      {"servers_max", "the same, most", "", o.servers_max},
+                     // The histogram has ratios as if they were milliseconds (Simulation::account).
                      {"balance_p50", "largest over mean load of servers, p50", "", o.balance.quantile_ms(0.5)},
                      {"balance_p99", "the same, p99", "", o.balance.quantile_ms(0.99)},
                      {"server_memory_max", "memory of a server, most", "GB", o.server_bytes_max / 1e9},

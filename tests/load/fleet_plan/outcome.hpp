@@ -55,7 +55,7 @@ struct Outcome {
   double seconds = 0;
   // People. `at_start` were there when the run began. at_start + arrived = left + turned away + still there.
   std::uint64_t at_start = 0, arrived = 0, left = 0, turned_away_rooms_full = 0, turned_away_no_server = 0;
-  // Counts refusals by full rooms. A person may get several of them (Settings::room_tries).
+  // The number of refusals by full rooms. A person may get several of them (Settings::room_tries).
   std::uint64_t refused_by_caps = 0;
   // The sum over all seconds of the people who were there, and the largest number of people.
   double people_sum_s = 0, people_max = 0;
@@ -69,7 +69,7 @@ struct Outcome {
   std::array<load::LatencyHistogram, kMoveCauseCount> room_outage;
   // The same time for each person, until the client has connected and the levels are loaded at the new server.
   std::array<load::LatencyHistogram, kMoveCauseCount> hair_away;
-  // Counts the rooms that have ever taken more than the budget of one server.
+  // The number of rooms that have ever taken more than the budget of one server.
   std::uint64_t rooms_overloaded = 0;
   // The largest number of rooms above a server's budget at the same time.
   double rooms_overloaded_max = 0;

@@ -33,6 +33,7 @@ class Charts {
     return line;
   }
   Chart time_chart(std::string title, std::string y_label, std::vector<ChartLine> lines) const {
+    // The three flags are those of Chart: no logarithmic axis, and lines that are not stacked.
     return {std::move(title), "hours", std::move(y_label), false, false, false, std::move(lines), bands_};
   }
 
@@ -90,11 +91,13 @@ class Charts {
 
   static ChartLine tail(std::string label, const load::LatencyHistogram& times) {
     ChartLine line{std::move(label), times.tail()};
+    // The histogram has milliseconds, and the charts show seconds.
     for (auto& [time, share] : line.points) time /= 1e3;
     return line;
   }
 
   std::string draw_outages() const {
+    // Both axes are logarithmic, since waits last from milliseconds to minutes and the rare long ones matter.
     Chart chart{"Share of people whose hair stands still for longer after a move",
                 "seconds",
                 "share",
@@ -120,6 +123,7 @@ class Charts {
   }
 
   const Outcome& outcome_;
+  // The days of the simulation, of which the charts over time shade every second one.
   std::vector<load::ChartBand> bands_;
 };
 

@@ -22,7 +22,7 @@ struct Settings {
   // Rooms: the one of rank k is chosen with a probability in proportion to k^-zipf.
   std::uint32_t rooms = 20'000;
   double zipf = 0.9;
-  // Limits the people of a room; zero allows any number.
+  // The most people of a room; zero allows any number.
   std::uint32_t room_cap = 256;
   // A person who finds this many rooms full goes away.
   std::uint32_t room_tries = 3;
@@ -39,7 +39,7 @@ struct Settings {
   // A server above its budget lowers detail. At so many times the budget detail cannot be lowered further, and the
   // server takes nobody more.
   double overload_max = 4;
-  // Limits the characters of a server.
+  // The most characters of a server.
   std::uint32_t characters_max = 4096;
   double lease_s = 9;
   // Servers above their budget give rooms to others (server/fleet/README.md, Balancing).

@@ -11,8 +11,8 @@
 namespace hairnet::fleet_plan {
 namespace {
 
-// Limits the samples of a run, which are the points of the page's plots. With the default of two days a sample covers
-// five minutes.
+// The largest number of samples of a run. Samples are the points of the page's plots. With the default of two days a
+// sample covers five minutes.
 constexpr double kSampleIntervals = 576;
 // The simulation looks for people who are there at the start among the arrivals of the day before. With the default
 // lengths of sessions (mean 30 minutes, log-normal with sigma 1) less than one in 100 000 lasts longer than a day.
@@ -96,6 +96,7 @@ PersonId Simulation::add_person(std::int64_t since_s) {
   return id;
 }
 
+// The order matters: people leave before others arrive, so that their places are free, and everything is counted last.
 void Simulation::step() {
   HAIRNET_ASSERT(!is_done());
   take_starts_and_ends();
@@ -223,6 +224,7 @@ void Simulation::leave(PersonId id) {
   empty_.emplace_back(now_s_, room_id);
 }
 
+// Adds the second that has passed to the outcome, and to the present sample.
 void Simulation::account() {
   Outcome& o = outcome_;
   const std::size_t ready = count(Server::State::ready);
@@ -296,6 +298,7 @@ std::string Simulation::fault() const {
     const Server& owner = servers_[room.owner];
     if (room.place >= owner.rooms.size() || owner.rooms[room.place] != id)
       return fmt::format("room {} is not in its owner's list", id);
+    // A room without service is in the list of a dead server until that server's lease ends.
     const auto expected = room.state == Room::State::owned ? Server::State::ready : Server::State::dead;
     if (owner.state != expected) return fmt::format("room {} has an owner in the wrong state", id);
     if (room.state == Room::State::owned) cpu_s += room.cpu_s;

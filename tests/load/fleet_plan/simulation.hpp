@@ -32,7 +32,7 @@ struct Person {
   std::uint32_t place = 0;
   // The hairstyle is below Settings::hairstyles. A server must load its levels before it can simulate the person.
   std::uint32_t hairstyle = 0;
-  // Counts the full rooms that have refused the person; Settings::room_tries is the limit.
+  // The number of full rooms that have refused the person; Settings::room_tries is the limit.
   std::uint32_t tries = 0;
   // The second of the arrival; it is negative for people who came before the start of the simulation.
   std::int64_t since_s = 0;
@@ -91,10 +91,10 @@ struct Server {
   double loader_free_at_s = 0;
   // The time at which the levels of each hairstyle are in memory. It is infinite while nobody has asked for them.
   std::vector<double> hairstyle_at_s;
-  // Counts the hairstyles that are in memory or being loaded.
+  // The number of hairstyles that are in memory or being loaded.
   std::uint32_t hairstyles = 0;
   std::vector<RoomId> rooms;
-  // Counts the members of all its rooms.
+  // The number of members of all its rooms.
   std::uint32_t people = 0;
   // The processor time in seconds that its rooms take in a second.
   double cpu_s = 0;
@@ -191,7 +191,7 @@ class Simulation {
   std::vector<RoomId> pending_;
   // The second in which each room became empty, the earliest first. A room that fills again stays in this list.
   std::deque<std::pair<std::int64_t, RoomId>> empty_;
-  // Counts the rooms that take more than Settings::capacity() in this second.
+  // The number of rooms that take more than Settings::capacity() in this second.
   std::size_t overloaded_now_ = 0;
 
   std::vector<Server> servers_;

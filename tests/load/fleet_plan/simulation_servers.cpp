@@ -25,6 +25,8 @@ ServerSlot Simulation::start_server(std::int64_t ready_at_s) {
   HAIRNET_ASSERT(slot < 1u << kSlotBits);
   Server& server = servers_.emplace_back();
   // The bit above the slot is always set, so the id is never 0, which would be no server.
+  // The lower kSlotBits bits of an id are the slot, so an id leads to its server. The other bits are random, as real
+  // ids are: placement is by their hash.
   server.id = (random_.next() | 1u << kSlotBits) >> kSlotBits << kSlotBits | slot;
   server.ready_at_s = ready_at_s;
   server.hairstyle_at_s.assign(settings_.hairstyles, std::numeric_limits<double>::infinity());

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/random.hpp"
-#include "server/tick/budget_cost.hpp"
+#include "server/tick/cost_estimate.hpp"
 #include "server/tick/budget_guard.hpp"
 
 namespace hairnet::server {
@@ -33,7 +33,7 @@ TEST(CostEstimate, begins_with_a_finer_level_costing_more_and_a_stride_less_a_ti
   }
 }
 
-// The first sample replaces the table's value. Later ones have a weight of 0.1 (kGain in budget_cost.cpp), so 60 ticks
+// The first sample replaces the table's value. Later ones have a weight of 0.1 (kGain in cost_estimate.cpp), so 60 ticks
 // leave less than 1 % of a change.
 TEST(CostEstimate, comes_to_what_is_measured) {
   CostEstimate cost(kTick_s);

@@ -6,8 +6,9 @@
 
 namespace hairnet::server {
 
-// The measured time to step one character, by level and stride. Where nothing has been measured yet, it is the table's
-// time times this machine's measured ratio to the table.
+// The time to step one character, by level and stride, which the budget (budget.hpp) spends. It is a mean of measured
+// times. Where nothing has been measured yet, it is the time of a table, made once on another machine (kTable_s), times
+// this machine's measured ratio to that table.
 class CostEstimate {
  public:
   explicit CostEstimate(double tick_s);

@@ -1,4 +1,4 @@
-#include "server/tick/budget_cost.hpp"
+#include "server/tick/cost_estimate.hpp"
 
 #include <algorithm>
 #include <bit>
