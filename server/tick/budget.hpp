@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/levels/level.hpp"
-#include "server/tick/cost_estimate.hpp"
 #include "server/tick/budget_fill.hpp"
+#include "server/tick/cost_estimate.hpp"
 
 namespace hairnet::server {
 

@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/random.hpp"
-#include "server/tick/cost_estimate.hpp"
 #include "server/tick/budget_guard.hpp"
+#include "server/tick/cost_estimate.hpp"
 
 namespace hairnet::server {
 namespace {
@@ -33,8 +33,8 @@ TEST(CostEstimate, begins_with_a_finer_level_costing_more_and_a_stride_less_a_ti
   }
 }
 
-// The first sample replaces the table's value. Later ones have a weight of 0.1 (kGain in cost_estimate.cpp), so 60 ticks
-// leave less than 1 % of a change.
+// The first sample replaces the table's value. Later ones have a weight of 0.1 (kGain in cost_estimate.cpp), so 60
+// ticks leave less than 1 % of a change.
 TEST(CostEstimate, comes_to_what_is_measured) {
   CostEstimate cost(kTick_s);
   for (int tick = 0; tick < 10; ++tick) cost.observe(costs_of(LevelIndex::low, 1, 30e-6, 100));
