@@ -1,4 +1,4 @@
-// Strands as the GPU places them, for deform.e2e.ts and threeClients.e2e.ts.
+// Strands as the GPU places them, for deform.e2e.ts.
 import { Group, WebGLRenderer } from "three";
 import type { Lattice } from "../src/hair/movedLattice";
 import type { SkinGrid } from "../src/hair/skin";
@@ -34,20 +34,8 @@ export interface Limits {
   readonly lengths: boolean;
 }
 
-/** What changes of a character from one moment to the next. */
-export type Moment = Pick<HairNow, "pose" | "nodes">;
-
 /** For each point of the strands 3 numbers at rest and 3 where it is placed, head space, m. */
-export async function placeStrands(hair: HairNow, limits: Limits): Promise<number[]> {
-  return (await placeMoments(hair, [hair], limits))[0];
-}
-
-/** The same for each of these moments. The GPU is set up once, which takes longer than to place strands. */
-export async function placeMoments(
-  { file, lattice, skin }: Omit<HairNow, keyof Moment>,
-  moments: readonly Moment[],
-  limits: Limits,
-): Promise<number[][]> {
+export async function placeStrands({ file, pose, lattice, nodes, skin }: HairNow, limits: Limits): Promise<number[]> {
   const module = await Instance.of(await hairModule());
   const geometry = readGeometry(module, module.makeOf("hairnet_groom_load", Uint8Array.from(file)), false)!;
   // Points whose number in the strand is 0 are placed by FFD alone (`StrandGeometry.arc`).
@@ -62,21 +50,18 @@ export async function placeMoments(
   const uniforms = new SceneUniforms(records.texture, lattices.texture, placement.texture);
   const drawing = new GroomDrawing(geometry, new Group(), uniforms, () => {}, false, skinTexture);
   const rows = drawing.pointRowsOf({ ...plainRecord, list: 0 });
+  records.begin(module, [{ lattice: { lattice, grid: Float32Array.from(nodes) } }]);
+  records.put(0, 0, { ...plainRecord, pose: Float64Array.from(pose), rowCount: rows });
+  lattices.run(renderer, records.write(NodeSum.gpu, renderer.capabilities.maxTextureSize));
+  placement.place(renderer, [{ drawing, first: 0, characters: 1 }], rows);
   const { rest } = geometry.strands;
-  const all = moments.map(({ pose, nodes }) => {
-    records.begin(module, [{ lattice: { lattice, grid: Float32Array.from(nodes) } }]);
-    records.put(0, 0, { ...plainRecord, pose: Float64Array.from(pose), rowCount: rows });
-    lattices.run(renderer, records.write(NodeSum.gpu, renderer.capabilities.maxTextureSize));
-    placement.place(renderer, [{ drawing, first: 0, characters: 1 }], rows);
-    const placed = placement.read(renderer, drawing.pointsOf(geometry.strandCount));
-    return Array.from({ length: (placed.length / 4) * 6 }, (_, n) => {
-      const at = 4 * Math.floor(n / 6) + (n % 3);
-      return n % 6 < 3 ? rest[at] : placed[at];
-    });
-  });
+  const placed = placement.read(renderer, drawing.pointsOf(geometry.strandCount));
   if (renderer.getContext().getError() !== 0) throw new Error("the GPU refuses");
   for (const each of [drawing, placement, lattices, records, skinTexture, renderer]) each.dispose();
-  return all;
+  return Array.from({ length: (placed.length / 4) * 6 }, (_, n) => {
+    const at = 4 * Math.floor(n / 6) + (n % 3);
+    return n % 6 < 3 ? rest[at] : placed[at];
+  });
 }
 
-Object.assign(window, { placeStrands, placeMoments });
+Object.assign(window, { placeStrands });
